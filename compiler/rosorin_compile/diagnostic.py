@@ -1,0 +1,93 @@
+"""Diagnostics: what the compiler has to say about a description, as values.
+
+A stage never prints and never raises for a problem in the user's files: it returns diagnostics. Only the command line
+turns them into text (see ``report``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+ERROR = "error"
+WARNING = "warning"
+NOTE = "note"
+
+_ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
+
+
+class Source(NamedTuple):
+    """A file that was read: its path as shown to the user, and its text."""
+
+    path: str
+    text: str
+
+    def line(self, number: int) -> str:
+        """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
+        lines = self.text.splitlines()
+        return lines[number - 1] if 0 < number <= len(lines) else ""
+
+
+class Span(NamedTuple):
+    """A place in a source: line and column count from 1, in characters; ``length`` is at least 1."""
+
+    source: Source
+    line: int
+    column: int
+    length: int = 1
+
+
+class Related(NamedTuple):
+    """A second place that helps to understand a diagnostic, such as "first defined here"."""
+
+    message: str
+    span: Span | None
+
+
+class Diagnostic(NamedTuple):
+    """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out."""
+
+    rule: str
+    severity: str
+    message: str
+    span: Span | None = None
+    related: tuple[Related, ...] = ()
+    help: str = ""
+
+
+def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:
+    """Return a diagnostic of severity error."""
+    return Diagnostic(rule, ERROR, message, span, tuple(related), help)
+
+
+def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
+    """Say whether any of the diagnostics is an error."""
+    return any(d.severity == ERROR for d in diagnostics)
+
+
+def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return each diagnostic once, ordered by file, line and column; those without a place come last."""
+
+    def key(d: Diagnostic) -> tuple[object, ...]:
+        place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
+        return (*place, _ORDER[d.severity], d.rule, d.message)
+
+    unique = {(d.rule, d.message, d.span and d.span[1:], d.span and d.span.source.path): d for d in diagnostics}
+    return sorted(unique.values(), key=key)
+
+
+def nearest(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that is most like ``word``, or None if none is alike."""
+    import difflib
+
+    found = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.6)
+    return found[0] if found else None
+
+
+def did_you_mean(word: str, known: Iterable[str]) -> str:
+    """Return 'did you mean "x"?' for the nearest known word, or the list of known words if none is near."""
+    names = sorted(known)
+    close = nearest(word, names)
+    if close:
+        return f'did you mean "{close}"?'
+    return f"known: {', '.join(names)}" if names else ""

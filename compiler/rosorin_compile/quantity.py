@@ -1,0 +1,161 @@
+"""Quantities: a number with its unit, turned into SI as soon as it is read.
+
+A ``Quantity`` is a float in SI units that also knows its dimension, so that a mass where a length belongs can be
+reported. A bare number has no dimension: it is taken to be in SI units already.
+
+Dimensions are exponents of (metre, kilogram, second, radian). The radian is kept apart on purpose: SI counts it as 1,
+but a length written where an angle belongs is a mistake worth reporting.
+Unit values: the SI brochure (BIPM, 9th edition); the inch and the pound are exact by definition (international yard
+and pound agreement, 1959).
+"""
+
+from __future__ import annotations
+
+import math
+import re
+
+Dimension = tuple[int, int, int, int]
+
+NUMBER: Dimension = (0, 0, 0, 0)
+LENGTH: Dimension = (1, 0, 0, 0)
+MASS: Dimension = (0, 1, 0, 0)
+TIME: Dimension = (0, 0, 1, 0)
+ANGLE: Dimension = (0, 0, 0, 1)
+FORCE: Dimension = (1, 1, -2, 0)
+TORQUE: Dimension = (2, 1, -2, 0)
+INERTIA: Dimension = (2, 1, 0, 0)
+
+UNITS: dict[str, tuple[float, Dimension]] = {
+    "m": (1.0, LENGTH),
+    "km": (1e3, LENGTH),
+    "cm": (1e-2, LENGTH),
+    "mm": (1e-3, LENGTH),
+    "um": (1e-6, LENGTH),
+    "inch": (0.0254, LENGTH),
+    "ft": (0.3048, LENGTH),
+    "kg": (1.0, MASS),
+    "g": (1e-3, MASS),
+    "mg": (1e-6, MASS),
+    "lb": (0.45359237, MASS),
+    "s": (1.0, TIME),
+    "ms": (1e-3, TIME),
+    "us": (1e-6, TIME),
+    "min": (60.0, TIME),
+    "h": (3600.0, TIME),
+    "Hz": (1.0, (0, 0, -1, 0)),
+    "kHz": (1e3, (0, 0, -1, 0)),
+    "rad": (1.0, ANGLE),
+    "mrad": (1e-3, ANGLE),
+    "deg": (math.pi / 180, ANGLE),
+    "arcmin": (math.pi / 10800, ANGLE),
+    "rev": (2 * math.pi, ANGLE),
+    "rpm": (2 * math.pi / 60, (0, 0, -1, 1)),
+    "N": (1.0, FORCE),
+    "kN": (1e3, FORCE),
+    "kgf": (9.80665, FORCE),
+    "Nm": (1.0, TORQUE),
+    "J": (1.0, TORQUE),
+    "W": (1.0, (2, 1, -3, 0)),
+    "Pa": (1.0, (-1, 1, -2, 0)),
+}
+
+_NAMES: dict[Dimension, str] = {
+    NUMBER: "a plain number",
+    LENGTH: "a length (m)",
+    MASS: "a mass (kg)",
+    TIME: "a time (s)",
+    ANGLE: "an angle (rad)",
+    FORCE: "a force (N)",
+    TORQUE: "a torque (N*m)",
+    INERTIA: "a moment of inertia (kg*m^2)",
+    (1, 0, -1, 0): "a speed (m/s)",
+    (0, 0, -1, 1): "an angular speed (rad/s)",
+    (0, 0, -1, 0): "a frequency (Hz)",
+    (2, 0, 0, 0): "an area (m^2)",
+    (3, 0, 0, 0): "a volume (m^3)",
+    (-3, 1, 0, 0): "a density (kg/m^3)",
+}
+
+_NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
+_QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
+_FACTOR = re.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
+
+
+class Quantity(float):
+    """A number in SI units with its dimension; ``text`` is what was written."""
+
+    __slots__ = ("dimension", "text")
+    dimension: Dimension
+    text: str
+
+    def __new__(cls, value: float, dimension: Dimension, text: str = "") -> Quantity:
+        """Make a quantity of ``value`` (SI) and ``dimension``."""
+        made = super().__new__(cls, value)
+        made.dimension = dimension
+        made.text = text
+        return made
+
+
+def dimension_of(value: float) -> Dimension | None:
+    """Return the dimension of a quantity, None for a bare number."""
+    return value.dimension if isinstance(value, Quantity) else None
+
+
+def describe(dimension: Dimension) -> str:
+    """Return a dimension in words, such as "a length (m)"."""
+    if dimension in _NAMES:
+        return _NAMES[dimension]
+    parts = [f"{u}^{n}" if n != 1 else u for u, n in zip(("m", "kg", "s", "rad"), dimension, strict=True) if n]
+    return f"a quantity in {'*'.join(parts)}"
+
+
+def parse_unit(text: str) -> tuple[float, Dimension] | None:
+    """Return the SI value and the dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``; None if it is unknown.
+
+    >>> parse_unit("rad/s")
+    (1.0, (0, 0, -1, 1))
+    """
+    if text in UNITS:
+        return UNITS[text]
+    value, dimension, end = 1.0, NUMBER, 0
+    for match in _FACTOR.finditer(text):
+        operator, name, power = match.groups()
+        if match.start() != end or name not in UNITS or (end == 0) == bool(operator):
+            return None
+        exponent = int(power or 1) * (-1 if operator == "/" else 1)
+        unit, unit_dimension = UNITS[name]
+        value *= unit**exponent
+        dimension = add(dimension, unit_dimension, exponent)
+        end = match.end()
+    return (value, dimension) if end == len(text) else None
+
+
+def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
+    """Return the dimension of a product: the exponents of ``first`` plus ``times`` those of ``second``."""
+    a, b, c, d = (x + times * y for x, y in zip(first, second, strict=True))
+    return (a, b, c, d)
+
+
+def parse_quantity(text: str) -> Quantity | None:
+    """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
+    match = _QUANTITY.match(text)
+    unit = parse_unit(match[2]) if match else None
+    if match is None or unit is None:
+        return None
+    factor, dimension = unit
+    return Quantity(_scaled(match[1], factor), dimension, text)
+
+
+def _scaled(number: str, factor: float) -> float:
+    """Return the number times the factor; powers of ten move the exponent, so 46.62 mm is the double 0.04662."""
+    exponent = round(math.log10(factor))
+    if factor != float(f"1e{exponent}"):
+        return float(number) * factor
+    mantissa, _, power = number.lower().partition("e")
+    return float(f"{mantissa}e{int(power or 0) + exponent}")
+
+
+def unknown_unit(text: str) -> str | None:
+    """Return the unit of a text that looks like a quantity but has a unit nobody knows; else None."""
+    match = _QUANTITY.match(text)
+    return match[2] if match and parse_unit(match[2]) is None else None

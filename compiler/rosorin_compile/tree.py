@@ -1,0 +1,120 @@
+"""The plain tree: what YAML says, with the place of every key and value.
+
+``Map`` and ``Seq`` are an ordinary dict and list that also remember where their keys and values were written, so later
+stages work on plain values and can still name file, line and column. Nothing changes a tree after it was made.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from .diagnostic import Related, Source, Span
+
+Path = tuple[str | int, ...]
+
+
+class Instance(NamedTuple):
+    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``."""
+
+    message: str
+    span: Span
+    parent: Instance | None = None
+
+    def stack(self) -> Iterator[Related]:
+        """Yield the places passed through, innermost first."""
+        here: Instance | None = self
+        while here is not None:
+            yield Related(here.message, here.span)
+            here = here.parent
+
+
+class Map(dict[str, Any]):
+    """A mapping with the spans of its keys and values; ``via`` tells how it came here, None for the root file."""
+
+    __slots__ = ("key_spans", "span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        super().__init__()
+        self.span = span
+        self.via = via
+        self.key_spans: dict[str, Span] = {}
+        self.value_spans: dict[str, Span] = {}
+
+    def put(self, key: str, value: Any, key_span: Span, value_span: Span) -> None:
+        """Set ``key`` and remember where key and value were written."""
+        self[key] = value
+        self.key_spans[key] = key_span
+        self.value_spans[key] = value_span
+
+
+class Seq(list[Any]):
+    """A sequence with the spans of its items."""
+
+    __slots__ = ("span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        super().__init__()
+        self.span = span
+        self.via = via
+        self.value_spans: list[Span] = []
+
+    def put(self, value: Any, span: Span) -> None:
+        """Append ``value`` and remember where it was written."""
+        self.append(value)
+        self.value_spans.append(span)
+
+
+class Text(str):
+    """Text that stood in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
+
+    __slots__ = ()
+
+
+class Place(NamedTuple):
+    """Where a path of a tree was written, and how that piece came there."""
+
+    span: Span
+    via: Instance | None
+
+    def stack(self) -> tuple[Related, ...]:
+        """Return the includes and parts passed through, innermost first."""
+        return tuple(self.via.stack()) if self.via else ()
+
+
+def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
+    """Return the place of ``path``, or of its longest prefix that exists.
+
+    With ``key`` the place of the last key instead of its value.
+    """
+    node: Any = tree
+    span, via = tree.span, tree.via
+    for depth, step in enumerate(path):
+        if isinstance(node, Map) and step in node:
+            name = str(step)
+            want_key = key and depth == len(path) - 1
+            span = (node.key_spans if want_key else node.value_spans)[name]
+        elif isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node):
+            span = node.value_spans[step]
+        else:
+            break
+        node = node[step]
+        via = getattr(node, "via", via)
+    return Place(span, via)
+
+
+def plain(value: Any) -> Any:
+    """Return the tree as ordinary dicts, lists, numbers and text, for readers that know nothing of spans."""
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else 0.0
+    return str(value) if isinstance(value, str) else value
+
+
+def first_line(source: Source) -> Span:
+    """Return the span of the first character of a file."""
+    return Span(source, 1, 1, 1)

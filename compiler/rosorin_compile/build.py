@@ -1,0 +1,291 @@
+"""Build: the model made from a plain tree that has the right shape.
+
+A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Build
+reports only what keeps a value from being made at all.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+from .diagnostic import Diagnostic, Related, did_you_mean, error
+from .model import (
+    IDENTITY,
+    NODE,
+    ROBOT_STATE_PUBLISHER,
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Actuator,
+    Dynamics,
+    Edge,
+    Inertial,
+    Joint,
+    JointPose,
+    Limit,
+    Link,
+    Mimic,
+    Output,
+    Pose,
+    Publisher,
+    Robot,
+    Sensor,
+    ServoGroup,
+    Source,
+)
+from .shapes import ShapeProblem, build_shape
+from .tree import Map, Path, locate
+
+# REP 103, "Suffix Frames": from a body frame to its image frame.
+OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
+
+_ROBOT_STATE_PUBLISHER = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
+
+
+class Built(NamedTuple):
+    """The model (None after an error), where each joint, link and pose was written, and what is wrong.
+
+    ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar").
+    """
+
+    robot: Robot | None
+    places: dict[tuple[str, str], Path]
+    diagnostics: list[Diagnostic]
+
+
+def build(tree: Map) -> Built:
+    """Return the model of a tree that ``validate`` found nothing wrong with."""
+    builder = _Builder(tree)
+    robot = builder.robot()
+    return Built(None if builder.diagnostics else robot, builder.places, builder.diagnostics)
+
+
+class _Builder:
+    """Reads one tree; collects what is wrong."""
+
+    def __init__(self, tree: Map) -> None:
+        self.tree = tree
+        self.places: dict[tuple[str, str], Path] = {}
+        self.diagnostics: list[Diagnostic] = []
+        self.nodes = {name: _node(name, entry) for name, entry in self.section("publishers").items()}
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Return a section of the tree, empty if it is left out."""
+        return self.tree.get(name) or {}
+
+    def problem(self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = ()) -> None:
+        place = locate(self.tree, path)
+        self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))
+
+    def place(self, kind: str, name: str, path: Path) -> None:
+        """Remember where a name was given; a name that is taken is a problem."""
+        taken = self.places.get((kind, name))
+        if taken is None:
+            self.places[kind, name] = path
+            return
+        related = (Related("first defined here", locate(self.tree, taken, key=True).span),)
+        self.problem("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+
+    def robot(self) -> Robot:
+        tree = self.tree
+        links = [self.link(name, entry or {}) for name, entry in sorted(self.section("links").items())]
+        joints = [self.joint(name, entry) for name, entry in self.section("joints").items()]
+        sensors: list[Sensor] = []
+        for name, entry in self.section("sensors").items():
+            sensor, mounts = self.sensor(name, entry)
+            sensors.append(sensor)
+            joints += mounts
+        links += self.frames_of_sensors(sensors)
+        servos = tuple(self.servo_group(name, entry) for name, entry in sorted(self.section("servos").items()))
+        poses = [self.pose(name, entry, servos) for name, entry in sorted(self.section("poses").items())]
+        return Robot(
+            name=tree["robot"],
+            links=tuple(links),
+            joints=tuple(joints),
+            sensors=tuple(sensors),
+            edges=tuple(self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())),
+            publishers=tuple(self.nodes[name] for name in sorted(self.nodes)),
+            servos=servos,
+            poses=tuple(poses),
+            outputs=tuple(self.output(name, entry) for name, entry in sorted(self.section("outputs").items())),
+            modes=tuple(sorted(self.section("modes"))),
+            disabled_contacts=tuple(
+                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
+            ),
+            source=_source(tree.get("source")),
+        )
+
+    def link(self, name: str, entry: dict[str, Any]) -> Link:
+        path: Path = ("links", name)
+        self.place("link", name, path)
+        source = _source(entry.get("source"))
+        inertial = _inertial(entry["inertial"]) if "inertial" in entry else None
+        visual = tuple(self.shapes(entry.get("visual") or (), (*path, "visual"), source))
+        collision = tuple(self.shapes(entry.get("collision") or (), (*path, "collision"), source))
+        return Link(name, inertial, visual, collision, source)
+
+    def shapes(self, entries: Any, path: Path, source: Source) -> list[Any]:
+        made = []
+        for index, entry in enumerate(entries):
+            own = _source(entry["source"]) if "source" in entry else source
+            try:
+                made.append(build_shape(entry, _pose(entry), own.note if own.status == "stand_in" else ""))
+            except ShapeProblem as problem:
+                self.problem(problem.rule, problem.message, (*path, index, *problem.path), problem.help)
+        return made
+
+    def joint(self, name: str, entry: dict[str, Any]) -> Joint:
+        path: Path = ("joints", name)
+        self.place("joint", name, path)
+        actuator = entry.get("actuator")
+        return Joint(
+            name=name,
+            type=entry["type"],
+            parent=entry["parent"],
+            child=entry["child"],
+            origin=_pose(entry),
+            axis=_vector(entry.get("axis"), (1.0, 0.0, 0.0)),
+            limit=_limit(entry.get("limit")),
+            mimic=_mimic(entry.get("mimic")),
+            dynamics=_dynamics(entry.get("dynamics")),
+            actuator=None if actuator is None else Actuator(float(actuator["kp"]), float(actuator.get("kv", 0))),
+            publisher=self.publisher(entry, path),
+            source=_source(entry.get("source")),
+        )
+
+    def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
+        """Return a sensor and the fixed joints of its frame and its optical frame."""
+        path: Path = ("sensors", name)
+        frame, source = entry["frame"], _source(entry.get("source"))
+        joint = entry.get("joint", f"{frame}_joint")
+        self.place("joint", joint, path)
+        publisher = self.publisher(entry, path)
+        mounts = [Joint(joint, "fixed", entry["parent"], frame, _pose(entry), publisher=publisher, source=source)]
+        optical = entry.get("optical")
+        if optical is None:
+            return Sensor(name, entry["type"], frame, joint, source=source), mounts
+        inner = (*path, "optical")
+        optical_joint = optical.get("joint", f"{optical['frame']}_joint")
+        self.place("joint", optical_joint, inner)
+        pose = Pose(_vector(optical.get("xyz")), _vector(optical.get("rpy"), OPTICAL_RPY))
+        if "publisher" in optical:
+            publisher = self.publisher(optical, inner)
+        elif publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, f"{publisher.name}_optical")
+        mounts.append(Joint(optical_joint, "fixed", frame, optical["frame"], pose, publisher=publisher, source=source))
+        return Sensor(name, entry["type"], frame, joint, optical["frame"], source), mounts
+
+    def frames_of_sensors(self, sensors: list[Sensor]) -> list[Link]:
+        """Return a link for each sensor frame that ``links`` does not mention."""
+        made = []
+        for sensor in sensors:
+            for frame, key in ((sensor.frame, ("frame",)), (sensor.optical_frame, ("optical", "frame"))):
+                if frame and ("link", frame) not in self.places:
+                    self.place("link", frame, ("sensors", sensor.name, *key))
+                    made.append(Link(frame, source=sensor.source))
+        return made
+
+    def publisher(self, entry: dict[str, Any], path: Path) -> Publisher:
+        said = entry.get("publisher", ROBOT_STATE_PUBLISHER)
+        if isinstance(said, dict):
+            if "none" in said:
+                return Publisher(UNPUBLISHED, about=said["none"])
+            return Publisher(STATIC_TRANSFORM_PUBLISHER, said[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
+        if said == ROBOT_STATE_PUBLISHER:
+            return _ROBOT_STATE_PUBLISHER
+        return self.node(said, (*path, "publisher"))
+
+    def node(self, name: str, path: Path) -> Publisher:
+        if name in self.nodes:
+            return self.nodes[name]
+        known = [*self.nodes, ROBOT_STATE_PUBLISHER]
+        self.problem("unknown-publisher", f'there is no publisher "{name}"', path, did_you_mean(name, known))
+        return _ROBOT_STATE_PUBLISHER
+
+    def edge(self, index: int, entry: dict[str, Any]) -> Edge:
+        path: Path = ("edges", index)
+        publisher = Publisher(UNPUBLISHED)
+        if "publisher" in entry:
+            publisher = self.node(entry["publisher"], (*path, "publisher"))
+        pose = _pose(entry) if "xyz" in entry or "rpy" in entry else None
+        moving, when = entry.get("moving", True), entry.get("when", "")
+        return Edge(entry["parent"], entry["child"], publisher, moving, when, pose, _source(entry.get("source")))
+
+    def servo_group(self, name: str, entry: dict[str, Any]) -> ServoGroup:
+        low, high = entry["pulse_range"]
+        if not low <= entry["zero_pulse"] <= high:
+            message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+            self.problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
+        flipped, source = entry.get("flipped", False), _source(entry.get("source"))
+        rad = float(entry["rad_per_pulse"])
+        return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
+
+    def pose(self, name: str, entry: dict[str, Any], servos: tuple[ServoGroup, ...]) -> JointPose:
+        positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
+        pulses = dict(sorted(entry.get("pulses", {}).items()))
+        for joint, pulse in pulses.items():
+            path: Path = ("poses", name, "pulses", joint)
+            group = next((group for group in servos if joint in group.joints), None)
+            if group is None:
+                known = [joint for group in servos for joint in group.joints]
+                message = f'no servo group has the joint "{joint}"'
+                self.problem("unknown-servo", message, path, did_you_mean(joint, known))
+                continue
+            low, high = group.pulse_range
+            if not low <= pulse <= high:
+                self.problem("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+            if joint in positions:
+                self.problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+            positions[joint] = group.radians(pulse)
+        return JointPose(name, positions, pulses, _source(entry.get("source")))
+
+    def output(self, name: str, entry: dict[str, Any]) -> Output:
+        backend = entry.get("backend", "template" if "template" in entry else name)
+        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
+        return Output(name, backend, entry["file"], options)
+
+
+def _node(name: str, entry: dict[str, Any] | None) -> Publisher:
+    entry = entry or {}
+    return Publisher(NODE, entry.get("node", name), entry.get("package", ""), entry.get("about", ""))
+
+
+def _source(entry: dict[str, Any] | None) -> Source:
+    entry = entry or {}
+    return Source(entry.get("status", ""), entry.get("note", ""), entry.get("measured", ""))
+
+
+def _limit(entry: dict[str, Any] | None) -> Limit | None:
+    if entry is None:
+        return None
+    return Limit(**{key: float(value) for key, value in entry.items() if key != "source"})
+
+
+def _mimic(entry: dict[str, Any] | None) -> Mimic | None:
+    if entry is None:
+        return None
+    return Mimic(entry["joint"], float(entry.get("multiplier", 1)), float(entry.get("offset", 0)))
+
+
+def _dynamics(entry: dict[str, Any] | None) -> Dynamics | None:
+    if entry is None:
+        return None
+    return Dynamics(**{key: float(value) for key, value in entry.items() if key != "source"})
+
+
+def _vector(value: Any, default: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[float, float, float]:
+    if value is None:
+        return default
+    x, y, z = value
+    return (float(x), float(y), float(z))
+
+
+def _pose(entry: dict[str, Any]) -> Pose:
+    if "xyz" not in entry and "rpy" not in entry:
+        return IDENTITY
+    return Pose(_vector(entry.get("xyz")), _vector(entry.get("rpy")))
+
+
+def _inertial(entry: dict[str, Any]) -> Inertial:
+    moments = {key: float(value) for key, value in entry["inertia"].items()}
+    return Inertial(float(entry["mass"]), _pose(entry), **moments)

@@ -1,0 +1,141 @@
+"""Poses and transforms: small, exact, without numpy, because three numbers need no array.
+
+Conventions are those of URDF and REP 103: right-handed axes, metres, radians; ``rpy`` turns about the fixed axes X, Y,
+Z in this order, so R = Rz(yaw) Ry(pitch) Rx(roll) (http://wiki.ros.org/urdf/XML/joint, REP 103 "Rotation
+Representation").
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+Vector = tuple[float, float, float]
+Rows = tuple[Vector, Vector, Vector]
+Quaternion = tuple[float, float, float, float]
+
+_UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_ORIGIN: Vector = (0.0, 0.0, 0.0)
+# Below this, a sine or cosine is rounding: pi itself is stored to 1.2e-16, a product of three rotations to about 1e-15.
+_ROUNDING = 4e-15
+
+
+def dot(a: Vector, b: Vector) -> float:
+    """Return the scalar product of two vectors."""
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+
+
+def norm(a: Vector) -> float:
+    """Return the length of a vector."""
+    return math.hypot(*a)
+
+
+def _snap(value: float) -> float:
+    """Return 0, 1 or -1 where a sine or cosine misses it by rounding alone (the cosine of 90 degrees is 6e-17)."""
+    nearest = round(value)
+    return float(nearest) if abs(value - nearest) < _ROUNDING else value
+
+
+def rotation_of_rpy(rpy: Vector) -> Rows:
+    """Return the 3x3 rotation matrix, as rows, of fixed-axis roll, pitch, yaw in radians."""
+    if rpy == _ORIGIN:
+        return _UNIT_ROWS
+    (sr, cr), (sp, cp), (sy, cy) = ((_snap(math.sin(a)), _snap(math.cos(a))) for a in rpy)
+    return (
+        (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
+        (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
+        (-sp, cp * sr, cp * cr),
+    )
+
+
+def rotation_about(axis: Vector, angle: float) -> Rows:
+    """Return the rotation matrix, as rows, by ``angle`` radians about ``axis``, which need not be of unit length.
+
+    Rodrigues' formula. Raises ValueError for a zero axis.
+    """
+    length = norm(axis)
+    if length == 0:
+        raise ValueError("a rotation needs an axis that is not zero")
+    x, y, z = (c / length for c in axis)
+    s, c = math.sin(angle), math.cos(angle)
+    t = 1 - c
+    return (
+        (c + x * x * t, x * y * t - z * s, x * z * t + y * s),
+        (y * x * t + z * s, c + y * y * t, y * z * t - x * s),
+        (z * x * t - y * s, z * y * t + x * s, c + z * z * t),
+    )
+
+
+@dataclass(frozen=True)
+class Transform:
+    """A rigid transform: ``rows`` is the 3x3 rotation, ``xyz`` the translation in metres."""
+
+    rows: Rows = _UNIT_ROWS
+    xyz: Vector = _ORIGIN
+
+    def apply(self, point: Vector) -> Vector:
+        """Return a point of the child frame in the parent frame (metres)."""
+        x, y, z = (dot(row, point) for row in self.rows)
+        return (x + self.xyz[0], y + self.xyz[1], z + self.xyz[2])
+
+    def rotate(self, vector: Vector) -> Vector:
+        """Return a direction of the child frame in the parent frame."""
+        x, y, z = (dot(row, vector) for row in self.rows)
+        return (x, y, z)
+
+    def then(self, child: Transform) -> Transform:
+        """Return this transform followed by ``child``: parent -> this -> child."""
+        columns = tuple(zip(*child.rows, strict=True))
+        first, second, third = ((dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])) for row in self.rows)
+        return Transform((first, second, third), self.apply(child.xyz))
+
+    def inverse(self) -> Transform:
+        """Return the transform from child to parent."""
+        first, second, third = zip(*self.rows, strict=True)
+        back = Transform((first, second, third))
+        x, y, z = back.rotate(self.xyz)
+        return Transform(back.rows, (-x, -y, -z))
+
+    def quaternion(self) -> Quaternion:
+        """Return the rotation as a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method, 1978)."""
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        trace = a + e + i
+        largest = max(trace, a, e, i)
+        if largest == trace:
+            q = (1 + trace, h - f, c - g, d - b)
+        elif largest == a:
+            q = (h - f, 1 + a - e - i, d + b, c + g)
+        elif largest == e:
+            q = (c - g, d + b, 1 + e - a - i, h + f)
+        else:
+            q = (d - b, c + g, h + f, 1 + i - a - e)
+        length = math.hypot(*q) * (-1 if q[0] < 0 else 1)
+        return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
+
+    def rpy(self) -> Vector:
+        """Return the rotation as fixed-axis roll, pitch, yaw in radians; at pitch +-90 degrees the yaw is zero."""
+        (a, _, _), (d, e, f), (g, h, i) = self.rows
+        horizontal = math.hypot(h, i)
+        if horizontal < 1e-12:
+            return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
+        return (math.atan2(h, i), math.atan2(-g, horizontal), math.atan2(d, a))
+
+
+@dataclass(frozen=True)
+class Pose:
+    """Where a frame sits in its parent, as it was written: ``xyz`` in metres, fixed-axis ``rpy`` in radians."""
+
+    xyz: Vector = _ORIGIN
+    rpy: Vector = _ORIGIN
+
+    def transform(self) -> Transform:
+        """Return the pose as a transform."""
+        return Transform(rotation_of_rpy(self.rpy), self.xyz)
+
+
+IDENTITY = Pose()
+
+
+def pose_of(transform: Transform) -> Pose:
+    """Return a transform as xyz and rpy; exact quarter turns give exact angles."""
+    return Pose(transform.xyz, transform.rpy())

@@ -1,0 +1,141 @@
+"""Shapes: what a link looks like and what it collides with. Sizes in metres, full extents and full lengths."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+
+from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
+
+
+@dataclass(frozen=True)
+class Box:
+    """An axis-aligned box between two corners (metres)."""
+
+    lower: Vector
+    upper: Vector
+
+    @property
+    def centre(self) -> Vector:
+        """The middle of the box."""
+        a, b = self.lower, self.upper
+        return ((a[0] + b[0]) / 2, (a[1] + b[1]) / 2, (a[2] + b[2]) / 2)
+
+    @property
+    def size(self) -> Vector:
+        """The full extents along x, y and z."""
+        a, b = self.lower, self.upper
+        return (b[0] - a[0], b[1] - a[1], b[2] - a[2])
+
+
+@dataclass(frozen=True)
+class Cylinder:
+    """A cylinder along z, its middle at the origin."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Capsule:
+    """A cylinder along z with a half sphere on each end; ``length`` is that of the cylinder part."""
+
+    radius: float
+    length: float
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """A sphere around the origin."""
+
+    radius: float
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """A mesh file by reference, in the units of the file times ``scale``."""
+
+    file: str
+    scale: Vector = (1.0, 1.0, 1.0)
+
+
+@dataclass(frozen=True)
+class HeightMap:
+    """The top of a body as heights above z = 0 on a grid of square cells; height 0 is no body.
+
+    ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
+    to whose multiples the boxes are rounded up, so that they are never smaller than the body.
+    """
+
+    origin: tuple[float, float]
+    cell: float
+    heights: tuple[tuple[float, ...], ...]
+    step: float
+    method: str = ""
+
+    def boxes(self) -> tuple[Box, ...]:
+        """Return the body as boxes on z = 0: one for each run of equal rounded heights within a row of constant x."""
+        made: list[Box] = []
+        x0, y0 = self.origin
+        for i, row in enumerate(self.heights):
+            steps = [_steps(z, self.step) for z in row]
+            start = 0
+            for j in range(1, len(steps) + 1):
+                if j < len(steps) and steps[j] == steps[start]:
+                    continue
+                if steps[start] > 0:
+                    lower = (x0 + i * self.cell, y0 + start * self.cell, 0.0)
+                    top = round(steps[start] * self.step, 12)
+                    made.append(Box(lower, (x0 + (i + 1) * self.cell, y0 + j * self.cell, top)))
+                start = j
+        return tuple(made)
+
+
+def _steps(height: float, step: float) -> int:
+    """Return the number of steps that reach the height; an exact multiple is not rounded up by float noise."""
+    return math.ceil(height / step - 1e-6) if height > 0 else 0
+
+
+Geometry = Box | Cylinder | Capsule | Sphere | Mesh | HeightMap
+
+
+@dataclass(frozen=True)
+class Shape:
+    """A geometry at a pose in its link's frame; ``rgba`` and ``material`` matter to visuals only."""
+
+    geometry: Geometry
+    pose: Pose = IDENTITY
+    name: str = ""
+    rgba: tuple[float, float, float, float] | None = None
+    material: str = ""
+    stand_in: str = field(default="", compare=False)
+
+    def solids(self) -> tuple[Shape, ...]:
+        """Return the shape as primitives: a height map becomes its boxes, anything else is itself."""
+        if isinstance(self.geometry, HeightMap):
+            return tuple(replace(self, geometry=box) for box in self.geometry.boxes())
+        return (self,)
+
+    def origin(self) -> Pose:
+        """Return the pose of the middle of the geometry in the link's frame."""
+        if isinstance(self.geometry, Box) and self.geometry.centre != (0.0, 0.0, 0.0):
+            return Pose(self.pose.transform().apply(self.geometry.centre), self.pose.rpy)
+        return self.pose
+
+    def moved(self, transform: Transform) -> Shape:
+        """Return the same shape seen from a parent frame; ``transform`` is parent -> frame of this shape.
+
+        A box that ends up along the axes of the parent, whatever quarter turns brought it there, is written as an
+        axis-aligned box without rotation.
+        """
+        placed = transform.then(self.pose.transform())
+        if isinstance(self.geometry, Box) and _is_quarter_turn(placed):
+            a, b = placed.apply(self.geometry.lower), placed.apply(self.geometry.upper)
+            lower = (min(a[0], b[0]), min(a[1], b[1]), min(a[2], b[2]))
+            upper = (max(a[0], b[0]), max(a[1], b[1]), max(a[2], b[2]))
+            return replace(self, geometry=Box(lower, upper), pose=IDENTITY)
+        return replace(self, pose=pose_of(placed))
+
+
+def _is_quarter_turn(transform: Transform) -> bool:
+    return all(abs(c) < 1e-12 or abs(abs(c) - 1) < 1e-12 for row in transform.rows for c in row)

@@ -1,0 +1,155 @@
+"""URDF: what robot_state_publisher, MoveIt and most other readers take.
+
+It carries the links and joints that robot_state_publisher publishes, and no other: each edge has one publisher.
+Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any
+
+from ..diagnostic import WARNING, Diagnostic
+from ..formatting import NUMBER_FORMATS, NumberFormat, vector
+from ..model import (
+    ROBOT_STATE_PUBLISHER,
+    Box,
+    Capsule,
+    Cylinder,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Robot,
+    Shape,
+    Sphere,
+    Transform,
+)
+from ..templating import BUILTIN, Templates
+from .urdf_reader import read
+
+__all__ = ["emit", "read"]
+
+ELEMENTS = ["inertial", "visual", "collision", "dynamics"]
+
+
+def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the URDF of a robot.
+
+    Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision and dynamics; default all).
+    """
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    elements = output.options.get("elements", ELEMENTS)
+    groups = link_groups(robot, robot.published_by(ROBOT_STATE_PUBLISHER))
+    carried = frozenset(name for names, _ in groups for name in names)
+    diagnostics: list[Diagnostic] = []
+    stand_ins: set[str] = set()
+    steps = []
+    for names, joint in groups:
+        rows = []
+        for name in names:
+            link = robot.link[name]
+            visual = _solids(link.visual) if "visual" in elements else []
+            collision = collisions(robot, name, carried) if "collision" in elements else []
+            diagnostics += _unsaid(name, [*visual, *collision])
+            stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
+            inertial = _inertial(link, number) if "inertial" in elements else []
+            rows.append((name, inertial, _rows(name, visual, number), _rows(name, collision, number)))
+        steps.append((rows, joint))
+    values: dict[str, Any] = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "elements": elements}
+    values |= {"number": number, "vector": lambda numbers: vector(numbers, number), "comment": comment}
+    values["limits"] = lambda joint: _limits(joint, number)
+    return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
+
+
+def comment(text: str) -> str:
+    """Return text that may stand in an XML comment, where two hyphens in a row may not (XML 1.0, 2.5)."""
+    return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
+
+
+def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
+    """Return each joint with the links that it is the first to name; a robot without joints has its root link."""
+    if not joints:
+        return [([robot.root], None)]
+    seen: set[str] = set()
+    groups: list[tuple[list[str], Joint | None]] = []
+    for joint in joints:
+        new = [name for name in (joint.parent, joint.child) if name not in seen]
+        seen.update(new)
+        groups.append((new, joint))
+    return groups
+
+
+def collisions(robot: Robot, link: str, carried: frozenset[str]) -> list[Shape]:
+    """Return the solids that a link collides with.
+
+    The shapes of frames that are fixed to the link, but not carried themselves, move to the link by the transform
+    between the two and come first: those mounted on it, then those of the frames that it is mounted on.
+    """
+    moved: list[Shape] = []
+    waiting = [(link, Transform(), link)]
+    while waiting:
+        name, transform, came_from = waiting.pop()
+        if name != link:
+            moved += [solid.moved(transform) for solid in _solids(robot.link[name].collision)]
+        neighbours = [(n, transform.then(t), name) for n, t in robot.fixed_neighbours(name)]
+        waiting += [step for step in reversed(neighbours) if step[0] not in carried and step[0] != came_from]
+    return moved + _solids(robot.link[link].collision)
+
+
+def _solids(shapes: Sequence[Shape]) -> list[Shape]:
+    return [solid for shape in shapes for solid in shape.solids()]
+
+
+def _rows(link: str, solids: list[Shape], number: NumberFormat) -> list[tuple[Any, ...]]:
+    """Return each solid as the texts of its element: xyz, rpy, kind, sizes, material and colour."""
+    rows = []
+    for index, solid in enumerate(solids, 1):
+        origin = solid.origin()
+        kind, sizes = _geometry(solid, number)
+        rgba = vector(solid.rgba, number) if solid.rgba else ""
+        material = solid.material or (f"{link}_{index}" if rgba else "")
+        rows.append((vector(origin.xyz, number), vector(origin.rpy, number), kind, sizes, material, rgba))
+    return rows
+
+
+def _geometry(solid: Shape, number: NumberFormat) -> tuple[str, list[tuple[str, str]]]:
+    """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
+    shape = solid.geometry
+    if isinstance(shape, Box):
+        return "box", [("size", vector(shape.size, number))]
+    if isinstance(shape, Cylinder):
+        return "cylinder", [("radius", number(shape.radius)), ("length", number(shape.length))]
+    if isinstance(shape, Capsule):
+        full = shape.length + 2 * shape.radius
+        return "cylinder", [("radius", number(shape.radius)), ("length", number(full))]
+    if isinstance(shape, Sphere):
+        return "sphere", [("radius", number(shape.radius))]
+    if isinstance(shape, Mesh):
+        return "mesh", [("filename", shape.file), ("scale", vector(shape.scale, number))]
+    raise TypeError(f"{type(shape).__name__} is not a solid")
+
+
+def _inertial(link: Link, number: NumberFormat) -> list[tuple[Any, ...]]:
+    """Return the texts of a link's inertial, as a list of one; an empty list for a mere frame."""
+    inertial = link.inertial
+    if inertial is None:
+        return []
+    pose = inertial.pose
+    moments = [(key, number(getattr(inertial, key))) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
+    return [(vector(pose.xyz, number), vector(pose.rpy, number), number(inertial.mass), moments)]
+
+
+def _limits(joint: Joint, number: NumberFormat) -> list[tuple[str, str]]:
+    given = [(key, getattr(joint.limit, key)) for key in ("lower", "upper", "effort", "velocity")]
+    return [(key, number(value)) for key, value in given if value is not None]
+
+
+def _unsaid(link: str, solids: list[Shape]) -> list[Diagnostic]:
+    """Return a warning for the shapes that URDF 1.0 has no word for."""
+    capsules = sum(isinstance(solid.geometry, Capsule) for solid in solids)
+    if not capsules:
+        return []
+    message = f"URDF has no capsule: {capsules} on link {link} are written as cylinders of the same full length"
+    return [Diagnostic("urdf-cannot-say", WARNING, message, help="use a cylinder and spheres to say it exactly")]

@@ -1,0 +1,118 @@
+"""Templates: Jinja in its sandbox, where an undefined name is an error and XML is escaped.
+
+Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
+description. Templates from strangers are safe to render: they reach plain values and a few functions, no Python.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import jinja2
+from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from .data import data_folder
+from .diagnostic import Diagnostic, Source, Span, error
+
+BUILTIN = "rosorin_compile/"
+MAX_RANGE = 100_000
+
+
+class TemplateProblem(Exception):
+    """A template that is missing, wrong, or asks for what is not there; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+class Templates:
+    """Renders the templates of the tool and those in ``folder``, the folder of a description."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self.used: set[Path] = set()
+        cache = _bytecode_cache()
+        loader = jinja2.FunctionLoader(self._load)
+        options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
+        options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
+        self.environment = ImmutableSandboxedEnvironment(autoescape=_is_xml, **options)
+
+    def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
+        """Return the text of a template; ``asked`` is the place in the description that names it.
+
+        Raises TemplateProblem with the place in the template that fails.
+        """
+        try:
+            return self.environment.get_template(name).render(values)
+        except jinja2.TemplateSyntaxError as problem:
+            line, where = problem.lineno, problem.name or name
+            raise self._problem("template-syntax", problem.message or "not a template", where, line, asked) from None
+        except jinja2.TemplateNotFound as problem:
+            message = f"there is no template {problem.name} in the folder of the description"
+            raise TemplateProblem(error("template-missing", message, asked, "check the name")) from None
+        except jinja2.exceptions.SecurityError as problem:
+            raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None
+        except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as problem:
+            message = str(problem) or type(problem).__name__
+            raise self._problem("template-failed", message, name, _line(problem), asked) from None
+
+    def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:
+        found = self._load(name)
+        if found is None or not line:
+            return TemplateProblem(error(rule, f"{name}: {message}", asked))
+        text = found[0]
+        shown = name if name.startswith(BUILTIN) or self.folder is None else _shown(self.folder / name)
+        source = Source(shown, text)
+        width = max(1, len(source.line(line).strip()))
+        indent = len(source.line(line)) - len(source.line(line).lstrip())
+        return TemplateProblem(error(rule, message, Span(source, line, indent + 1, width)))
+
+    def _load(self, name: str) -> tuple[str, None, Any] | None:
+        path = self._path(name)
+        if path is None or not path.is_file():
+            return None
+        self.used.add(path)
+        try:
+            return path.read_text("utf-8"), None, lambda: True
+        except (OSError, UnicodeDecodeError):
+            return None
+
+    def _path(self, name: str) -> Path | None:
+        """Return the file of a template name; None if the name leaves the folder that it may stand in."""
+        anchor = data_folder("templates") if name.startswith(BUILTIN) else self.folder
+        if anchor is None:
+            return None
+        path = (anchor / name.removeprefix(BUILTIN)).resolve()
+        return path if path.is_relative_to(anchor.resolve()) else None
+
+
+def _is_xml(name: str | None) -> bool:
+    stem = (name or "").removesuffix(".jinja")
+    return stem.endswith((".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro"))
+
+
+def _line(problem: BaseException) -> int:
+    """Return the template line in the traceback of a failed rendering: Jinja names its frames ``<template>``."""
+    line, trace = 0, problem.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == "<template>":
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _shown(path: Path) -> str:
+    here = os.path.relpath(path)
+    return str(path) if here.startswith("..") else here
+
+
+def _bytecode_cache() -> jinja2.BytecodeCache | None:
+    """Return a cache of compiled templates in the user's own cache folder; None where there is none to write to."""
+    from .cache import cache_folder
+
+    folder = cache_folder("templates")
+    return jinja2.FileSystemBytecodeCache(str(folder)) if folder else None

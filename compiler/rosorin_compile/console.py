@@ -1,0 +1,49 @@
+"""The console: diagnostics go to the person at once, or to a program as one document at the end."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Sequence
+
+from .diagnostic import Diagnostic
+
+
+class Console:
+    """Prints what a run has to say, in one of the forms of ``report``."""
+
+    def __init__(self, form: str) -> None:
+        self.form = form
+        self.collected: list[Diagnostic] = []
+
+    @property
+    def for_people(self) -> bool:
+        """Whether the output is text; otherwise standard output is one document for a program."""
+        return self.form == "text"
+
+    def show(self, diagnostics: Sequence[Diagnostic]) -> str:
+        """Print diagnostics, or keep them for the end; return what was printed."""
+        if not self.for_people:
+            self.collected += diagnostics
+            return ""
+        from . import report
+
+        said = report.text(diagnostics, colour())
+        sys.stderr.write(said)
+        return said
+
+    def say(self, line: str) -> None:
+        """Print a line about the run as a whole."""
+        print(line, file=sys.stdout if self.for_people else sys.stderr)
+
+    def finish(self) -> None:
+        """Print the document of a run that is read by a program."""
+        if not self.for_people:
+            from . import report
+
+            sys.stdout.write(report.FORMATS[self.form](self.collected))
+
+
+def colour() -> bool:
+    """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
+    return sys.stderr.isatty() and "NO_COLOR" not in os.environ

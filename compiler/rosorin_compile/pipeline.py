@@ -1,0 +1,74 @@
+"""The pipeline: load -> expand -> validate -> build -> check -> emit. Values in, values and diagnostics out."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+from .build import build
+from .diagnostic import Diagnostic, arrange, error, has_errors
+from .emit import Artifact, backend
+from .expand import expand
+from .model import Robot
+from .rules import check
+from .tree import Map, locate
+from .validate import validate
+
+
+class Compiled(NamedTuple):
+    """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
+
+    ``inputs`` are the files that were read, templates of the description included.
+    """
+
+    robot: Robot | None
+    artifacts: tuple[Artifact, ...]
+    diagnostics: list[Diagnostic]
+    inputs: tuple[Path, ...]
+
+
+def compile_robot(path: Path, arguments: Mapping[str, str] | None = None) -> Compiled:
+    """Compile the description whose first file is ``path``; nothing is written.
+
+    ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions.
+    """
+    expanded = expand(path, arguments or {})
+    if expanded.tree is None or has_errors(expanded.diagnostics):
+        return Compiled(None, (), arrange(expanded.diagnostics), expanded.files)
+    diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
+    if has_errors(diagnostics):
+        return Compiled(None, (), arrange(diagnostics), expanded.files)
+    built = build(expanded.tree)
+    diagnostics += built.diagnostics
+    if built.robot is None:
+        return Compiled(None, (), arrange(diagnostics), expanded.files)
+    diagnostics += check(built.robot, expanded.tree, built.places)
+    if has_errors(diagnostics):
+        return Compiled(None, (), arrange(diagnostics), expanded.files)
+    artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)
+    diagnostics += said
+    if has_errors(said):
+        artifacts = ()
+    return Compiled(built.robot, artifacts, arrange(diagnostics), (*expanded.files, *templates))
+
+
+def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
+    """Return the artifacts that the robot's outputs ask for, what the formats cannot say, and the templates used."""
+    from .templating import TemplateProblem, Templates
+
+    templates = Templates(folder)
+    artifacts: list[Artifact] = []
+    diagnostics: list[Diagnostic] = []
+    for output in robot.outputs:
+        place = locate(tree, ("outputs", output.name), key=True)
+        try:
+            text, said = backend(output.backend).emit(robot, output, templates)
+        except TemplateProblem as problem:
+            found = problem.diagnostic
+            diagnostics.append(found if found.span else error(found.rule, found.message, place.span, found.help))
+            continue
+        diagnostics += [d if d.span else d._replace(span=place.span) for d in said]
+        artifacts.append(Artifact(output.file, text, output.backend, output.name))
+    own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
+    return tuple(artifacts), diagnostics, own

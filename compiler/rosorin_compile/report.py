@@ -1,0 +1,145 @@
+"""Report: diagnostics as text for people, and as json, github or sarif for programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from .diagnostic import NOTE, Diagnostic, Related, Span
+
+RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", "\033[0m"
+_COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
+MAX_SHOWN = 160
+
+
+def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
+    """Return diagnostics as a person reads them: place, message, the line of the file, the way out."""
+    return "".join(_text(diagnostic, colour) for diagnostic in diagnostics)
+
+
+def _text(diagnostic: Diagnostic, colour: bool) -> str:
+    head = f"{diagnostic.severity}[{diagnostic.rule}]"
+    message = _printable(diagnostic.message)
+    if colour:
+        head, message = _COLOURS[diagnostic.severity] + head + PLAIN, BOLD + message + PLAIN
+    lines = [f"{_place(diagnostic.span)}{head}: {message}"]
+    if diagnostic.span and diagnostic.severity != NOTE:
+        lines += _excerpt(diagnostic.span, diagnostic.help)
+    elif diagnostic.help:
+        lines.append(f"    {diagnostic.help}")
+    lines += [_related(related) for related in diagnostic.related]
+    return "\n".join(lines) + "\n"
+
+
+def _place(span: Span | None) -> str:
+    return f"{span.source.path}:{span.line}:{span.column}: " if span else ""
+
+
+def _excerpt(span: Span, help: str) -> list[str]:
+    """Return the line of the file and a row of carets under the place; a long line is shown around the place."""
+    line = _printable(span.source.line(span.line).replace("\t", " "))
+    first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
+    shown = line[first : first + MAX_SHOWN]
+    column = min(span.column - 1 - first, len(shown))
+    carets = "^" * max(1, min(span.length, len(shown) - column))
+    below = f"{' ' * column}{carets} {help}".rstrip()
+    return [f"{span.line:5} | {shown}".rstrip(), f"{'':5} | {below}"]
+
+
+def _related(related: Related) -> str:
+    return f"      {_place(related.span)}{related.message}" if related.span else f"      {related.message}"
+
+
+def _printable(line: str) -> str:
+    """Return a line with control characters made visible, so that a file cannot steer the terminal."""
+    return "".join(letter if letter.isprintable() else f"\\x{ord(letter):02x}" for letter in line)
+
+
+def github(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
+
+    https://docs.github.com/actions/reference/workflow-commands-for-github-actions
+    """
+    lines = []
+    for diagnostic in diagnostics:
+        kind = "notice" if diagnostic.severity == NOTE else diagnostic.severity
+        where = ""
+        if diagnostic.span:
+            span = diagnostic.span
+            where = f"file={_property(span.source.path)},line={span.line},col={span.column},"
+        message = diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
+        lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}")
+    return "".join(line + "\n" for line in lines)
+
+
+def _escaped(value: str) -> str:
+    return value.replace("%", "%25").replace("\r", "%0D").replace("\n", "%0A")
+
+
+def _property(value: str) -> str:
+    return _escaped(value).replace(":", "%3A").replace(",", "%2C")
+
+
+def as_json(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as a JSON list of objects."""
+    import json
+
+    return json.dumps([_object(diagnostic) for diagnostic in diagnostics], indent=2, ensure_ascii=False) + "\n"
+
+
+def _object(diagnostic: Diagnostic) -> dict[str, object]:
+    related = [{"message": r.message, **_where(r.span)} for r in diagnostic.related]
+    return {
+        "rule": diagnostic.rule,
+        "severity": diagnostic.severity,
+        "message": diagnostic.message,
+        **_where(diagnostic.span),
+        "help": diagnostic.help,
+        "related": related,
+    }
+
+
+def _where(span: Span | None) -> dict[str, object]:
+    if span is None:
+        return {}
+    return {"file": span.source.path, "line": span.line, "column": span.column, "length": span.length}
+
+
+def sarif(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return diagnostics as SARIF 2.1.0 (https://docs.oasis-open.org/sarif/sarif/v2.1.0/)."""
+    import json
+
+    from . import __version__
+
+    rules = sorted({diagnostic.rule for diagnostic in diagnostics})
+    driver = {"name": "rosorin-compile", "version": __version__, "rules": [{"id": rule} for rule in rules]}
+    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": list(map(_result, diagnostics))}
+    schema = "https://json.schemastore.org/sarif-2.1.0.json"
+    return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2, ensure_ascii=False) + "\n"
+
+
+def _result(diagnostic: Diagnostic) -> dict[str, object]:
+    message = diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
+    found: dict[str, object] = {
+        "ruleId": diagnostic.rule,
+        "level": diagnostic.severity,
+        "message": {"text": message},
+    }
+    if diagnostic.span:
+        found["locations"] = [_location(diagnostic.span)]
+    related = [{**_location(r.span), "message": {"text": r.message}} for r in diagnostic.related if r.span]
+    if related:
+        found["relatedLocations"] = related
+    return found
+
+
+def _location(span: Span) -> dict[str, object]:
+    region = {"startLine": span.line, "startColumn": span.column, "endColumn": span.column + span.length}
+    return {"physicalLocation": {"artifactLocation": {"uri": span.source.path}, "region": region}}
+
+
+FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {
+    "text": text,
+    "json": as_json,
+    "github": github,
+    "sarif": sarif,
+}

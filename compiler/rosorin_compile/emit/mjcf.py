@@ -1,0 +1,251 @@
+"""MJCF: the robot for MuJoCo 4, and only the robot: no floor, no light, for ``<include>`` or attaching to a scene.
+
+Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link: a body
+and a site can be asked for under the name of the frame, whether or not it has mass. Static transforms of other nodes
+whose numbers are known are frames too.
+
+What there is to know about the format (MuJoCo 4.0.0, XMLreference):
+
+- Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
+- A geom without mass of its own would get the mass of water, so every geom has density 0: the only masses are those of
+  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here.
+- The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
+- There is no word for a velocity limit. A range whose ends are equal means no range.
+- ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
+- MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
+  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. The excluded contacts say it for
+  every joint, so that the base makes no difference; those in ``disabled_contacts`` of the description come after them.
+- Visual geoms collide with nothing and are in group 1. Collision geoms are in group 0, which viewers show, unless there
+  are visuals to look at: then in group 3, which they hide.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from ..diagnostic import Diagnostic
+from ..formatting import NUMBER_FORMATS, NumberFormat, vector
+from ..model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+)
+from ..templating import BUILTIN, Templates
+from .mjcf_checks import mesh_path, position_range, refused, unsaid, weld_groups
+from .mjcf_reader import read
+from .xml_facts import Six, along_link
+
+__all__ = ["emit", "read"]
+
+_TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
+
+
+class Place(NamedTuple):
+    """Where something is, as printed: a position (m) and a unit quaternion (w x y z), empty where nothing is turned."""
+
+    pos: str
+    quat: str
+
+
+class Geom(NamedTuple):
+    """A geom as MuJoCo counts, as printed; ``purpose`` is collision or visual, ``size`` half sizes (m) or a mesh."""
+
+    name: str
+    purpose: str
+    kind: str
+    size: str
+    place: Place
+    rgba: str
+
+
+class Body(NamedTuple):
+    """A body, what it carries, and the indents of the bodies that end after it, innermost first."""
+
+    name: str
+    indent: str
+    place: Place
+    joint: Joint | None
+    inertial: Inertial | None
+    inertia: Six | None
+    geoms: list[Geom]
+    ends: list[str]
+
+
+class Frame(NamedTuple):
+    """A node of the tree of frames: a link, or a static transform that another node publishes (``link`` is None)."""
+
+    name: str
+    depth: int
+    pose: Pose
+    joint: Joint | None
+    link: Link | None
+
+
+def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the MJCF of a robot.
+
+    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six).
+    """
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    free = output.options.get("base", "fixed") == "free"
+    printer = _Printer(robot, number)
+    frames = list(walk(robot))
+    bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
+    joints = [body.joint for body in bodies if body.joint]
+    shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
+    values = {
+        "robot": robot,
+        "free_joint": _free_joint(robot) if free else "",
+        "collision_group": 3 if any(link.visual for link in robot.links) else 0,
+        "meshes": [(name, mesh, mesh_path(mesh)) for mesh, name in printer.meshes.items()],
+        "bodies": bodies,
+        "followers": [joint for joint in joints if joint.mimic],
+        "actuated": [joint for joint in joints if joint.actuator],
+        "excludes": excluded_contacts(robot),
+        "keys": _keys(robot, joints, free),
+        "stand_ins": [_comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
+        "title": _comment(robot.name),
+        "types": _TYPES,
+        "range": position_range,
+        "number": number,
+        "vector": printer.vector,
+    }
+    text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
+    return text, [*refused(robot, free), *unsaid(robot, joints)]
+
+
+def walk(robot: Robot) -> Iterator[Frame]:
+    """Yield every frame from the root, parents before children: links by their joints, then known static edges."""
+    edges: dict[str, list[tuple[str, Pose]]] = {}
+    known = set(robot.link)
+    for edge in robot.edges:
+        if edge.pose is not None and not edge.moving and edge.child not in known:
+            known.add(edge.child)
+            edges.setdefault(edge.parent, []).append((edge.child, edge.pose))
+    waiting = [Frame(robot.root, 0, Pose(), None, robot.link[robot.root])]
+    while waiting:
+        frame = waiting.pop()
+        yield frame
+        below = [
+            Frame(joint.child, frame.depth + 1, joint.origin, joint if joint.moves else None, robot.link[joint.child])
+            for joint in robot.joints_from.get(frame.name, ())
+        ]
+        below += [Frame(name, frame.depth + 1, pose, None, None) for name, pose in edges.get(frame.name, ())]
+        waiting += reversed(below)
+
+
+class _Printer:
+    """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
+
+    def __init__(self, robot: Robot, number: NumberFormat) -> None:
+        self.robot = robot
+        self.number = number
+        self.meshes: dict[Mesh, str] = {}
+
+    def vector(self, numbers: Iterable[float]) -> str:
+        return vector(numbers, self.number)
+
+    def place(self, pose: Pose) -> Place:
+        quaternion = pose.transform().quaternion()
+        return Place(self.vector(pose.xyz), "" if quaternion == (1, 0, 0, 0) else self.vector(quaternion))
+
+    def body(self, frame: Frame, after: Frame | None) -> Body:
+        """Return the body of a frame; ``after`` is the next frame of the tree."""
+        ends = range(frame.depth, (after.depth if after else 0) - 1, -1)
+        link = frame.link or Link(frame.name)
+        return Body(
+            frame.name,
+            _indent(frame.depth),
+            self.place(frame.pose),
+            frame.joint,
+            link.inertial,
+            _inertia(link.inertial) if link.inertial else None,
+            [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            [_indent(depth) for depth in ends],
+        )
+
+    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Geom]:
+        """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
+        for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
+            geometry, size = solid.geometry, self.vector(_half_sizes(solid.geometry))
+            if isinstance(geometry, Mesh):
+                if not mesh_path(geometry):
+                    continue
+                size = self.meshes.setdefault(geometry, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+            kind = type(geometry).__name__.lower()
+            rgba = self.vector(solid.rgba or ())
+            yield Geom(f"{link.name}_{purpose}_{index}", purpose, kind, size, self.place(solid.origin()), rgba)
+
+
+def _inertia(inertial: Inertial) -> Six:
+    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
+    return along_link(six, inertial.pose.transform())
+
+
+def _indent(depth: int) -> str:
+    return "  " * (depth + 2)
+
+
+def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
+    """Return the sizes of a primitive as MuJoCo counts: half extents, radius, radius and half length (m)."""
+    if isinstance(geometry, Box):
+        x, y, z = geometry.size
+        return (x / 2, y / 2, z / 2)
+    if isinstance(geometry, (Cylinder, Capsule)):
+        return (geometry.radius, geometry.length / 2)
+    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
+
+
+def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
+    """Return the pairs of links that are not to collide: those that a joint connects, and those that the robot names.
+
+    A joint connects each link that is fixed to its parent with each link that is fixed to its child; links without
+    collision shapes are left out.
+    """
+    groups = weld_groups(robot)
+    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
+    top_of = {name: top for top, names in groups.items() for name in names}
+    pairs: dict[frozenset[str], tuple[str, str]] = {}
+    for top in solid:
+        joint = robot.joint_to.get(top)
+        for above in solid[top_of[joint.parent]] if joint else ():
+            for below in solid[top]:
+                pairs.setdefault(frozenset((above, below)), (above, below))
+    for pair in robot.disabled_contacts:
+        pairs.setdefault(frozenset(pair), pair)
+    return list(pairs.values())
+
+
+def _keys(robot: Robot, joints: list[Joint], free: bool) -> list[tuple[str, list[float], list[float]]]:
+    """Return name, qpos and ctrl of each pose: the free base at the origin of the world, then the joints in order."""
+    base = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] if free else []
+    keys = []
+    for pose in robot.poses:
+        at = {joint.name: robot.position(joint, pose.positions) for joint in joints}
+        keys.append((pose.name, base + list(at.values()), [at[joint.name] for joint in joints if joint.actuator]))
+    return keys
+
+
+def _free_joint(robot: Robot) -> str:
+    """Return a name for the joint of a floating base that no other joint has."""
+    name = f"{robot.root}_free"
+    while name in robot.joint:
+        name += "_"
+    return name
+
+
+def _comment(text: str) -> str:
+    """Return a text that may stand in an XML comment, where two hyphens may not follow each other."""
+    return re.sub("-(?=-)", "- ", text)

@@ -1,0 +1,163 @@
+"""Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``xml_facts``).
+
+Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
+name marks), "contact with NAME" (excluded); and the poses: Fact("pose", name of the pose, name of the joint).
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from . import Fact, Facts
+from .xml_facts import AXES, FactSheet, Six, transform_of_quaternion
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from ..model import Transform
+
+_FREE = 7
+_WORLD = "world"
+_COLOUR = ("red", "green", "blue", "alpha")
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+
+
+def read(text: str) -> Facts:
+    """Return what an MJCF says. Raises ValueError if it is damaged."""
+    sheet = FactSheet(text, "mujoco")
+    worldbody = sheet.root.find("worldbody")
+    if worldbody is None:
+        raise ValueError("there is no <worldbody>")
+    scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
+    joints: dict[str, Element] = {}
+    free = _bodies(sheet, worldbody, scales, joints)
+    for follower in sheet.root.iterfind("equality/joint"):
+        _mimic(sheet, follower, joints)
+    for actuator in sheet.root.iterfind("actuator/position"):
+        _actuator(sheet, actuator, joints)
+    for pair in sheet.root.iterfind("contact/exclude"):
+        sheet.add(Fact("link", sheet.text(pair, "body1"), f"contact with {sheet.text(pair, 'body2')}"), "excluded")
+    for key in sheet.root.iterfind("keyframe/key"):
+        _key(sheet, key, joints, free)
+    return sheet.facts
+
+
+def _bodies(sheet: FactSheet, top: Element, scales: dict[str, Element], joints: dict[str, Element]) -> bool:
+    """Take down the bodies below ``top``, collect their joints in order, and say whether the base floats."""
+    free = False
+    waiting = [(body, _WORLD) for body in reversed(top.findall("body"))]
+    while waiting:
+        body, parent = waiting.pop()
+        name = sheet.text(body, "name")
+        sheet.add_frame(name, parent, _transform(sheet, body))
+        if body.find("freejoint") is not None:
+            free = True
+            sheet.add(Fact("link", name, "base"), "free")
+        for joint in body.iterfind("joint"):
+            joints[sheet.text(joint, "name")] = joint
+            _joint(sheet, joint, name)
+        for site in body.iterfind("site"):
+            sheet.add(Fact("link", sheet.text(site, "name"), "site"), name)
+        for inertial in body.iterfind("inertial"):
+            _inertial(sheet, name, inertial)
+        _shapes(sheet, name, body.findall("geom"), scales)
+        waiting += [(child, name) for child in reversed(body.findall("body"))]
+    return free
+
+
+def _transform(sheet: FactSheet, element: Element) -> Transform:
+    return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
+
+
+def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
+    name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
+    slides = kind == "slide"
+    unit, force = ("m", "N") if slides else ("rad", "N*m")
+    ends = sheet.vector(joint, "range", 2, ())
+    if not slides:
+        kind = "revolute" if ends else "continuous"
+    sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
+    sheet.add(Fact("joint", name, "child"), child)
+    for axis, value in zip(AXES, sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)), strict=True):
+        sheet.add(Fact("joint", name, f"axis {axis}"), value)
+    for quantity, value in zip(("lower", "upper"), ends, strict=False):
+        sheet.add(Fact("joint", name, quantity), value, unit)
+    for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
+        sheet.add(Fact("joint", name, "effort"), effort, force)
+    dynamics = (
+        ("damping", "damping", f"{force}*s/{unit}"),
+        ("friction", "frictionloss", force),
+        ("armature", "armature", "kg" if slides else "kg*m^2"),
+    )
+    for quantity, attribute, dimension in dynamics:
+        if attribute in joint.attrib:
+            sheet.add(Fact("joint", name, quantity), sheet.number(joint, attribute), dimension)
+
+
+def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
+    frame = _transform(sheet, inertial)
+    xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (0.0,) * 6)
+    inertia: Six = (xx, yy, zz, xy, xz, yz)
+    sheet.add_inertial(name, sheet.number(inertial, "mass"), frame, inertia)
+
+
+def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
+    """Take down the geoms of a body: what they are for stands at the end of their class."""
+    for purpose in ("collision", "visual"):
+        ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
+        sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
+        for index, geom in enumerate(ours, start=1):
+            kind = geom.get("type", "sphere")
+            sizes = _full_sizes(sheet, geom, kind, scales)
+            sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
+            for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
+                sheet.add(Fact("link", name, f"{purpose} {index} {part}"), value)
+
+
+def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, Element]) -> tuple[float, ...]:
+    """Return the sizes of a geom as full extents and full lengths (m); of a mesh its scale."""
+    if kind == "mesh":
+        mesh = scales.get(sheet.text(geom, "mesh"))
+        if mesh is None:
+            raise ValueError(f"there is no mesh {geom.get('mesh')}")
+        return sheet.vector3(mesh, "scale", (1.0, 1.0, 1.0))
+    if kind == "box":
+        x, y, z = sheet.vector3(geom, "size")
+        return (2 * x, 2 * y, 2 * z)
+    if kind == "sphere":
+        return (sheet.number(geom, "size"),)
+    radius, half = sheet.vector(geom, "size", 2, (0.0, 0.0))
+    return (radius, 2 * half)
+
+
+def _mimic(sheet: FactSheet, follower: Element, joints: dict[str, Element]) -> None:
+    name = sheet.text(follower, "joint1")
+    offset, multiplier, *_ = sheet.vector(follower, "polycoef", 5, (0.0, 1.0, 0.0, 0.0, 0.0))
+    sheet.add(Fact("joint", name, "mimic joint"), sheet.text(follower, "joint2"))
+    sheet.add(Fact("joint", name, "mimic multiplier"), multiplier)
+    sheet.add(Fact("joint", name, "mimic offset"), offset, _unit(joints, name))
+
+
+def _actuator(sheet: FactSheet, actuator: Element, joints: dict[str, Element]) -> None:
+    name = sheet.text(actuator, "joint")
+    unit = _unit(joints, name)
+    force = "N*m" if unit == "rad" else "N"
+    sheet.add(Fact("joint", name, "kp"), sheet.number(actuator, "kp"), f"{force}/{unit}")
+    if "kv" in actuator.attrib:
+        sheet.add(Fact("joint", name, "kv"), sheet.number(actuator, "kv"), f"{force}*s/{unit}")
+    for quantity, value in zip(("lower", "upper"), sheet.vector(actuator, "ctrlrange", 2, ()), strict=False):
+        sheet.add(Fact("joint", name, f"ctrl {quantity}"), value, unit)
+
+
+def _key(sheet: FactSheet, key: Element, joints: dict[str, Element], free: bool) -> None:
+    start = _FREE if free else 0
+    positions = sheet.vector(key, "qpos", start + len(joints), (0.0,) * (start + len(joints)))
+    for name, value in zip(joints, positions[start:], strict=True):
+        sheet.add(Fact("pose", sheet.text(key, "name"), name), value, _unit(joints, name))
+
+
+def _unit(joints: dict[str, Element], name: str) -> str:
+    """Return the unit of the position of a joint. Raises ValueError if there is no such joint."""
+    if name not in joints:
+        raise ValueError(f"there is no joint {name}")
+    return "m" if joints[name].get("type") == "slide" else "rad"

@@ -6,6 +6,7 @@ turns them into text (see ``report``).
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from typing import NamedTuple
 
@@ -66,14 +67,35 @@ def has_errors(diagnostics: Iterable[Diagnostic]) -> bool:
 
 
 def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return each diagnostic once, ordered by file, line and column; those without a place come last."""
+    """Return each diagnostic once, ordered by file, line and column; those without a place come last.
 
-    def key(d: Diagnostic) -> tuple[object, ...]:
-        place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
-        return (*place, _ORDER[d.severity], d.rule, d.message)
+    One mistake in a value that many entries use is told for the first of them, with the number of the others.
+    """
+    causes: dict[tuple[object, ...], list[Diagnostic]] = {}
+    for diagnostic in diagnostics:
+        span = diagnostic.span
+        place = (span.source.path, span.line, span.column) if span else ()
+        what = _NAME.sub("", diagnostic.message) if span else diagnostic.message
+        causes.setdefault((diagnostic.rule, what, place), []).append(diagnostic)
+    return sorted((_together(same) for same in causes.values()), key=_order)
 
-    unique = {(d.rule, d.message, d.span and d.span[1:], d.span and d.span.source.path): d for d in diagnostics}
-    return sorted(unique.values(), key=key)
+
+_NAME = re.compile(r'"[^"]*"')
+
+
+def _together(same: list[Diagnostic]) -> Diagnostic:
+    """Return the first of several diagnostics about one place, saying how many others there are."""
+    first = same[0]
+    others = len({diagnostic.message for diagnostic in same}) - 1
+    if not others:
+        return first
+    entries = "entry" if others == 1 else "entries"
+    return first._replace(related=(Related(f"and {others} more {entries} that use this value", None), *first.related))
+
+
+def _order(d: Diagnostic) -> tuple[object, ...]:
+    place = (0, d.span.source.path, d.span.line, d.span.column) if d.span else (1, "", 0, 0)
+    return (*place, _ORDER[d.severity], d.rule, d.message)
 
 
 def nearest(word: str, known: Iterable[str]) -> str | None:

@@ -1,6 +1,6 @@
 """The model of a robot: frozen values in SI units that import nothing else of this package."""
 
-from .geometry import IDENTITY, Pose, Transform, Vector
+from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .robot import (
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -56,4 +56,5 @@ __all__ = [
     "Sphere",
     "Transform",
     "Vector",
+    "pose_of",
 ]

@@ -1,0 +1,201 @@
+"""Scalars, quantities and expressions: what a value means."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosorin_compile.diagnostic import Source
+from rosorin_compile.expression import ExpressionError, evaluate
+from rosorin_compile.formatting import exact, fixed, six
+from rosorin_compile.load import LoadError, parse_yaml, plain_scalar
+from rosorin_compile.quantity import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, parse_quantity, parse_unit
+
+NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1", 1),
+        ("-0", 0),
+        ("+12", 12),
+        ("007", 7),
+        ("0x1F", 31),
+        ("0o17", 15),
+        ("1e-3", 0.001),
+        (".5", 0.5),
+        ("5.", 5.0),
+        ("1_000", "1_000"),
+        ("12:30", "12:30"),
+        ("on", "on"),
+        ("yes", "yes"),
+        ("NO", "NO"),
+        ("true", True),
+        ("False", False),
+        ("~", None),
+        ("null", None),
+        ("2026-09-27", "2026-09-27"),
+        ("1.2.3", "1.2.3"),
+        ("0b11", "0b11"),
+        ("+", "+"),
+        (".", "."),
+        ("-.inf", -math.inf),
+    ],
+)
+def test_scalars_mean_what_yaml_1_2_says(text: str, value: object) -> None:
+    found = plain_scalar(text)
+    assert found == value
+    assert type(found) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "dimension"),
+    [
+        ("46.62 mm", 0.04662, LENGTH),
+        ("12.5mm", 0.0125, LENGTH),
+        ("180 deg", math.pi, ANGLE),
+        ("-90 deg", -math.pi / 2, ANGLE),
+        ("0.3 kg", 0.3, MASS),
+        ("5 N*m", 5.0, TORQUE),
+        ("5 Nm", 5.0, TORQUE),
+        ("60 rpm", 2 * math.pi, (0, 0, -1, 1)),
+        ("0.02 kg*m^2", 0.02, INERTIA),
+        ("3 g*cm^2", 3e-7, INERTIA),
+        ("10 m/s", 10.0, (1, 0, -1, 0)),
+        ("1e2 us", 1e-4, (0, 0, 1, 0)),
+        ("1 inch", 0.0254, LENGTH),
+    ],
+)
+def test_quantities_are_si(text: str, value: float, dimension: tuple[int, ...]) -> None:
+    found = plain_scalar(text)
+    assert isinstance(found, Quantity)
+    assert found.dimension == dimension
+    assert float(found) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["12 mmm", "mm", "12 m m", "12 m*", "12 /m", "12 m^x", "twelve mm"])
+def test_what_is_no_quantity_stays_text(text: str) -> None:
+    assert parse_quantity(text) is None
+    assert plain_scalar(text) == text
+
+
+def test_quotes_make_text() -> None:
+    assert parse_yaml(Source("f", "['12 mm', \"1\", 'true', 12 mm]")) == ["12 mm", "1", "true", 0.012]
+
+
+@given(st.floats(-1e6, 1e6, allow_nan=False), st.sampled_from(["mm", "cm", "um", "km", "g", "ms"]))
+def test_a_power_of_ten_is_exact(value: float, unit: str) -> None:
+    """A number in a decimal unit is the double nearest to the decimal that was meant."""
+    from decimal import Decimal
+
+    text = repr(value)
+    factor = parse_unit(unit)
+    assert factor is not None
+    expected = float(Decimal(text) * Decimal(repr(UNITS[unit][0])))
+    found = parse_quantity(f"{text} {unit}")
+    assert found is not None
+    assert float(found) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("1 + 2*3", 7),
+        ("2**10", 1024),
+        ("-(3 - 5)", 2),
+        ("7 // 2 + 7 % 2", 4),
+        ("radius*2", 0.1),
+        ("sin(90*deg)", 1.0),
+        ("atan2(1, 1)", math.pi / 4),
+        ("sqrt(length*length)", 2.0),
+        ("max(1, 5, 3)", 5),
+        ("min([4, 2])", 2),
+        ("1 if side == 'left' else -1", 1),
+        ("side + '_wheel'", "left_wheel"),
+        ("offsets[1] + len(offsets)", 5),
+        ("1 < 2 < 3 and not false", True),
+        ("2 in offsets", True),
+        ("240*deg / 1000", 240 * math.pi / 180 / 1000),
+        ("round(2.6)", 3),
+    ],
+)
+def test_expressions(text: str, value: object) -> None:
+    assert evaluate(text, NAMES.__getitem__) == value
+
+
+def test_quantities_keep_their_dimension() -> None:
+    area = evaluate("length * 3*mm", NAMES.__getitem__)
+    assert area.dimension == (2, 0, 0, 0)
+    assert float(area) == 0.006
+    assert evaluate("length / (4*m)", NAMES.__getitem__) == 0.5
+    assert evaluate("length + 1", NAMES.__getitem__).dimension == LENGTH
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("length + 3*kg", "a length (m) and a mass (kg) do not go together"),
+        ("sin(length)", "expected an angle (rad), got a length (m)"),
+        ("length < 3*kg", "do not go together"),
+        ("1/0", "division by zero"),
+        ("unknown + 1", 'there is no value named "unknown"'),
+        ("open('/etc/passwd')", 'there is no function "open"'),
+        ("().__class__", "access to an attribute is not allowed"),
+        ("(lambda: 1)()", 'there is no function "this"'),
+        ("[x for x in offsets]", "a comprehension is not allowed"),
+        ("9**9**9", "the power is too large"),
+        ("10.0**60**2", "too large"),
+        ("(-1)**0.5", "not a real number"),
+        ("'a'*1000000", "cannot combine"),
+        ("1 +", "not an expression"),
+        ("", "not an expression"),
+        ("offsets[7]", "out of range"),
+        ("{'a': 1}", "not allowed"),
+        ("f'{radius}'", "not allowed"),
+        ("1 if", "not an expression"),
+        ("int('x')", "invalid literal"),
+        ("1e308*10", "not a finite number"),
+    ],
+)
+def test_expressions_that_have_no_value(text: str, words: str) -> None:
+    with pytest.raises(ExpressionError) as raised:  # noqa: PT011
+        evaluate(text, NAMES.__getitem__)
+    assert words in raised.value.message
+
+
+@given(st.text(alphabet="0123456789+-*/%()[]., abmdeginsx'\"_<>=:{}\\\n\t", max_size=60))
+def test_no_expression_escapes_or_hangs(text: str) -> None:
+    try:
+        evaluate(text, NAMES.__getitem__)
+    except ExpressionError:
+        pass
+
+
+@given(st.text(max_size=200) | st.text(alphabet="{}[]:,-&*!|>'\"% \n\tab#?1", max_size=80))
+def test_no_text_breaks_the_loader(text: str) -> None:
+    try:
+        parse_yaml(Source("f", text))
+    except LoadError as problem:
+        assert problem.diagnostic.message
+        assert problem.diagnostic.span is not None
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_number_formats_say_the_value(value: float) -> None:
+    assert float(exact(value)) == value
+    assert abs(float(six(value)) - value) <= abs(value) * 5e-6
+    for text in (exact(value), six(value), fixed(min(max(value, -1e9), 1e9), 7)):
+        assert not text.startswith("-0 ")
+        assert text != "-0"
+        assert "," not in text
+        assert not text.endswith(".")
+
+
+@given(st.floats(-10, 10))
+def test_six_keeps_the_better_form(value: float) -> None:
+    forms = [abs(float(f"{value:.6g}") - value), abs(float(f"{value:.6f}") - value)]
+    assert abs(float(six(value)) - value) == min(forms)

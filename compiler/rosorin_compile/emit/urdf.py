@@ -10,7 +10,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from ..diagnostic import WARNING, Diagnostic
+from ..diagnostic import NOTE, WARNING, Diagnostic
 from ..formatting import NUMBER_FORMATS, NumberFormat, vector
 from ..model import (
     ROBOT_STATE_PUBLISHER,
@@ -50,13 +50,14 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         rows = []
         for name in names:
             link = robot.link[name]
-            visual = _solids(link.visual) if "visual" in elements else []
+            visual = moved_here(robot, name, carried, "visual") if "visual" in elements else []
             collision = collisions(robot, name, carried) if "collision" in elements else []
             diagnostics += _unsaid(name, [*visual, *collision])
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
             rows.append((name, inertial, _rows(name, visual, number), _rows(name, collision, number)))
         steps.append((rows, joint))
+    diagnostics += _left_out(robot, carried, elements)
     values: dict[str, Any] = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "elements": elements}
     values |= {"number": number, "vector": lambda numbers: vector(numbers, number), "comment": comment}
     values["limits"] = lambda joint: _limits(joint, number)
@@ -82,7 +83,12 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
 
 
 def collisions(robot: Robot, link: str, carried: frozenset[str]) -> list[Shape]:
-    """Return the solids that a link collides with.
+    """Return the solids that a link of the URDF collides with, those of frames fixed to it first."""
+    return moved_here(robot, link, carried, "collision")
+
+
+def moved_here(robot: Robot, link: str, carried: frozenset[str], purpose: str) -> list[Shape]:
+    """Return the solids of a link; ``purpose`` is visual or collision.
 
     The shapes of frames that are fixed to the link, but not carried themselves, move to the link by the transform
     between the two and come first: those mounted on it, then those of the frames that it is mounted on.
@@ -92,10 +98,10 @@ def collisions(robot: Robot, link: str, carried: frozenset[str]) -> list[Shape]:
     while waiting:
         name, transform, came_from = waiting.pop()
         if name != link:
-            moved += [solid.moved(transform) for solid in _solids(robot.link[name].collision)]
+            moved += [solid.moved(transform) for solid in _solids(getattr(robot.link[name], purpose))]
         neighbours = [(n, transform.then(t), name) for n, t in robot.fixed_neighbours(name)]
         waiting += [step for step in reversed(neighbours) if step[0] not in carried and step[0] != came_from]
-    return moved + _solids(robot.link[link].collision)
+    return moved + _solids(getattr(robot.link[link], purpose))
 
 
 def _solids(shapes: Sequence[Shape]) -> list[Shape]:
@@ -144,6 +150,34 @@ def _inertial(link: Link, number: NumberFormat) -> list[tuple[Any, ...]]:
 def _limits(joint: Joint, number: NumberFormat) -> list[tuple[str, str]]:
     given = [(key, getattr(joint.limit, key)) for key in ("lower", "upper", "effort", "velocity")]
     return [(key, number(value)) for key, value in given if value is not None]
+
+
+def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:
+    """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
+    lost = []
+    for link in robot.walk():
+        if link.name in carried:
+            continue
+        fixed = _reaches_by_fixed_joints(robot, link.name, carried)
+        shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]
+        inertial = ["inertial"] if "inertial" in elements and link.inertial else []
+        lost += [f"{link.name} ({', '.join(shapes + inertial)})"] if shapes or inertial else []
+    if not lost:
+        return []
+    message = f"not in the URDF, because robot_state_publisher does not publish their links: {', '.join(lost)}"
+    return [Diagnostic("urdf-cannot-say", NOTE, message)]
+
+
+def _reaches_by_fixed_joints(robot: Robot, link: str, carried: frozenset[str]) -> bool:
+    seen, waiting = {link}, [link]
+    while waiting:
+        for name, _ in robot.fixed_neighbours(waiting.pop()):
+            if name in carried:
+                return True
+            if name not in seen:
+                seen.add(name)
+                waiting.append(name)
+    return False
 
 
 def _unsaid(link: str, solids: list[Shape]) -> list[Diagnostic]:

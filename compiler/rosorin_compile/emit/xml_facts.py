@@ -173,13 +173,17 @@ class FactSheet:
             self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.half_width(value))
 
 
+# Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.
+PI_CUT = 2e-6
+
+
 def angles(transform: Transform) -> Vector:
     """Return fixed-axis roll, pitch, yaw (rad) in the one form that is compared.
 
     Many triples mean one rotation; the one taken has its pitch within +-pi/2, and roll and yaw above -pi as far as
     rounding can tell, so that +pi and -pi are one angle.
     """
-    roll, pitch, yaw = (a + math.tau if a < 1e-9 - math.pi else a + 0.0 for a in transform.rpy())
+    roll, pitch, yaw = (a + math.tau if a < PI_CUT - math.pi else a + 0.0 for a in transform.rpy())
     return (roll, pitch, yaw)
 
 

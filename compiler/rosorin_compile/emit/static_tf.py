@@ -1,0 +1,150 @@
+"""static_tf: a ROS 2 launch file that starts the publishers of the frames, for Humble and Jazzy.
+
+Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
+tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
+the frames is published by robot_state_publisher from the URDF.
+"""
+
+from __future__ import annotations
+
+import math
+import posixpath
+from typing import Any, NamedTuple
+
+from ..diagnostic import WARNING, Diagnostic, error
+from ..formatting import METRE_DIGITS, RADIAN_DIGITS, fixed
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..templating import BUILTIN, Templates
+from . import Fact, Facts, Value
+from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
+
+_XYZ = ("--x", "--y", "--z")
+_RPY = ("--roll", "--pitch", "--yaw")
+_PARENT, _CHILD = "--frame-id", "--child-frame-id"
+_EXACT: Vector = (0.0, 0.0, 0.0)
+
+
+class StaticTransform(NamedTuple):
+    """One static_transform_publisher: the name of its node, its frames, and its command line arguments."""
+
+    name: str
+    parent: str
+    child: str
+    arguments: tuple[str, ...]
+    source: Source
+
+
+def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the launch file of a robot.
+
+    robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
+    in the outputs folder; the launch argument ``urdf_file`` names another.
+    """
+    transforms, diagnostics = static_transforms(robot)
+    urdf = _urdf_file(robot)
+    moved = robot.published_by(ROBOT_STATE_PUBLISHER)
+    if urdf is None and moved:
+        message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
+        diagnostics.append(
+            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
+        )
+    values: dict[str, Any] = {"robot": robot, "transforms": transforms, "literal": repr, "source": describe}
+    values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
+    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
+    return templates.render(f"{BUILTIN}static_tf.launch.py.jinja", values), diagnostics
+
+
+def _urdf_file(robot: Robot) -> str | None:
+    """Return the first URDF among the outputs; one that a template of the user's own makes counts after ours."""
+    ours = [output.file for output in robot.outputs if output.backend == "urdf"]
+    return next(iter([*ours, *(output.file for output in robot.outputs if output.file.endswith(".urdf"))]), None)
+
+
+def static_transforms(robot: Robot) -> tuple[list[StaticTransform], list[Diagnostic]]:
+    """Return the edges that static_transform_publisher nodes publish, in the order of the description."""
+    transforms, diagnostics = [], []
+    for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
+        if joint.type == "fixed":
+            name = joint.publisher.name
+            transforms.append(StaticTransform(name, joint.parent, joint.child, _arguments(joint), joint.source))
+            continue
+        message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
+        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+    return transforms, diagnostics
+
+
+def describe(source: Source) -> str:
+    """Return where a value comes from as one line of printable text; empty if the description does not say."""
+    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
+    text = ": ".join(part for part in (head, source.note) if part)
+    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+
+
+def _arguments(joint: Joint) -> tuple[str, ...]:
+    arguments: list[str] = []
+    for flags, numbers, digits in ((_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)):
+        for flag, number in zip(flags, numbers, strict=True):
+            arguments += [flag, fixed(number, digits)]
+    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
+
+
+def read(text: str) -> Facts:
+    """Return what the static_transform_publisher nodes of a launch file say; it is parsed, never run.
+
+    Raises ValueError if it is not such a file.
+    """
+    import ast
+
+    facts: Facts = {}
+    try:
+        calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
+    except (SyntaxError, RecursionError, MemoryError) as problem:
+        raise ValueError(f"not a Python file: {problem}") from None
+    for call in calls:
+        given = {keyword.arg: keyword.value for keyword in call.keywords}
+        executable = given.get("executable")
+        if isinstance(executable, ast.Constant) and executable.value == "static_transform_publisher":
+            if not {"name", "arguments"} <= given.keys():
+                raise ValueError("a static_transform_publisher has no name or no arguments")
+            try:
+                name, arguments = (ast.literal_eval(given[key]) for key in ("name", "arguments"))
+            except TypeError as problem:
+                raise ValueError(f"not plain values: {problem}") from None
+            facts |= facts_of(name, arguments)
+    return facts
+
+
+def facts_of(name: object, arguments: object) -> Facts:
+    """Return what the arguments of one static_transform_publisher say. Raises ValueError if they are not ours."""
+    if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
+        raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
+    if len(arguments) % 2:
+        raise ValueError(f"the arguments of {name} are not flags with one text each")
+    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
+    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
+        raise ValueError(f"the flags of {name} are {', '.join(given)}")
+    x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
+    pose = Pose((x, y, z), (roll, pitch, yaw))
+    facts = frame_facts(given[_CHILD], pose, (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3)
+    facts[Fact("frame", given[_CHILD], "parent")] = Value(given[_PARENT])
+    facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
+    return facts
+
+
+def frame_facts(child: str, pose: Pose, metres: Vector = _EXACT, radians: Vector = _EXACT) -> Facts:
+    """Return where a frame sits in its parent; ``metres`` and ``radians`` are half widths of what was printed.
+
+    Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).
+    """
+    rpy = angles(pose.transform())
+    if all(abs(said - meant) < ROTATION_ROUNDING for said, meant in zip(pose.rpy, rpy, strict=True)):
+        rpy = pose.rpy
+    else:
+        rounding = ROTATION_ROUNDING + 4 * max(radians)
+        radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
+    facts: Facts = {}
+    for axis, value, width in zip(AXES, pose.xyz, metres, strict=True):
+        facts[Fact("frame", child, f"origin {axis}")] = Value(value, "m", width)
+    for angle, value, width in zip(ANGLES, rpy, radians, strict=True):
+        facts[Fact("frame", child, angle)] = Value(value, "rad", width)
+    return facts

@@ -141,6 +141,7 @@ def _write_one(run: Run, description: Description) -> int:
         return FINE
     from .pipeline import compile_robot
 
+    begun = stamp.now()
     compiled = compile_robot(description.path, run.arguments)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
@@ -152,7 +153,7 @@ def _write_one(run: Run, description: Description) -> int:
     summary = f"{description.name}: {len(files)} artifacts in {description.outputs}"
     run.console.say(f"{summary}, {_what_changed(written)}")
     if not written.kept:
-        stamp.remember(key, compiled.inputs, files, description.outputs, [said, summary])
+        stamp.remember(key, compiled.inputs, files, description.outputs, [said, summary], begun=begun)
     return FINE
 
 

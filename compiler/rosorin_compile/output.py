@@ -1,0 +1,264 @@
+"""Output: the only code that writes artifacts.
+
+A set of artifacts is replaced as a whole. The new set is written into a folder of its own beside the old one, and then
+the two change places (see ``exchange``, which also says what remains of this promise on file systems that cannot do
+it). A lock on the parent folder keeps two runs from working at once; it leaves no file behind.
+
+The output folder is for artifacts. What else somebody keeps there is carried over into the new folder as hard links,
+so that it stays the same file, with its times and permissions.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import NamedTuple
+
+from . import exchange
+from .diagnostic import Diagnostic, error
+from .staging import There, is_stage, replace, tidy
+
+MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
+
+_READ_ONLY = {errno.EROFS, errno.EACCES, errno.EPERM}
+_FULL = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG}
+_NOT_A_FOLDER = {errno.ENOTDIR, errno.EEXIST}
+_MOUNTED = {errno.EBUSY, errno.EXDEV}
+
+
+class Written(NamedTuple):
+    """What writing a set did to each file, by relative POSIX name, sorted.
+
+    ``written`` is new or has other bytes than before, ``unchanged`` is equal already, ``kept`` is not an artifact of
+    this set and was left alone, ``removed`` was not an artifact either and is gone because pruning was asked for.
+    """
+
+    written: tuple[str, ...]
+    unchanged: tuple[str, ...]
+    kept: tuple[str, ...]
+    removed: tuple[str, ...]
+
+
+class OutputError(Exception):
+    """The artifacts cannot be written or read; the old set stands as before. Carries the diagnostic."""
+
+    def __init__(self, rule: str, message: str, help: str) -> None:
+        super().__init__(message)
+        self.diagnostic: Diagnostic = error(rule, _printable(message), None, _printable(help))
+
+
+def write_set(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
+    """Make ``files``, text by relative POSIX name, the set of artifacts in ``folder``.
+
+    After a kill at any moment the folder holds the old set or the new one. If every file is equal already, nothing is
+    touched. Other files in the folder are kept, or removed with ``prune``. Raises OutputError.
+    """
+    _check_place(folder)
+    _check_names(files)
+    contents = {name: _encode(name, files[name]) for name in sorted(files)}
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with _locked(folder.parent, exclusive=True) as alone:
+            if alone:
+                tidy(folder.parent)
+            return _update(folder, contents, prune)
+    except OSError as problem:
+        raise _explained(problem, folder, "write") from None
+
+
+def read_set(folder: Path) -> dict[str, bytes]:
+    """Return the bytes of all regular files below ``folder`` by relative POSIX name, sorted; none if it is missing.
+
+    Waits for a run that is writing the set. Raises OutputError.
+    """
+    _check_place(folder)
+    try:
+        if not os.path.lexists(folder.parent):
+            return {}
+        with _locked(folder.parent, exclusive=False):
+            if _status(folder) is None:
+                return {}
+            entries = [(n, entry.path) for n, entry in exchange.below(folder) if entry.is_file(follow_symlinks=False)]
+            return {_printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
+    except OSError as problem:
+        raise _explained(problem, folder, "read") from None
+
+
+def _check_place(folder: Path) -> None:
+    try:
+        impossible = b"\0" in os.fsencode(folder)
+    except UnicodeEncodeError:
+        impossible = True
+    if impossible or folder.name in ("", "..") or is_stage(folder.name):
+        message = f'"{folder}" cannot be the output folder'
+        raise OutputError("output-folder", message, 'name a folder of its own, such as "outputs/my_robot"')
+
+
+def _check_names(files: Mapping[str, str]) -> None:
+    for name in sorted(files):
+        parts = name.split("/")
+        if not name.isprintable() or any(part in ("", ".", "..") or part.casefold() == ".git" for part in parts):
+            message = f'artifact "{name}" would not stand in the output folder'
+            raise OutputError("output-name", message, 'name a file below the folder, such as "urdf/robot.urdf"')
+        for parent in _parents(name):
+            if parent in files:
+                message = f'"{parent}" cannot be an artifact and the folder of the artifact "{name}"'
+                raise OutputError("output-name", message, "give one of them another name")
+
+
+def _parents(name: str) -> list[str]:
+    """Return the folders that a relative name leads through: ``a`` and ``a/b`` for ``a/b/c``."""
+    parts = name.split("/")
+    return ["/".join(parts[:count]) for count in range(1, len(parts))]
+
+
+def _encode(name: str, text: str) -> bytes:
+    try:
+        return text.encode("utf-8")
+    except UnicodeEncodeError as problem:
+        message = f'artifact "{name}" holds the character {text[problem.start]!a}, which UTF-8 cannot write'
+        raise OutputError("output-text", message, "remove that character from the description") from None
+
+
+def _printable(name: str) -> str:
+    """Return a name from the disk in a form that every terminal and file can hold."""
+    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in name)
+
+
+@contextmanager
+def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
+    """Hold the lock on a folder; the value is False if it cannot be had, as on some network drives.
+
+    Even then sets do not mix, since each run prepares its own folder. Raises OSError.
+    """
+    import fcntl
+
+    try:
+        handle = os.open(parent, os.O_RDONLY | os.O_DIRECTORY)
+    except PermissionError:
+        if exclusive:
+            raise
+        yield False
+        return
+    try:
+        locked = False
+        with suppress(OSError):
+            fcntl.flock(handle, fcntl.LOCK_EX if exclusive else fcntl.LOCK_SH)
+            locked = True
+        yield locked
+    finally:
+        os.close(handle)
+
+
+def _update(folder: Path, contents: Mapping[str, bytes], prune: bool) -> Written:
+    """Compare the set with what is there, and replace the folder if anything differs. Raises OutputError, OSError."""
+    status = _status(folder)
+    folders = set[str]().union(*map(_parents, contents))
+    there = _look(folder, status.st_dev, folders.union(contents)) if status else {}
+    _check_way(folder, contents, there, prune)
+    same = {name for name, data in contents.items() if _holds(folder / name, there.get(name), data)}
+    ours = {name for name, it in there.items() if name in folders and stat.S_ISDIR(it.st_mode)}
+    foreign = [name for name in there if name not in ours and name not in contents]
+    loose = tuple(_printable(name) for name in foreign if not stat.S_ISDIR(there[name].st_mode))
+    kept, removed = ((), loose) if prune else (loose, ())
+    written = tuple(name for name in contents if name not in same)
+    result = Written(written, tuple(sorted(same)), kept, removed)
+    if status is None or written or (prune and foreign):
+        _check_writable(folder, status)
+        stays = ours.union(same, () if prune else foreign)
+        carried = {name: it for name, it in there.items() if name in stays}
+        replace(folder, {name: contents[name] for name in written}, carried, there)
+    return result
+
+
+def _status(folder: Path) -> os.stat_result | None:
+    """Return the status of the output folder, None if it is missing. Raises OutputError if it is something else."""
+    try:
+        status = folder.lstat()
+    except FileNotFoundError:
+        return None
+    if not stat.S_ISDIR(status.st_mode):
+        what = "a symbolic link" if stat.S_ISLNK(status.st_mode) else "not a folder"
+        message = f"the output folder {folder} is {what}"
+        raise OutputError("output-folder", message, "name the real folder, or move the file away")
+    return status
+
+
+def _look(folder: Path, device: int, ours: set[str]) -> There:
+    """Return all that is in the output folder. Raises OutputError if it does not look like an output folder."""
+    there, foreign = {}, 0
+    for name, entry in exchange.below(folder):
+        there[name] = entry.stat(follow_symlinks=False)
+        foreign += name not in ours
+        if entry.name == ".git" or foreign > MAX_FOREIGN:
+            what = "a .git" if entry.name == ".git" else f"more than {MAX_FOREIGN} files that are not artifacts"
+            message = f"{folder} holds {what}; the whole output folder is replaced, so it is for artifacts only"
+            raise OutputError("output-foreign", message, "name a folder of its own, or move the other files away")
+        if entry.is_dir(follow_symlinks=False) and there[name].st_dev != device:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), entry.path)
+    return dict(sorted(there.items()))
+
+
+def _check_way(folder: Path, contents: Mapping[str, bytes], there: There, prune: bool) -> None:
+    """Raise OutputError if something that is not ours stands where an artifact goes, or leads it elsewhere."""
+    for name in contents:
+        for step in (*_parents(name), name):
+            if step not in there:
+                continue
+            kind = _kind(there[step].st_mode)
+            if kind != ("a file" if step == name else "a folder") and not (prune and kind != "a symbolic link"):
+                message = f'artifact "{name}" cannot be written: {folder / step} is {kind}'
+                raise OutputError("output-in-the-way", message, "move it away, or give the artifact another name")
+
+
+def _kind(mode: int) -> str:
+    kinds = {stat.S_IFREG: "a file", stat.S_IFDIR: "a folder", stat.S_IFLNK: "a symbolic link"}
+    return kinds.get(stat.S_IFMT(mode), "a special file")
+
+
+def _holds(path: Path, status: os.stat_result | None, data: bytes) -> bool:
+    """Say whether a regular file holds exactly these bytes."""
+    if status is None or not stat.S_ISREG(status.st_mode) or status.st_size != len(data):
+        return False
+    return path.read_bytes() == data
+
+
+def _check_writable(folder: Path, status: os.stat_result | None) -> None:
+    """Raise OSError or OutputError if replacing the folder would be against the will of somebody."""
+    if status is None:
+        return
+    if not os.access(folder, os.W_OK | os.X_OK):
+        code = errno.EROFS if os.statvfs(folder).f_flag & os.ST_RDONLY else errno.EACCES
+        raise OSError(code, os.strerror(code), str(folder))
+    if status.st_dev != folder.parent.stat().st_dev:
+        raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), str(folder))
+    # A shell that stands in a folder that is replaced would see an empty folder from then on.
+    with suppress(FileNotFoundError):
+        if Path.cwd().is_relative_to(folder.resolve()):
+            message = f"{folder} is replaced as a whole, and cannot be while the command runs inside it"
+            raise OutputError("output-folder", message, "run the command from another folder")
+
+
+def _explained(problem: OSError, folder: Path, verb: str) -> OutputError:
+    """Return the error for a user: what cannot be done, why, and the way out."""
+    place = problem.filename if isinstance(problem.filename, str) else str(folder)
+    # The folder in which the new set is prepared has a name by chance, and is gone already.
+    place = str(folder.parent) if any(is_stage(part) for part in Path(place).parts) else place
+    reason = problem.strerror or type(problem).__name__
+    message = f"cannot {verb} {folder}: {reason} ({place})"
+    if problem.errno in _READ_ONLY:
+        rule = "output-read-only" if verb == "write" else "output-unreadable"
+        return OutputError(rule, message, f"give yourself the right to {verb} there, or name another output folder")
+    if problem.errno in _FULL:
+        return OutputError("output-full", message, "make room on the disk, or name an output folder on another one")
+    if problem.errno in _NOT_A_FOLDER:
+        message = f"cannot {verb} {folder}: {place} is not a folder"
+        return OutputError("output-folder", message, "name another output folder, or move that file away")
+    if problem.errno in _MOUNTED:
+        message = f"cannot replace {folder} as a whole: a file system is mounted at {place}"
+        return OutputError("output-mounted", message, "name a folder below the mount point as the output folder")
+    return OutputError("output-failed", message, "name another output folder")

@@ -1,0 +1,173 @@
+"""Preparing a new output folder beside the old one, and clearing away what is left of the old.
+
+A run works in a folder of its own beside the output folder. Nobody else may look into it, so nobody can lead us
+elsewhere with a symbolic link. A run that was killed leaves that folder behind; the next one removes it.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import stat
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+
+from . import exchange
+
+STAGE = ".rosorin-compile-"  # and 16 hexadecimal digits
+_NEW = "new"
+_ASIDE = "old"
+
+# What is in a folder: relative POSIX name -> status, links not followed; folders before what they hold.
+There = dict[str, os.stat_result]
+
+
+def is_stage(name: str) -> bool:
+    """Say whether a file name is one that we give to the folder of a run."""
+    digits = name.removeprefix(STAGE)
+    return name.startswith(STAGE) and len(digits) == 16 and all(digit in "0123456789abcdef" for digit in digits)
+
+
+def tidy(parent: Path) -> None:
+    """Repair and remove what killed runs left in ``parent``; the caller holds the lock. Raises OSError."""
+    with os.scandir(parent) as entries:
+        stale = [entry for entry in entries if is_stage(entry.name) and entry.is_dir(follow_symlinks=False)]
+    for entry in stale:
+        # Another user's folder is not ours to remove, and could be a trap.
+        if entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+            _discard(parent / entry.name)
+
+
+def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: There) -> None:
+    """Replace ``folder`` by one that holds the ``fresh`` files and of those ``seen`` in it only the ``carried``.
+
+    Raises OSError, and then the old folder stands as before.
+    """
+    stage = folder.parent / (STAGE + os.urandom(8).hex())
+    gone = [name for name in seen if name not in carried and name not in fresh]
+    try:
+        stage.mkdir(mode=0o700)
+        new = stage / _NEW
+        _fill(new, folder, fresh, carried)
+        old = exchange.put(new, folder, stage / _ASIDE, exchange.Change(list(fresh), gone))
+        _sync_folder(folder.parent)
+        if old is not None:
+            _rescue(old, folder, fresh, seen)
+    finally:
+        _discard(stage)
+
+
+def _fill(new: Path, folder: Path, fresh: Mapping[str, bytes], carried: There) -> None:
+    """Make the folder ``new`` and bring it to the disk, so that it is whole even after a power failure."""
+    new.mkdir()
+    folders = {new: folder}
+    for name, status in carried.items():
+        if stat.S_ISDIR(status.st_mode):
+            (new / name).mkdir()
+            folders[new / name] = folder / name
+        else:
+            _carry(folder / name, new / name)
+    for name, data in fresh.items():
+        (new / name).parent.mkdir(parents=True, exist_ok=True)
+        _write(new / name, data)
+    # Syncing after all was written lets the file system do most of the work at once.
+    for name, entry in exchange.below(new):
+        if name in fresh:
+            _sync(new / name)
+        elif entry.is_dir(follow_symlinks=False):
+            _sync_folder(new / name)
+    _sync_folder(new)
+    for path, model in reversed(folders.items()):
+        with suppress(FileNotFoundError):
+            _make_like(path, model)
+
+
+def _write(path: Path, data: bytes) -> None:
+    handle = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o666)
+    try:
+        rest = memoryview(data)
+        while rest:
+            rest = rest[os.write(handle, rest) :]
+    finally:
+        os.close(handle)
+
+
+def _sync(path: Path) -> None:
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(handle)
+    finally:
+        os.close(handle)
+
+
+def _sync_folder(path: Path) -> None:
+    """Bring the names in a folder to the disk, where the file system can be asked for that; not all can."""
+    with suppress(OSError):
+        _sync(path)
+
+
+def _make_like(path: Path, model: Path) -> None:
+    """Give a new folder the owner and the permissions of the old one."""
+    wanted, got = model.stat(), path.stat()
+    if (wanted.st_uid, wanted.st_gid) != (got.st_uid, got.st_gid):
+        with suppress(PermissionError):
+            os.chown(path, wanted.st_uid, wanted.st_gid)
+    path.chmod(stat.S_IMODE(wanted.st_mode))
+
+
+def _carry(source: Path, target: Path) -> None:
+    """Let a file stand in the new folder too: the same file where links can be made, else a copy. Raises OSError."""
+    try:
+        os.link(source, target, follow_symlinks=False)
+    except (OSError, NotImplementedError) as problem:
+        if isinstance(problem, FileNotFoundError):
+            return  # somebody removed it just now
+        # EXDEV: something is mounted there, so that the old folder must stay as it is. A special file has no copy.
+        mounted = isinstance(problem, OSError) and problem.errno == errno.EXDEV
+        if mounted or not (source.is_symlink() or source.is_file()):
+            raise
+        import shutil
+
+        shutil.copy2(source, target, follow_symlinks=False)
+
+
+def _rescue(old: Path, folder: Path, fresh: Mapping[str, bytes], seen: There) -> None:
+    """Bring over what somebody else saved in the old folder while the new one was being made."""
+    for name, entry in list(exchange.below(old)):
+        if entry.is_dir(follow_symlinks=False) or name in fresh:
+            continue
+        now, before = entry.stat(follow_symlinks=False), seen.get(name)
+        if before is None or (now.st_ino, now.st_mtime_ns) != (before.st_ino, before.st_mtime_ns):
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            (old / name).replace(folder / name)
+
+
+def _discard(stage: Path) -> None:
+    """Remove the folder of a run, after bringing back what only it holds. What cannot be removed stays."""
+    with suppress(OSError):
+        exchange.recover(stage / _ASIDE, stage.parent)
+        parent = os.open(stage.parent, os.O_RDONLY | os.O_DIRECTORY)
+        try:
+            _remove(stage.name, parent)
+        finally:
+            os.close(parent)
+
+
+def _remove(name: str, parent: int) -> None:
+    """Remove a folder and all in it, never through a link nor into another file system. Raises OSError."""
+    handle = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=parent)
+    try:
+        if os.fstat(handle).st_dev != os.fstat(parent).st_dev:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), name)
+        os.fchmod(handle, 0o700)
+        with os.scandir(handle) as entries:
+            found = [(entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries]
+        for child, is_folder in found:
+            if is_folder:
+                _remove(child, handle)
+            else:
+                os.unlink(child, dir_fd=handle)
+    finally:
+        os.close(handle)
+    os.rmdir(name, dir_fd=parent)

@@ -1,0 +1,291 @@
+"""Processes for the tests of output: they are killed, starved and locked out in place of the test run.
+
+``python output_child.py WHAT FOLDER ...`` works in FOLDER and prints JSON. Those that mount something are run in a
+mount namespace of their own, so that nothing stays behind.
+"""
+
+import errno
+import json
+import os
+import resource
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from rosorin_compile import exchange, output
+
+STAGE = ".rosorin-compile-"
+NOTES = "notes/mine.txt"
+OVERLAY = os.environ.get("OUTPUT_CHILD_OVERLAY", "")  # further options
+
+
+def make_set(letter: str, first: int, count: int) -> dict[str, str]:
+    """Return files whose every line says which set they belong to, of 10 byte to 60 kB, two of them in a folder."""
+    names = [f"{'urdf/' if number % 5 == 4 else ''}f{number}.txt" for number in range(first, first + count)]
+    return {name: f"{letter}{name}\n" * (1 + 5 * at**3) for at, name in enumerate(names)}
+
+
+A, B = make_set("A", 0, 12), make_set("B", 4, 12)  # f4 to f11 are in both
+OLD, NEW = make_set("O", 3, 3), make_set("N", 3, 3)  # the same names
+
+
+def encoded(files: dict[str, str]) -> dict[str, bytes]:
+    return {name: text.encode() for name, text in files.items()}
+
+
+def files_in(folder: Path) -> dict[str, bytes]:
+    """Return what is in a folder by the plainest means; of a link the place that it names."""
+    found = {}
+    for where, folders, names in os.walk(folder):
+        for path in (Path(where, name) for name in (*names, *folders)):
+            name = str(path.relative_to(folder))
+            if path.is_symlink():
+                found[name] = bytes(path.readlink())
+            elif not path.is_dir():
+                found[name] = path.read_bytes()
+    return found
+
+
+def state(folder: Path, sets: dict[str, dict[str, str]]) -> str:
+    """Return the name of the set that the folder holds exactly, "missing", or what is wrong."""
+    if not folder.exists():
+        return "missing"
+    there = files_in(folder)
+    there.pop(NOTES, None)
+    for name, files in sets.items():
+        if there == encoded(files):
+            return name
+    return "mixed: " + ", ".join(f"{name}={data[:1]!r}*{len(data)}" for name, data in sorted(there.items()))
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.name for path in folder.iterdir())
+
+
+def stages(folder: Path) -> list[str]:
+    return [name for name in names(folder.parent) if name.startswith(STAGE)]
+
+
+def attempt(folder: Path, files: dict[str, str], prune: bool = False) -> dict[str, object]:
+    """Write a set and return what came of it in a form that can be printed."""
+    try:
+        return output.write_set(folder, files, prune)._asdict()
+    except output.OutputError as problem:
+        return problem.diagnostic._asdict()
+
+
+def refused(folder: Path, files: dict[str, str], rule: str, prune: bool = False) -> str:
+    """Assert that a set is refused by a rule with a way out and that all is as before; return the message."""
+    before = files_in(folder.parent)
+    found = attempt(folder, files, prune)
+    assert found.get("rule") == rule, found
+    assert found["severity"] == "error"
+    assert found["help"]
+    assert STAGE not in str(found["message"])
+    assert files_in(folder.parent) == before
+    assert not stages(folder)
+    return str(found["message"])
+
+
+def alternate(folder: Path, seconds: float = 1e9, first: int = 0) -> int:
+    """Write two sets by turns for some time; return how often."""
+    end, count = time.monotonic() + seconds, first
+    while time.monotonic() < end:
+        output.write_set(folder, (A, B)[count % 2], prune=True)
+        count += 1
+    return count
+
+
+def killer(folder: Path) -> None:
+    """For each line of input: let a process write by turns, kill it after that many seconds, say how it ended."""
+    ready, tell = os.pipe()
+    for line in sys.stdin:
+        process = os.fork()
+        if process == 0:
+            try:
+                first = int(state(folder, {"A": A}) == "A")  # the one that is not there
+                os.write(tell, b"!")
+                alternate(folder, first=first)
+            finally:
+                os._exit(1)
+        os.read(ready, 1)
+        time.sleep(float(line))
+        os.kill(process, signal.SIGKILL)
+        print(os.waitstatus_to_exitcode(os.waitpid(process, 0)[1]), flush=True)
+
+
+def no_swap(one: Path, other: Path) -> None:
+    raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS), str(one), None, str(other))
+
+
+def die_at(step: int) -> None:
+    """Let this process kill itself at the given one of all its calls to the system that leave a trace on disk."""
+    count = 0
+
+    def reached() -> None:
+        nonlocal count
+        count += 1
+        if count == step:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def stepping(function):
+        def wrapped(*arguments):
+            reached()
+            result = function(*arguments)
+            reached()
+            return result
+
+        return wrapped
+
+    def heard(event: str, _: object) -> None:
+        if event.startswith(("os.", "open", "fcntl.")):
+            reached()
+
+    write = os.write
+    os.write = stepping(lambda handle, data: write(handle, data[:300]))
+    os.fsync = stepping(os.fsync)
+    exchange.swap = stepping(exchange.swap)
+    sys.addaudithook(heard)
+
+
+def each_step(folder: Path, how: str) -> list[dict[str, object]]:
+    """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
+    found: list[dict[str, object]] = []
+    if how == "aside":
+        exchange.swap = no_swap
+    while not found or found[-1]["exit"] != 0:
+        if how != "overlay":
+            shutil.rmtree(folder.parent, ignore_errors=True)
+            folder.parent.mkdir()
+            if how != "first":
+                output.write_set(folder, OLD)
+                (folder / NOTES).parent.mkdir()
+                (folder / NOTES).write_text("mine")
+        else:
+            remount_overlay(folder)
+        process = os.fork()
+        if process == 0:
+            die_at(len(found) + 1)
+            output.write_set(folder, NEW)
+            os._exit(0)
+        code = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
+        seen = {"exit": code, "state": state(folder, {"old": OLD, "new": NEW}), "left": len(stages(folder))}
+        output.write_set(folder, {**NEW, "f3.txt": "next"})
+        seen["healed"] = state(folder, {"next": {**NEW, "f3.txt": "next"}}) == "next" and not stages(folder)
+        seen["notes"] = (folder / NOTES).exists()
+        found.append(seen)
+    return found
+
+
+def remount_overlay(folder: Path) -> None:
+    """Mount an overlay whose lower layer, like the image of a container, holds the folder with OLD and a note."""
+    top = folder.parent
+    if os.path.ismount(top):
+        mount("umount", top)
+    layers = top.with_name("layers")
+    shutil.rmtree(layers, ignore_errors=True)
+    for name in ("lower", "upper", "work"):
+        (layers / name).mkdir(parents=True)
+    for name, text in {**OLD, NOTES: "mine"}.items():
+        path = layers / "lower" / folder.name / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+    top.mkdir(exist_ok=True)
+    options = f"lowerdir={layers}/lower,upperdir={layers}/upper,workdir={layers}/work{OVERLAY}"
+    mount("mount", "-t", "overlay", "overlay", "-o", options, top)
+
+
+def mount(*command: object) -> None:
+    subprocess.run([str(part) for part in command], check=True, stdout=sys.stderr)
+
+
+def on_overlay(base: Path) -> dict[str, object]:
+    """Write over a folder from the lower layer, make it fail in the middle, and write again."""
+    mount("mount", "-t", "tmpfs", "tmpfs", base)
+    folder = base / "top" / "out"
+    found: dict[str, object] = {"steps": each_step(folder, "overlay")}
+    remount_overlay(folder)
+    swap, swaps = exchange.swap, []
+
+    def failing(one: Path, other: Path) -> None:
+        swaps.append(one)
+        if len(swaps) == 3:  # the folder, the first file, and now the second
+            raise OSError(errno.EIO, "broken")
+        swap(one, other)
+
+    exchange.swap = failing
+    found["failed"] = attempt(folder, NEW)
+    found["after failure"] = state(folder, {"old": OLD}), stages(folder)
+    exchange.swap = swap
+    pruned = {"f3.txt": "only", "sub/new.txt": "new"}
+    found["pruned"] = attempt(folder, pruned, prune=True)
+    found["after pruning"] = files_in(folder) == encoded(pruned), names(folder), stages(folder)
+    return found
+
+
+def on_full_disk(base: Path) -> dict[str, object]:
+    """Write a set that does not fit, then one that does."""
+    mount("mount", "-t", "tmpfs", "-o", "size=256k", "tmpfs", base)
+    output.write_set(base / "out", OLD)
+    found = {"big": attempt(base / "out", {**OLD, "big.txt": "x" * 400_000})}
+    found["state"] = {"set": state(base / "out", {"old": OLD}), "left": stages(base / "out")}
+    return {**found, "small": attempt(base / "out", NEW)}
+
+
+def on_read_only_disk(base: Path) -> dict[str, object]:
+    """Write to a disk that is mounted read-only: another set, and the same one."""
+    mount("mount", "-t", "tmpfs", "tmpfs", base)
+    output.write_set(base / "out", OLD)
+    mount("mount", "-o", "remount,bind,ro", base)
+    return {"other": attempt(base / "out", NEW), "same": attempt(base / "out", OLD), "set": files_in_text(base / "out")}
+
+
+def files_in_text(folder: Path) -> dict[str, str]:
+    return {name: data.decode() for name, data in files_in(folder).items()}
+
+
+def on_mount_points(base: Path) -> dict[str, object]:
+    """Write to a folder that is a mount point, and to one that holds a mount point; of another disk and of the same."""
+    found: dict[str, object] = {}
+    (base / "elsewhere").mkdir()
+    (base / "elsewhere" / "precious.txt").write_text("precious")
+    for kind, arguments in {"disk": ("-t", "tmpfs", "tmpfs"), "bind": ("--bind", base / "elsewhere")}.items():
+        for where in ("out", "out/inside"):
+            output.write_set(base / "out", OLD)
+            (base / where).mkdir(exist_ok=True)
+            mount("mount", *arguments, base / where)
+            found[f"{kind} {where}"] = attempt(base / "out", {**NEW, "sub/more.txt": "more"}, prune=where == "out")
+            mount("umount", base / where)
+            found[f"{kind} {where} set"] = state(base / "out", {"old": OLD})
+    return {**found, "left": stages(base / "out"), "elsewhere": files_in_text(base / "elsewhere")}
+
+
+def locked_out(folder: Path, *places: str) -> dict[str, object]:
+    """Become a user without rights, then write and read."""
+    import ctypes  # noqa: F401  (must be there before the rights are gone)
+
+    if os.geteuid() == 0:
+        os.setgroups([])
+        os.setgid(65534)
+        os.setuid(65534)
+    found: dict[str, object] = {name: attempt(folder / name, NEW) for name in places}
+    for name in places:
+        try:
+            found[f"read {name}"] = len(output.read_set(folder / name))
+        except output.OutputError as problem:
+            found[f"read {name}"] = problem.diagnostic.rule
+    return found
+
+
+def small_files_only(folder: Path) -> dict[str, object]:
+    """Write under a limit for the size of files."""
+    resource.setrlimit(resource.RLIMIT_FSIZE, (4000, 4000))
+    return attempt(folder, {**NEW, "big.txt": "x" * 10_000})
+
+
+if __name__ == "__main__":
+    what = {"alternate": lambda folder, seconds: alternate(folder, float(seconds))}.get(sys.argv[1])
+    print(json.dumps((what or globals()[sys.argv[1]])(Path(sys.argv[2]), *sys.argv[3:])))

@@ -10,6 +10,7 @@ import os
 import shutil
 import sys
 import tempfile
+from functools import partial
 from pathlib import Path
 
 from pairs import compare, row, wall_time
@@ -33,11 +34,11 @@ def main(pairs: int) -> None:
 
         print(f"{'rosorin-compile all / xacro':<42} {'ours':>11} {'xacro':>11}   ratio, median of {pairs} pairs")
         for case, prepare, goal in (
-            ("nothing cached", lambda: _forget(folder), 2.0),
-            ("one number changed", lambda: _change(folder), 2.0),
+            ("nothing cached", partial(_forget, folder), 2.0),
+            ("one number changed", partial(_change, folder), 2.0),
             ("nothing changed", None, 0.8),
         ):
-            print(row(case, compare(lambda: wall_time(ours, prepare), xacro, pairs), goal))
+            print(row(case, compare(partial(wall_time, ours, prepare), xacro, pairs), goal))
 
 
 def _forget(folder: Path) -> None:

@@ -8,6 +8,7 @@ from contextlib import contextmanager
 import mujoco
 import numpy as np
 from numpy.typing import NDArray
+
 from rosorin_compile.emit import mjcf
 from rosorin_compile.model import Output, Robot, Transform
 from rosorin_compile.templating import Templates

@@ -9,8 +9,8 @@ import sys
 from pathlib import Path
 
 import pytest
-from robots import copy_of_rosorin
 
+from robots import copy_of_rosorin
 from rosorin_compile.cli import main
 
 
@@ -35,12 +35,14 @@ def test_all_lists_the_stand_in_and_what_it_wrote(project: Path, capsys: pytest.
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    assert "6 artifacts in outputs/rosorin, written: frames.md, robot_model.json, rosorin.urdf, rosorin.xml" in shown.out
+    written = "written: frames.md, robot_model.json, rosorin.urdf, rosorin.xml"
+    assert f"6 artifacts in outputs/rosorin, {written}" in shown.out
     assert "note[stand-in]: " in shown.err
     assert "chassis height map" in shown.err
 
 
-def test_second_run_is_unchanged_and_says_the_same(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.usefixtures("project")
+def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture[str]) -> None:
     capsys.readouterr()
     assert main(["all"]) == 0
     shown = capsys.readouterr()
@@ -96,21 +98,20 @@ def test_missing_and_extra_files_are_differences(project: Path, capsys: pytest.C
     assert main(["check"]) == 0
 
 
-def test_errors_are_reported_together_and_nothing_is_written(
-    project: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_errors_are_reported_together_and_nothing_is_written(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     before = {path.name: path.read_bytes() for path in (project / "outputs" / "rosorin").iterdir()}
     edit(project, "arm.yaml", "xyz: [0.04662,", "xzy: [0.04662,")
     edit(project, "camera.yaml", "type: depth_camera", "type: deph_camera")
     assert main(["all"]) == 1
     shown = capsys.readouterr().err
     assert 'descriptions/rosorin/arm.yaml:61:5: error[unknown-key]: joint "joint1" has no key "xzy"' in shown
-    assert "    xzy: [0.04662, 7.5437e-05, 0.16044]\n      |     ^^^ did you mean \"xyz\"?" in shown
-    assert "did you mean \"depth_camera\"?" in shown
+    assert '    xzy: [0.04662, 7.5437e-05, 0.16044]\n      |     ^^^ did you mean "xyz"?' in shown
+    assert 'did you mean "depth_camera"?' in shown
     assert "2 errors, nothing written" in shown
     assert {path.name: path.read_bytes() for path in (project / "outputs" / "rosorin").iterdir()} == before
 
 
+@pytest.mark.usefixtures("project")
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
@@ -120,9 +121,7 @@ def test_errors_are_reported_together_and_nothing_is_written(
         (["all", "-a", "base=loose"], "allowed: fixed, free"),
     ],
 )
-def test_wrong_usage_has_a_way_out(
-    project: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], words: str
-) -> None:
+def test_wrong_usage_has_a_way_out(capsys: pytest.CaptureFixture[str], arguments: list[str], words: str) -> None:
     assert main(arguments) in (1, 2)
     assert words in capsys.readouterr().err
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
-from robots import OUTPUTS, ROOT, ROSORIN, compiled, copy_of_rosorin, texts
 
+from robots import OUTPUTS, ROOT, ROSORIN, compiled, copy_of_rosorin, texts
 from rosorin_compile.load import load_mapping
 
 # The entries of these mappings stand in the artifacts in the order of the description.

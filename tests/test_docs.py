@@ -30,6 +30,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pytest
+
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostic import Source
 from rosorin_compile.expression import CONSTANTS, FUNCTIONS

@@ -8,6 +8,7 @@ from dataclasses import replace
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from robots import compiled, texts
 from rosorin_compile.emit import Fact, Value, frames
 from rosorin_compile.model import (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -162,26 +163,25 @@ def test_quantities_keep_their_dimension() -> None:
     ],
 )
 def test_expressions_that_have_no_value(text: str, words: str) -> None:
-    with pytest.raises(ExpressionError) as raised:  # noqa: PT011
+    with pytest.raises(ExpressionError) as raised:
         evaluate(text, NAMES.__getitem__)
     assert words in raised.value.message
 
 
 @given(st.text(alphabet="0123456789+-*/%()[]., abmdeginsx'\"_<>=:{}\\\n\t", max_size=60))
 def test_no_expression_escapes_or_hangs(text: str) -> None:
-    try:
+    with suppress(ExpressionError):
         evaluate(text, NAMES.__getitem__)
-    except ExpressionError:
-        pass
 
 
 @given(st.text(max_size=200) | st.text(alphabet="{}[]:,-&*!|>'\"% \n\tab#?1", max_size=80))
 def test_no_text_breaks_the_loader(text: str) -> None:
+    found = None
     try:
         parse_yaml(Source("f", text))
     except LoadError as problem:
-        assert problem.diagnostic.message
-        assert problem.diagnostic.span is not None
+        found = problem.diagnostic
+    assert found is None or (found.message and found.span is not None)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from engines import MuJoCo, Pinocchio, StaticTf, pose
 from robots import OUTPUTS, compiled, copy_of_rosorin, texts
-
 from rosorin_compile.cli import main
 
 REAR = """
@@ -48,7 +48,8 @@ def add(folder: Path, sensor: str) -> dict[str, str]:
     description = folder / "descriptions" / "rosorin"
     (description / "rear.yaml").write_text(sensor, "utf-8")
     root = description / "robot.yaml"
-    root.write_text(root.read_text("utf-8").replace("  - simulation.yaml", "  - simulation.yaml\n  - rear.yaml"), "utf-8")
+    text = root.read_text("utf-8").replace("  - simulation.yaml", "  - simulation.yaml\n  - rear.yaml")
+    root.write_text(text, "utf-8")
     return texts(compiled(root))
 
 
@@ -73,7 +74,6 @@ def test_range_finder_reaches_static_tf_mjcf_and_frames(folder: Path, capsys: py
     assert main(["check"]) == 1
     shown = capsys.readouterr().out
     assert "rear_range" in shown
-    assert "+ " in shown or "+" in shown
     assert main(["all"]) == 0
     assert main(["check"]) == 0
 

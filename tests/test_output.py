@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from output_child import A, B, encoded, files_in, names, no_swap, refused, stages
 from rosorin_compile import exchange, output
 from rosorin_compile.output import OutputError, Written, read_set, write_set

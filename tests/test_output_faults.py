@@ -11,8 +11,9 @@ import tempfile
 import time
 from pathlib import Path
 
-import output_child
 import pytest
+
+import output_child
 from output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages, state
 from rosorin_compile import exchange
 from rosorin_compile.output import read_set, write_set

@@ -10,6 +10,7 @@ from typing import Any
 
 import jsonschema
 import pytest
+
 from robots import ROOT, compiled, texts
 from rosorin_compile.diagnostic import Diagnostic
 from rosorin_compile.emit import Fact, Value, robot_model

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from engines import Frames, MuJoCo, Pinocchio, RobotModel, StaticTf, Yourdfpy
 from robots import RECORDED, ROOT, compiled, copy_of_rosorin, texts
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+
 from rosorin_compile import stamp
 from rosorin_compile.stamp import recall, remember
 

@@ -15,6 +15,7 @@ import jsonschema
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from launch_stubs import ParameterValue, command_line, run
 from robots import ROOT, compiled, texts
 from rosorin_compile.emit import Fact, Value, static_tf, static_tf_json

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
 from robots import compiled, copy_of_rosorin, texts
 from rosorin_compile.emit import template
 from rosorin_compile.model import Box, Joint, JointPose, Limit, Link, Output, Pose, Robot, Shape, Source

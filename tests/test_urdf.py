@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+
 from robots import compiled, texts
 from rosorin_compile.emit import urdf
 from rosorin_compile.model import (

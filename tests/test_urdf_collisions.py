@@ -7,6 +7,7 @@ import math
 
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,

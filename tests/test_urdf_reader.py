@@ -7,6 +7,7 @@ import itertools
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from robots import compiled
 from rosorin_compile.emit import Fact, Value, backend, urdf
 from rosorin_compile.formatting import exact, six

@@ -8,7 +8,7 @@ from __future__ import annotations
 import argparse
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Sequence, Sized
 from typing import TYPE_CHECKING, NamedTuple
 
 from . import __version__
@@ -150,7 +150,7 @@ def _write_one(run: Run, description: Description) -> int:
     written = _write(run, description, files)
     if written is None:
         return PROBLEMS
-    summary = f"{description.name}: {len(files)} artifacts in {description.outputs}"
+    summary = f"{description.name}: {_count(files)} in {description.outputs}"
     run.console.say(f"{summary}, {_what_changed(written)}")
     if not written.kept:
         stamp.remember(key, compiled.inputs, files, description.outputs, [said, summary], begun=begun)
@@ -180,6 +180,10 @@ def _write(run: Run, description: Description, files: dict[str, str]) -> Written
         message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"
         run.console.show([Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it")])
     return written
+
+
+def _count(artifacts: Sized) -> str:
+    return f"{len(artifacts)} artifact{'' if len(artifacts) == 1 else 's'}"
 
 
 def _what_changed(written: Written) -> str:
@@ -216,6 +220,7 @@ def _check_one(run: Run, description: Description) -> int:
     elif differences:
         help = "rosorin-compile all writes them anew"
         run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
-    if comparison.same:
-        run.console.say(f"{description.name}: {len(compiled.artifacts)} artifacts agree with {description.outputs}")
-    return FINE if comparison.same and not disagreements else PROBLEMS
+    if not comparison.same or disagreements:
+        return PROBLEMS
+    run.console.say(f"{description.name}: {_count(compiled.artifacts)} as committed in {description.outputs}")
+    return FINE

@@ -7,6 +7,7 @@ description. Templates from strangers are safe to render: they reach plain value
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -18,7 +19,9 @@ from .data import data_folder
 from .diagnostic import Diagnostic, Source, Span, error
 
 BUILTIN = "rosorin_compile/"
-MAX_RANGE = 100_000
+
+# How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
+_INTERNAL = re.compile(r"'rosorin_compile\.[\w.]*\.(\w+) object'")
 
 
 class TemplateProblem(Exception):
@@ -57,7 +60,7 @@ class Templates:
         except jinja2.exceptions.SecurityError as problem:
             raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None
         except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as problem:
-            message = str(problem) or type(problem).__name__
+            message = _INTERNAL.sub(r"a \1", str(problem)) or type(problem).__name__
             raise self._problem("template-failed", message, name, _line(problem), asked) from None
 
     def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:

@@ -1,0 +1,170 @@
+"""What the rules look at, and how they say where a problem is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..diagnostic import ERROR, Diagnostic, Related, Span, did_you_mean
+from ..model import Joint, Robot
+from ..tree import Map, Path, Place, Seq, locate
+
+USED = "used here"
+
+
+class Case(NamedTuple):
+    """A robot, the tree that it was built from, and the paths in it of joints and links, by kind and name.
+
+    ``values`` is every value of the tree with its path, parents before children, in the order of the description.
+    """
+
+    robot: Robot
+    tree: Map
+    places: Mapping[tuple[str, str], Path]
+    values: Sequence[tuple[Path, Any]]
+
+    def joint(self, joint: Joint, *rest: str | int) -> Path:
+        """Return the path of a joint, or of what is in it; that of a sensor for the joint that mounts it."""
+        return (*self.places.get(("joint", joint.name), ("joints", joint.name)), *rest)
+
+    def link(self, name: str, *rest: str | int) -> Path:
+        """Return the path of a link, or of what is in it."""
+        return (*self.places.get(("link", name), ("links", name)), *rest)
+
+    def end(self, joint: Joint, which: str) -> Path:
+        """Return the path of the name of the link at the "parent" or the "child" end of a joint."""
+        path = self.joint(joint)
+        if path[0] != "sensors":
+            return (*path, which)
+        if path[-1] == "optical":
+            return (*path[:-1], "frame") if which == "parent" else (*path, "frame")
+        return (*path, "parent" if which == "parent" else "frame")
+
+    def publisher(self, joint: Joint) -> Path:
+        """Return the path of the publisher of a joint, or of the joint where it is not said."""
+        path = self.joint(joint)
+        said = (*path, "publisher")
+        if path[-1] == "optical" and exists(self.tree, (*path[:-1], "publisher")) and not exists(self.tree, said):
+            return (*path[:-1], "publisher")
+        return said if exists(self.tree, said) else path
+
+    def problem(
+        self,
+        rule: str,
+        message: str,
+        path: Path,
+        help: str = "",
+        *,
+        related: Iterable[Related] = (),
+        severity: str = ERROR,
+        key: bool = False,
+        within: bool = False,
+    ) -> Diagnostic:
+        """Return a diagnostic at a path: at its value, at its key with ``key``, or at the entry that lacks it.
+
+        A value that was written in ``let`` is shown there; related says where it is used. ``within`` is for what is
+        wrong within a mapping: at its key, or where it was written.
+        """
+        place, use = written(self.tree, path, key, within)
+        uses = [Related(USED, use)] if use else []
+        return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help)
+
+    def related(self, message: str, path: Path, key: bool = False) -> Related:
+        """Return a second place."""
+        return Related(message, written(self.tree, path, key)[0].span)
+
+
+def walk(tree: Map) -> Iterator[tuple[Path, Any]]:
+    """Yield every value of a tree with its path, parents before children, in the order of the tree."""
+    waiting: list[tuple[Path, Any]] = [((), tree)]
+    while waiting:
+        path, node = waiting.pop()
+        yield path, node
+        if isinstance(node, Map):
+            waiting += [((*path, key), item) for key, item in reversed(node.items())]
+        elif isinstance(node, Seq):
+            waiting += [((*path, index), node[index]) for index in range(len(node) - 1, -1, -1)]
+
+
+def exists(tree: Map, path: Path) -> bool:
+    """Say whether a tree has a value at a path."""
+    return _follow(tree, path) == len(path)
+
+
+def at(tree: Map, path: Path) -> Any:
+    """Return the value at a path; None if there is none."""
+    node: Any = tree
+    for step in path:
+        if not _has(node, step):
+            return None
+        node = node[step]
+    return node
+
+
+def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
+    """Return where the value (or the key) at a path was written, and where it is used if that is another place.
+
+    Where the path does not exist, the place is the key of the entry that lacks it.
+    """
+    found = _follow(tree, path)
+    missing = found < len(path)
+    path = path[:found]
+    place = locate(tree, path, key=key or missing or within)
+    use: Span | None = None
+    node: Any = tree
+    for depth, step in enumerate(path):
+        span, node = node.value_spans[step], node[step]
+        if not isinstance(node, (Map, Seq)) or not _apart(node.span, span):
+            continue
+        last = depth == len(path) - 1
+        if last and key and not missing:
+            break
+        use = use or span
+        if last:
+            place = Place(node.span, node.via)
+    return place, use
+
+
+def _apart(one: Span, other: Span) -> bool:
+    return (one.source.path, one.line) != (other.source.path, other.line)
+
+
+def _follow(tree: Map, path: Path) -> int:
+    """Return how many steps of a path exist in a tree."""
+    node: Any = tree
+    for depth, step in enumerate(path):
+        if not _has(node, step):
+            return depth
+        node = node[step]
+    return len(path)
+
+
+def _has(node: Any, step: str | int) -> bool:
+    if isinstance(node, Map):
+        return step in node
+    return isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node)
+
+
+def suggest(word: str, known: Iterable[str], otherwise: str) -> str:
+    """Return 'did you mean "x"?' if a known word is near, else what to do and the known words."""
+    names = sorted(known)
+    found = did_you_mean(word, names)
+    if found.startswith("did"):
+        return found
+    return f"{otherwise} ({found})" if found else otherwise
+
+
+def listed(words: Iterable[str]) -> str:
+    """Return words as in a sentence: a, b and c."""
+    *first, last = list(words)
+    return f"{', '.join(first)} and {last}" if first else last
+
+
+def quoted(names: Iterable[str]) -> str:
+    """Return names in quotes, as in a sentence: "a", "b" and "c"."""
+    return listed(f'"{name}"' for name in names)
+
+
+def number(value: float) -> str:
+    """Return a number as a person would write it, for a message: up to six digits."""
+    return f"{float(value):.6g}"

@@ -1,0 +1,78 @@
+"""Frames by the conventions of ROS: REP 103 for image frames, REP 105 for the frames of the world."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..diagnostic import Diagnostic
+from ..model import Pose
+from ..tree import Path
+from .case import Case, exists
+from .kinematics import WORLD_FRAMES
+from .values import FULL_TURN
+
+# REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
+OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2))
+SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
+TOLERANCE = 1e-3  # rad
+
+# Two imagers of one device: their image frames differ by what the maker calibrated, never by much.
+CALIBRATION = 0.2  # rad
+
+
+def world_frames(case: Case) -> Iterator[Diagnostic]:
+    """Links, joints and sensors that would own map, odom or earth; ``edges`` may."""
+    robot = case.robot
+    for frame in WORLD_FRAMES:
+        at: Path | None = case.link(frame) if frame in robot.link else None
+        key = at is not None and at[0] == "links"
+        for joint in robot.joints:
+            for which in ("parent", "child"):
+                if at is None and getattr(joint, which) == frame:
+                    at = case.end(joint, which)
+        if at is not None:
+            message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
+            help = f'begin the robot at "base_link" and say who publishes "{frame}" under edges'
+            yield case.problem("owns-world-frame", message, at, help, key=key)
+
+
+def optical_frames(case: Case) -> Iterator[Diagnostic]:
+    """Image frames that are not turned against the frame that they sit on as REP 103 says."""
+    robot = case.robot
+    declared = {sensor.optical_frame for sensor in robot.sensors if sensor.optical_frame}
+    for joint in robot.joints:
+        if joint.child in declared or joint.child.endswith(SUFFIXES):
+            yield from _turned(case, joint.parent, joint.child, joint.origin, case.joint(joint), declared)
+    for index, edge in enumerate(robot.edges):
+        if edge.pose is not None and edge.child.endswith(SUFFIXES):
+            yield from _turned(case, edge.parent, edge.child, edge.pose, ("edges", index), declared)
+
+
+def _turned(case: Case, parent: str, child: str, pose: Pose, path: Path, declared: set[str]) -> Iterator[Diagnostic]:
+    """Yield a problem if an image frame is turned wrongly; angles that look like degrees have a rule of their own."""
+    if any(abs(angle) > FULL_TURN for angle in pose.rpy):
+        return
+    at = (*path, "rpy") if exists(case.tree, (*path, "rpy")) else path
+    found = "[" + ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy) + "] deg"
+    if parent in declared or parent.endswith(SUFFIXES):
+        off = angle_between(pose, Pose())
+        if off > CALIBRATION:
+            message = f'image frame "{child}" sits on the image frame "{parent}" and is turned by rpy {found}'
+            help = "the axes of two image frames agree (REP 103); leave rpy out, or let it sit on a body frame"
+            yield case.problem("optical-frame", message, at, help, key=at == path)
+        return
+    off = angle_between(pose, OPTICAL)
+    if off > TOLERANCE:
+        message = (
+            f'image frame "{child}" is turned by rpy {found} against "{parent}"; REP 103 asks for [-90, 0, -90] deg'
+            f" (z out of the lens, x right, y down): off by {math.degrees(off):.3g} deg"
+        )
+        help = "write rpy: [-90 deg, 0, -90 deg]; a camera that is tilted has a body frame for that, x forward"
+        yield case.problem("optical-frame", message, at, help, key=at == path)
+
+
+def angle_between(one: Pose, other: Pose) -> float:
+    """Return the angle in radians, 0 to pi, between the orientations of two poses."""
+    w, x, y, z = one.transform().inverse().then(other.transform()).quaternion()
+    return 2 * math.atan2(math.hypot(x, y, z), w)

@@ -1,0 +1,151 @@
+"""Joints: axes, limits and their units, and what has no effect on a joint of its type."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..diagnostic import WARNING, Diagnostic
+from ..model import Joint, Limit
+from ..model.geometry import norm
+from ..quantity import Quantity, describe, parse_unit
+from ..tree import Path
+from ..validate import subject, unit_at
+from .case import Case, at, exists, listed, number
+
+# Axes that were measured, printed to five digits, miss 1 by about 1e-5.
+AXIS_TOLERANCE = 1e-3
+ZERO_AXIS = 1e-9
+
+
+def axes(case: Case) -> Iterator[Diagnostic]:
+    """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
+    for joint in case.robot.joints:
+        if not joint.moves:
+            continue
+        length = norm(joint.axis)
+        path = case.joint(joint, "axis")
+        if length < ZERO_AXIS:
+            help = "name the direction, such as [0, 0, 1]"
+            yield case.problem("axis-zero", f'the axis of joint "{joint.name}" is zero: no direction', path, help)
+        elif abs(length - 1) > AXIS_TOLERANCE:
+            unit = ", ".join(number(c / length + 0.0) for c in joint.axis)
+            message = f'the axis of joint "{joint.name}" has length {number(length)}, not 1'
+            yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{unit}]")
+
+
+def limits(case: Case) -> Iterator[Diagnostic]:
+    """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
+    for joint in case.robot.joints:
+        if joint.type in ("revolute", "prismatic") and joint.limit is None:
+            help = "add limit: {lower: , upper: , effort: , velocity: }"
+            if joint.type == "revolute":
+                help += ", or make it continuous"
+            message = f'joint "{joint.name}" is {joint.type} and has no limit'
+            yield case.problem("limit-missing", message, case.joint(joint, "limit"), help)
+        elif joint.moves and joint.limit is not None:
+            yield from _missing(case, joint, joint.limit)
+            yield from _span(case, joint, joint.limit)
+            yield from _strength(case, joint, joint.limit)
+
+
+def _missing(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
+    path = case.joint(joint, "limit")
+    ends = [] if joint.type == "continuous" else ["lower", "upper"]
+    missing = [key for key in (*ends, "effort", "velocity") if getattr(limit, key) is None]
+    if not missing:
+        return
+    message = f'the limit of joint "{joint.name}" lacks {listed(missing)}'
+    if {"lower", "upper"} & set(missing):
+        rule, why = "limit-missing", "without lower and upper it is locked in ROS and free in MuJoCo"
+    else:
+        rule, why = "limit-incomplete", "readers of URDF refuse a limit without effort and velocity"
+    yield case.problem(rule, message, path, f"add {listed(missing)}: {why}", within=True)
+
+
+def _span(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
+    path, unit = case.joint(joint, "limit"), "m" if joint.type == "prismatic" else "rad"
+    if joint.type == "continuous":
+        for key in ("lower", "upper"):
+            if getattr(limit, key) is not None:
+                message = f'joint "{joint.name}" is continuous: it turns without end and has no {key} limit'
+                help = "make it revolute, or remove lower and upper"
+                yield case.problem("limit-on-continuous", message, (*path, key), help, key=True)
+                return
+        return
+    if limit.lower is None or limit.upper is None or limit.lower < limit.upper:
+        return
+    lower, upper = f"lower limit {number(limit.lower)} {unit}", f"upper limit {number(limit.upper)} {unit}"
+    related = [case.related("the upper limit", (*path, "upper"))]
+    if limit.lower > limit.upper:
+        message = f'the {lower} of joint "{joint.name}" is above its {upper}'
+        yield case.problem("limit-swapped", message, (*path, "lower"), "swap or correct them", related=related)
+    else:
+        message = f'the {lower} of joint "{joint.name}" is its {upper}: locked in ROS, free in MuJoCo'
+        help = "make the joint fixed, or give it room to move"
+        yield case.problem("limit-equal", message, (*path, "lower"), help, related=related)
+
+
+def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
+    """Yield what is wrong with effort and velocity."""
+    units = {"effort": ("N*m", "N"), "velocity": ("rad/s", "m/s")}
+    zero = {
+        "effort": "no force in ROS, unlimited force in MuJoCo",
+        "velocity": "a controller that keeps to it never moves the joint",
+    }
+    for key, (turning, sliding) in units.items():
+        value: float | None = getattr(limit, key)
+        path = case.joint(joint, "limit", key)
+        if value is not None and value < 0:
+            unit = sliding if joint.type == "prismatic" else turning
+            message = f'the {key} limit of joint "{joint.name}" is {number(value)} {unit}, below zero'
+            yield case.problem("limit-negative", message, path, "it is a size: write it without the sign")
+        elif value == 0:
+            message = f'the {key} limit of joint "{joint.name}" is zero: {zero[key]}'
+            yield case.problem("limit-zero", message, path, f"give the {key} that the joint really has")
+
+
+def units(case: Case) -> Iterator[Diagnostic]:
+    """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
+    for joint in case.robot.joints:
+        if joint.moves:
+            for part in ("limit", "dynamics", "actuator", "mimic"):
+                path = case.joint(joint, part)
+                for key in at(case.tree, path) or ():
+                    yield from _unit(case, joint, (*path, key))
+    for pose in case.robot.poses:
+        for name in pose.positions:
+            if name in case.robot.joint and case.robot.joint[name].moves:
+                yield from _unit(case, case.robot.joint[name], ("poses", pose.name, "positions", name))
+
+
+def _unit(case: Case, joint: Joint, path: Path) -> Iterator[Diagnostic]:
+    value = at(case.tree, path)
+    wanted = unit_of(joint, path) if isinstance(value, Quantity) else None
+    unit = parse_unit(wanted) if wanted else None
+    if unit is None or unit[1] == value.dimension:
+        return
+    text = value.text or number(value)
+    message = f"{subject(list(path))} is {describe(unit[1])} for a {joint.type} joint, but {text} is "
+    message += describe(value.dimension)
+    yield case.problem("wrong-unit", message, path, f"write it in {wanted}, or correct the type of the joint")
+
+
+def unit_of(joint: Joint, path: Path) -> str | None:
+    """Return the unit of a number that belongs to a joint, where the schema leaves it to the type of the joint."""
+    unit = unit_at(list(path))
+    if isinstance(unit, list):
+        return unit[1 if joint.type == "prismatic" else 0]
+    return unit
+
+
+def without_effect(case: Case) -> Iterator[Diagnostic]:
+    """Find what is said of a fixed joint and means nothing there."""
+    for joint in case.robot.joints:
+        path = case.joint(joint)
+        if joint.moves or path[0] != "joints":
+            continue
+        for key in ("axis", "limit", "dynamics", "actuator"):
+            if exists(case.tree, (*path, key)):
+                message = f'joint "{joint.name}" is fixed: its {key} has no effect'
+                help = f"remove {key}, or correct the type of the joint"
+                yield case.problem("ignored-key", message, (*path, key), help, severity=WARNING, key=True)

@@ -1,0 +1,176 @@
+"""The tree of links and joints: every name is known, one root, one parent each, no cycle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ..diagnostic import Diagnostic, nearest
+from ..model import Joint, Robot
+from ..tree import Path
+from .case import Case, quoted, suggest
+
+# REP 105: frames of the world, which localisation places and no description owns.
+WORLD_FRAMES = ("earth", "map", "odom")
+
+_Mention = tuple[str, Path, str]
+
+
+def known_links(case: Case) -> Iterator[Diagnostic]:
+    """Names of links that no entry of links or sensors defines; a robot without any link."""
+    if not case.robot.links:
+        help = "add links: {base_link: {}}"
+        yield case.problem("no-links", f'the robot "{case.robot.name}" has no links', ("robot",), help)
+    yield from _unknown(case, "link", _mentions_of_links(case), {*case.robot.link, *WORLD_FRAMES})
+
+
+def known_joints(case: Case) -> Iterator[Diagnostic]:
+    """Names of joints that no entry of joints or sensors defines; the leaders of mimics have a rule of their own."""
+    yield from _unknown(case, "joint", _mentions_of_joints(case.robot), set(case.robot.joint))
+
+
+def _mentions_of_links(case: Case) -> Iterator[_Mention]:
+    robot = case.robot
+    for joint in robot.joints:
+        for which in ("parent", "child"):
+            path = case.end(joint, which)
+            owner = f'sensor "{path[1]}"' if path[0] == "sensors" else f'joint "{joint.name}"'
+            yield getattr(joint, which), path, f"the {which} of {owner}"
+    for index, pair in enumerate(robot.disabled_contacts):
+        for side, name in enumerate(pair):
+            yield name, ("disabled_contacts", index, "links", side), "one of two links that may touch"
+    for output in robot.outputs:
+        for name in output.options.get("rename", ()):
+            yield name, ("outputs", output.name, "rename", name), f'renamed in output "{output.name}"'
+
+
+def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
+    for output in robot.outputs:
+        for index, name in enumerate(output.options.get("joints", ())):
+            yield name, ("outputs", output.name, "joints", index), f'asked for by output "{output.name}"'
+    for group in robot.servos:
+        for index, name in enumerate(group.joints):
+            yield name, ("servos", group.name, "joints", index), f'in servo group "{group.name}"'
+    for pose in robot.poses:
+        for name in pose.positions:
+            yield name, ("poses", pose.name, "positions", name), f'in pose "{pose.name}"'
+
+
+def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str]) -> Iterator[Diagnostic]:
+    """Yield one problem for each unknown name, however often it is used."""
+    found: dict[str, list[tuple[Path, str]]] = {}
+    for name, path, what in mentions:
+        if name not in known:
+            found.setdefault(name, []).append((path, what))
+    real = case.robot.link if kind == "link" else case.robot.joint
+    for name, uses in found.items():
+        path, what = uses[0]
+        also = [case.related(f"also used here: {other}", more, _is_key(more)) for more, other in uses[1:]]
+        message = f'there is no {kind} "{name}", {what}'
+        help = suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
+        yield case.problem(f"unknown-{kind}", message, path, help, related=also, key=_is_key(path))
+
+
+def _is_key(path: Path) -> bool:
+    """Say whether a name is given by a key of the description instead of a value."""
+    return path[-2:-1] in (("rename",), ("positions",))
+
+
+def one_parent(case: Case) -> Iterator[Diagnostic]:
+    """Links that are the child of more than one joint."""
+    for child, joints in children(case.robot).items():
+        if len(joints) < 2:
+            continue
+        names = quoted(joint.name for joint in joints)
+        count = "two" if len(joints) == 2 else str(len(joints))
+        message = f'link "{child}" is the child of {count} joints, {names}: a link has one parent'
+        *first, last = joints
+        related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
+        path, help = case.end(last, "child"), "correct one child, or remove a joint"
+        yield case.problem("two-parents", message, path, help, related=related)
+
+
+def no_cycle(case: Case) -> Iterator[Diagnostic]:
+    """Joints that lead back to where they began. Where a link of the circle has two parents, that is the cause."""
+    order = {name: index for index, name in enumerate(case.robot.joint)}
+    for circle in cycles(case.robot):
+        chain = " -> ".join([circle[0].parent, *(joint.child for joint in circle)])
+        last = max(circle, key=lambda joint: order[joint.name])
+        if len(circle) == 1:
+            message = f'joint "{last.name}" attaches link "{last.child}" to itself'
+        else:
+            message = f"joints go round in a circle: {chain}"
+        others = [joint for joint in circle if joint is not last]
+        related = [case.related(f'"{joint.name}" is part of it', case.end(joint, "child")) for joint in others]
+        help = "let one of these joints begin at another link"
+        yield case.problem("joint-cycle", message, case.end(last, "parent"), help, related=related)
+
+
+def one_root(case: Case) -> Iterator[Diagnostic]:
+    """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
+    robot = case.robot
+    roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
+    for joint in robot.joints:
+        if joint.child in robot.link or joint.child in WORLD_FRAMES:
+            continue
+        meant = nearest(joint.child, roots)
+        if meant is None:
+            return
+        roots.remove(meant)
+    parents = {joint.parent for joint in robot.joints}
+    carrying = [name for name in roots if name in parents]
+    alone = [name for name in roots if name not in parents]
+    if not carrying:
+        carrying, alone = (alone, []) if len(alone) > 1 else ([], [])
+    if len(carrying) > 1:
+        yield _several_roots(case, carrying)
+    for name in alone:
+        help = f'add a joint with "child: {name}", or remove the link'
+        yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
+
+
+def _several_roots(case: Case, roots: list[str]) -> Diagnostic:
+    main = max(roots, key=lambda name: (len(below(case.robot, name)), name.startswith("base")))
+    others = [name for name in roots if name != main]
+    count = {2: "two", 3: "three"}.get(len(roots), str(len(roots)))
+    message = f"the robot has {count} roots, {quoted([main, *others])}: one link is the root, joints reach the others"
+    related = [case.related("a root too", case.link(name), key=True) for name in [main, *others[1:]]]
+    help = f'add a joint with "child: {others[0]}"'
+    return case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
+
+
+def children(robot: Robot) -> dict[str, list[Joint]]:
+    """Return the joints that a link is the child of, by link name, in the order of the description."""
+    found: dict[str, list[Joint]] = {}
+    for joint in robot.joints:
+        found.setdefault(joint.child, []).append(joint)
+    return found
+
+
+def cycles(robot: Robot) -> list[list[Joint]]:
+    """Return each circle of joints, parents before children; links with several parents are left out."""
+    above = {child: joints[0] for child, joints in children(robot).items() if len(joints) == 1}
+    done: set[str] = set()
+    found = []
+    for start in above:
+        walked: list[Joint] = []
+        here = start
+        while here in above and here not in done:
+            done.add(here)
+            walked.append(above[here])
+            here = above[here].parent
+        ends = [index for index, joint in enumerate(walked) if joint.child == here]
+        if ends:
+            found.append(walked[ends[0] :][::-1])
+    return found
+
+
+def below(robot: Robot, root: str) -> set[str]:
+    """Return a link and all links that joints lead to from it; ends on any graph."""
+    seen: set[str] = set()
+    waiting = [root]
+    while waiting:
+        name = waiting.pop()
+        if name not in seen:
+            seen.add(name)
+            waiting += [joint.child for joint in robot.joints_from.get(name, ())]
+    return seen

@@ -1,0 +1,78 @@
+"""Servos and poses: they turn joints that move, within their limits."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..diagnostic import WARNING, Diagnostic
+from ..model import Joint
+from ..tree import Path
+from .case import Case, number
+from .values import FULL_TURN
+
+# Positions come from pulses and printed limits: a hair beyond is rounding.
+ROUNDING = 1e-6
+
+
+def servos(case: Case) -> Iterator[Diagnostic]:
+    """Servos of fixed joints, and joints with two servos."""
+    taken: dict[str, Path] = {}
+    order = list(case.tree.get("servos") or ())
+    for group in sorted(case.robot.servos, key=lambda group: order.index(group.name)):
+        for index, name in enumerate(group.joints):
+            path: Path = ("servos", group.name, "joints", index)
+            joint = case.robot.joint.get(name)
+            if joint is not None and not joint.moves:
+                yield _fixed(case, joint, path, f'servo group "{group.name}" turns')
+            if name in taken:
+                message = f'joint "{name}" has two servos'
+                related = [case.related("its first servo", taken[name])]
+                yield case.problem("two-servos", message, path, "name it in one place", related=related)
+            taken.setdefault(name, path)
+
+
+def _fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
+    related = [case.related("the joint", case.joint(joint), key=True)]
+    message = f'{what} joint "{joint.name}", which is fixed'
+    return case.problem("joint-is-fixed", message, path, "name a joint that moves", related=related, key=key)
+
+
+def positions(case: Case) -> Iterator[Diagnostic]:
+    """Poses of joints that are fixed, of followers, or beyond a limit."""
+    for pose in case.robot.poses:
+        for name, position in pose.positions.items():
+            joint = case.robot.joint.get(name)
+            if joint is None:
+                continue
+            kind = "pulses" if name in pose.pulses else "positions"
+            path: Path = ("poses", pose.name, kind, name)
+            if not joint.moves:
+                if kind == "positions":
+                    yield _fixed(case, joint, path, f'pose "{pose.name}" moves', key=True)
+            elif joint.mimic is not None:
+                message = f'pose "{pose.name}" places joint "{name}", which follows "{joint.mimic.joint}": no effect'
+                help = f'place "{joint.mimic.joint}" instead'
+                yield case.problem("ignored-key", message, path, help, severity=WARNING, key=True)
+            else:
+                yield from _beyond(case, pose.name, joint, position, path)
+
+
+def _beyond(case: Case, pose: str, joint: Joint, position: float, path: Path) -> Iterator[Diagnostic]:
+    """Yield a warning if a position is outside the limits; angles that look like degrees have a rule of their own."""
+    limit = joint.limit
+    if limit is None or limit.lower is None or limit.upper is None or joint.type == "continuous":
+        return
+    if limit.lower > limit.upper or (joint.type == "revolute" and abs(position) > FULL_TURN):
+        return
+    if limit.lower - ROUNDING <= position <= limit.upper + ROUNDING:
+        return
+    unit = "m" if joint.type == "prismatic" else "rad"
+    side, end = ("below", limit.lower) if position < limit.lower else ("above", limit.upper)
+    key = "lower" if side == "below" else "upper"
+    message = (
+        f'pose "{pose}" places joint "{joint.name}" at {number(position)} {unit},'
+        f" {side} its {key} limit of {number(end)} {unit}"
+    )
+    related = [case.related("the limit", case.joint(joint, "limit", key))]
+    help = "correct the pose or the limit"
+    yield case.problem("pose-beyond-limit", message, path, help, severity=WARNING, related=related)

@@ -1,0 +1,37 @@
+"""Stand-ins: values that hold a place until somebody knows better. Each is named by every run."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..diagnostic import NOTE, Diagnostic
+from ..tree import Map, Path
+from .case import Case
+
+SHOWN = 8
+
+
+def listed_once(case: Case) -> Iterator[Diagnostic]:
+    """Name each stand-in once, by its text, with all the places that it stands in for."""
+    found: dict[str, list[Path]] = {}
+    for path, entry in case.values:
+        source = entry.get("source") if isinstance(entry, Map) else None
+        if isinstance(source, Map) and source.get("status") == "stand_in":
+            found.setdefault(source.get("note", ""), []).append(path)
+    for note, paths in found.items():
+        names = [_name(path) for path in paths[:SHOWN]]
+        more = f" and {len(paths) - SHOWN} more" if len(paths) > SHOWN else ""
+        message = f"stand-in: {note or 'nothing says what is missing'} ({', '.join(names)}{more})"
+        place = (*paths[0], "source", "note" if note else "status")
+        found_here = case.problem("stand-in", message, place, severity=NOTE)
+        yield found_here._replace(related=())
+
+
+def _name(path: Path) -> str:
+    """Return the entry at a path in few words: joint1 limit, base_footprint collision[0]."""
+    if not path:
+        return "the robot"
+    words = ""
+    for step in path[1:] if len(path) > 1 and not isinstance(path[1], int) else path:
+        words += f"[{step}]" if isinstance(step, int) else f" {step}"
+    return words.strip()

@@ -1,0 +1,183 @@
+"""The tree that the running robot publishes: joints and edges together hang in one piece."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from ..diagnostic import WARNING, Diagnostic, nearest
+from ..model import ROBOT_STATE_PUBLISHER, UNPUBLISHED, Edge
+from ..tree import Path
+from . import conditions
+from .case import Case, listed, quoted, suggest
+from .kinematics import WORLD_FRAMES, below, children
+
+
+class Step(NamedTuple):
+    """A transform that somebody publishes, and the place of its parent in the description."""
+
+    parent: str
+    child: str
+    path: Path
+    edge: Edge | None
+
+
+def steps(case: Case) -> list[Step]:
+    """Return all transforms that are published in some combination of modes."""
+    joints = [joint for joint in case.robot.joints if joint.publisher.kind != UNPUBLISHED]
+    found = [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
+    for index, edge in enumerate(case.robot.edges):
+        found.append(Step(edge.parent, edge.child, ("edges", index, "parent"), edge))
+    return found
+
+
+def known_frames(case: Case) -> Iterator[Diagnostic]:
+    """Edges that hang neither on a link nor over one: one of their names is not what was meant."""
+    robot = case.robot
+    pairs = [(joint.parent, joint.child) for joint in robot.joints] + [(e.parent, e.child) for e in robot.edges]
+    for piece in pieces(pairs):
+        inside = [(index, edge) for index, edge in enumerate(robot.edges) if edge.parent in piece]
+        if not inside or not piece.isdisjoint(robot.link):
+            continue
+        known = {*robot.link, *(name for pair in pairs for name in pair)} - piece
+        ends: list[tuple[str, Path]] = []
+        for index, edge in inside:
+            ends += [(edge.parent, ("edges", index, "parent")), (edge.child, ("edges", index, "child"))]
+        near = [end for end in ends if end[0] not in WORLD_FRAMES and nearest(end[0], known)]
+        name, path = (near or ends)[0]
+        edges = listed(f"{edge.parent} -> {edge.child}" for _, edge in inside)
+        message = f'there is no frame "{name}" to hang {edges} on'
+        yield case.problem("unknown-link", message, path, suggest(name, known, "name a link of the robot"))
+
+
+def no_cycle(case: Case) -> Iterator[Diagnostic]:
+    """Edges that lead, with the joints between, back to where they began, in some combination of modes."""
+    if not is_tree(case):
+        return
+    published = [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
+    if not _circle(published):
+        return
+    circle = _circle_at_once(case, published)
+    closing = next((step for step in reversed(circle) if step.edge), None)
+    if closing is not None:
+        chain = " -> ".join([circle[0].parent, *(step.child for step in circle)])
+        related = [case.related(f"{s.parent} -> {s.child}", s.path) for s in circle if s.edge and s is not closing]
+        help = "frames are a tree: correct the parent or the child of an edge"
+        message = f"transforms go round in a circle: {chain}"
+        yield case.problem("edge-cycle", message, closing.path, help, related=related)
+
+
+def _circle_at_once(case: Case, published: list[Step]) -> list[Step]:
+    """Return the first circle whose transforms are published at one time; empty if they never are."""
+    modes = conditions.modes_in(case, [step.edge for step in published if step.edge])
+    if len(modes) > conditions.MAX_MODES:
+        return _circle(published)
+    for combination in conditions.combinations(modes):
+        active = [step for step in published if step.edge is None or conditions.holds(step.edge.when, combination)]
+        circle = _circle(active)
+        if circle:
+            return circle
+    return []
+
+
+def _circle(published: list[Step]) -> list[Step]:
+    """Return the first circle in the transforms, parents before children; empty if there is none."""
+    leaving: dict[str, list[str]] = {}
+    count: dict[str, int] = {}
+    for step in published:
+        leaving.setdefault(step.parent, []).append(step.child)
+        count[step.child] = count.get(step.child, 0) + 1
+    ready = [name for name in leaving if name not in count]
+    while ready:
+        for child in leaving.get(ready.pop(), ()):
+            count[child] -= 1
+            if count[child] == 0:
+                ready.append(child)
+    # What no top leads to is a circle or hangs on one: upwards, every way ends in a circle.
+    above: dict[str, Step] = {}
+    for step in published:
+        if count.get(step.parent) and count[step.child]:
+            above.setdefault(step.child, step)
+    walked: dict[str, Step] = {}
+    here = next(iter(above), "")
+    while here in above and here not in walked:
+        walked[here] = above[here]
+        here = above[here].parent
+    return list(walked.values())[list(walked).index(here) :][::-1] if walked else []
+
+
+def one_urdf(case: Case) -> Iterator[Diagnostic]:
+    """Joints in the URDF that hang on a link which is not in it: readers find two roots."""
+    if is_tree(case) and any(output.backend == "urdf" for output in case.robot.outputs):
+        main, *others = _urdf_roots(case) or [""]
+        for root in others:
+            first = next(j for j in case.robot.joints_from[root] if j.publisher.kind == ROBOT_STATE_PUBLISHER)
+            above = case.robot.joint_to.get(root, first)
+            message = (
+                f'the URDF would have two roots, "{main}" and "{root}": robot_state_publisher publishes joint'
+                f' "{first.name}" on "{root}", but not joint "{above.name}", which carries it'
+            )
+            related = [case.related(f'joint "{first.name}"', case.joint(first), key=True)]
+            help = "let one publisher have both joints"
+            yield case.problem("split-urdf", message, case.publisher(above), help, related=related, key=above is first)
+
+
+def _urdf_roots(case: Case) -> list[str]:
+    """Return the roots of the joints that robot_state_publisher publishes, that of the most links first."""
+    joints = case.robot.published_by(ROBOT_STATE_PUBLISHER)
+    reached = {joint.child for joint in joints}
+    roots = list(dict.fromkeys(joint.parent for joint in joints if joint.parent not in reached))
+    return sorted(roots, key=lambda root: -len(below(case.robot, root)))
+
+
+def one_tree(case: Case) -> Iterator[Diagnostic]:
+    """Frames that are published, but cut off from the rest by a joint that is on no topic or a parent nobody knows."""
+    if not is_tree(case):
+        return
+    published = steps(case)
+    links = set(case.robot.link)
+    parts = [piece for piece in pieces((step.parent, step.child) for step in published) if piece & links]
+    main = max(parts, key=lambda piece: len(piece & links), default=set())
+    reached = {step.child for step in published}
+    urdf_roots = _urdf_roots(case)
+    for piece in parts:
+        if piece == main:
+            continue
+        tops = [step for step in published if step.parent in piece and step.parent not in reached]
+        if not tops:  # a circle, which has a message of its own
+            continue
+        first = tops[0]
+        names = [name for name in case.robot.link if name in piece]
+        if first.parent not in links:
+            message = f'there is no link "{first.parent}": {quoted(names)} would be cut off from the rest of the robot'
+            known = {*links, *reached}
+            yield case.problem("unknown-link", message, first.path, suggest(first.parent, known, "name a frame"))
+        elif first.parent not in urdf_roots[1:] and first.parent in case.robot.joint_to:
+            above = case.robot.joint_to[first.parent]
+            message = (
+                f"{quoted(names)} would be cut off from the rest of the running robot:"
+                f' nobody publishes joint "{above.name}", which carries "{first.parent}"'
+            )
+            help = "publish it, or nothing that hangs on it"
+            yield case.problem("split-tf", message, case.publisher(above), help, severity=WARNING)
+
+
+def is_tree(case: Case) -> bool:
+    """Say whether the joints and links are one tree; if not, that is the cause of what else is wrong."""
+    robot = case.robot
+    known = all(joint.parent in robot.link and joint.child in robot.link for joint in robot.joints)
+    single = all(len(joints) == 1 for joints in children(robot).values())
+    roots = [name for name in robot.link if name not in robot.joint_to]
+    return known and single and len(roots) == 1 and len(below(robot, roots[0])) == len(robot.links)
+
+
+def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:
+    """Return the sets of names that pairs connect, in the order in which the pairs name them."""
+    piece_of: dict[str, set[str]] = {}
+    for one, other in pairs:
+        first, second = piece_of.setdefault(one, {one}), piece_of.setdefault(other, {other})
+        if first is not second:
+            first |= second
+            for name in second:
+                piece_of[name] = first
+    return list({id(piece): piece for piece in piece_of.values()}.values())

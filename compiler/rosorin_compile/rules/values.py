@@ -1,0 +1,86 @@
+"""Single values, wherever they stand: numbers in the wrong unit, characters that XML cannot carry."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator
+from typing import Any
+
+from ..diagnostic import ERROR, WARNING, Diagnostic, Span
+from ..tree import Map, Path
+from ..validate import subject, unit_at
+from .case import Case, number, written
+
+# A little more than one turn, so that 6.2832 passes for 2*pi.
+FULL_TURN = 2 * math.pi + 1e-3  # rad
+
+# Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
+FAR = 20.0  # m
+
+# https://www.w3.org/TR/xml/#charsets
+_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
+def magnitudes(case: Case) -> Iterator[Diagnostic]:
+    """Bare numbers that are no angle in radians and no length in metres, though they stand for one.
+
+    A quantity with its unit is never suspect: that is the way to say 720 deg or 25 m and mean it. One message for the
+    numbers of one list or one entry.
+    """
+    groups: dict[tuple[Path, str], list[tuple[Path, Any]]] = {}
+    for path, value in case.values:
+        if type(value) in (int, float) and abs(value) > FULL_TURN:
+            unit = _suspect(case, path, value)
+            if unit:
+                groups.setdefault((path[:-1], unit), []).append((path, value))
+    for (_, unit), found in groups.items():
+        path, value = found[0]
+        related = [case.related(f"and {number(other)} {unit} here", more) for more, other in found[1:]]
+        text = f"{subject(list(path))} is {number(value)} {unit}"
+        if unit == "rad":
+            help = f'write "{number(value)} deg" if degrees are meant, "{number(value)} rad" if not'
+            message = f"{text}, more than a full turn: this looks like degrees"
+            yield case.problem("angle-looks-like-degrees", message, path, help, related=related, severity=ERROR)
+        else:
+            help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
+            message = f"{text}: this looks like millimetres"
+            yield case.problem("length-looks-like-millimetres", message, path, help, related=related, severity=WARNING)
+
+
+def _suspect(case: Case, path: Path, value: float) -> str:
+    """Return the unit, rad or m, that a number at a path is too large for; empty if it is not suspect."""
+    unit = unit_at(list(path))
+    if isinstance(unit, list):
+        name = path[1] if path[0] == "joints" else path[-1]
+        joint = case.robot.joint.get(str(name))
+        # A wheel may be told to stand at any angle.
+        if joint is None or joint.type not in ("revolute", "prismatic"):
+            return ""
+        unit = unit[1 if joint.type == "prismatic" else 0]
+    if unit == "rad":
+        return "rad"
+    # Other nodes place the robot in the world, and the world is large.
+    return "m" if unit == "m" and path[0] != "edges" and abs(value) > FAR else ""
+
+
+def characters(case: Case) -> Iterator[Diagnostic]:
+    """Text with control characters and the like, which no XML file can carry."""
+    seen: set[Span] = set()
+    for path, value in case.values:
+        if isinstance(value, str) and (found := _NOT_XML.search(value)):
+            # A source at the top of a file is that of all its entries: one place, one message.
+            place = written(case.tree, path)[0].span
+            if place not in seen:
+                yield _character(case, path, found[0])
+            seen.add(place)
+        if isinstance(value, Map):
+            for key in value:
+                if found := _NOT_XML.search(key):
+                    yield _character(case, (*path, key), found[0], key=True)
+
+
+def _character(case: Case, path: Path, character: str, key: bool = False) -> Diagnostic:
+    where = "a name in " + subject(list(path[:-1])) if key else subject(list(path))
+    message = f"{where} contains the character U+{ord(character):04X}, which no XML file can carry"
+    return case.problem("control-character", message, path, "remove it", key=key)

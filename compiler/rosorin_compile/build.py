@@ -213,11 +213,17 @@ class _Builder:
 
     def servo_group(self, name: str, entry: dict[str, Any]) -> ServoGroup:
         low, high = entry["pulse_range"]
-        if not low <= entry["zero_pulse"] <= high:
+        if not low < high:
+            message = f"the pulse range goes from {low} to {high}"
+            self.problem("pulse-range", message, ("servos", name, "pulse_range"), "give the smaller pulse first")
+        elif not low <= entry["zero_pulse"] <= high:
             message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
             self.problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
         flipped, source = entry.get("flipped", False), _source(entry.get("source"))
         rad = float(entry["rad_per_pulse"])
+        if rad == 0:
+            message = "a pulse of no angle moves nothing"
+            self.problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
         return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
 
     def pose(self, name: str, entry: dict[str, Any], servos: tuple[ServoGroup, ...]) -> JointPose:

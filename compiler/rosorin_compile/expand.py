@@ -158,7 +158,11 @@ class _Reader:
             elif value is not None:
                 related = [Related("first defined here", made.key_spans[key])]
                 place = locate(more, (key,), key=True)
-                self._error("duplicate-key", f'"{key}" is said twice', place, "remove one", related)
+                if key in _JOINED or key in _LISTED:
+                    wanted = "a mapping" if key in _JOINED else "a list"
+                    self._error("wrong-type", f"{key} is {wanted} in every file", place, "write it so in both", related)
+                else:
+                    self._error("duplicate-key", f'"{key}" is said twice', place, "remove one", related)
 
     def _join_section(self, section: str, made: Map, more: Map) -> None:
         for name, entry in more.items():

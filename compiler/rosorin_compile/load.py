@@ -95,7 +95,10 @@ def _syntax_error(source: Source, problem: yaml.YAMLError) -> Diagnostic:
     context = getattr(problem, "context", None)
     message = f"{context}: {what}" if context else str(what)
     help = ""
-    if "\t" in source.line(span.line):
+    line = source.line(span.line)
+    if "${" in line and ("flow" in message or "${" in line[: span.column]):
+        help = 'inside [ ] and { } an expression needs quotes: "${...}"'
+    elif "\t" in line:
         help = "YAML allows no tab for indentation; use spaces"
     elif "mapping values are not allowed" in message:
         help = 'a ":" inside text needs quotes around the text'
@@ -143,6 +146,7 @@ class _Composer:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if isinstance(event, yaml.AliasEvent):
             return self.alias(event)
+        self.check_tag(event)
         before = self.nodes
         if isinstance(event, yaml.ScalarEvent):
             made = self.scalar(event)
@@ -153,6 +157,11 @@ class _Composer:
         if event.anchor:
             self.anchors[event.anchor] = (made, self.nodes - before + 1)
         return made
+
+    def check_tag(self, event: Any) -> None:
+        """Refuse tags: they would choose the type of a value, which the schema does here."""
+        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
+            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
 
     def alias(self, event: Any) -> Any:
         if event.anchor not in self.anchors:
@@ -195,8 +204,6 @@ class _Composer:
         return made
 
     def scalar(self, event: Any) -> Any:
-        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
-            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
         if event.style or event.tag is not None:
             return Text(event.value)
         return plain_scalar(event.value)

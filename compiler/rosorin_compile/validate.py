@@ -123,7 +123,8 @@ class _Problem:
 
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
-        meaning = _schema_at([*self.schema_path[:-1], "properties", key]).get("description", "")
+        wanted = _schema_at([*self.schema_path[:-1], "properties", key])
+        meaning = wanted.get("description") or _resolve(wanted).get("description", "")
         path = self.path
         return [self._make("missing-key", f'{self.where} needs the key "{key}"', _sentence(meaning), path, key=True)]
 
@@ -146,7 +147,8 @@ class _Problem:
 
     def _constant(self) -> list[Diagnostic]:
         wanted = _schema_at(self.schema_path)
-        return [self._make("wrong-value", f"{self.where} is {wanted}, not {self.value}", "this tool knows no other")]
+        help = f"this tool knows only {wanted}"
+        return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
 
     def _minitems(self) -> list[Diagnostic]:
         return [self._count(f"at least {self.kind.limit}")]

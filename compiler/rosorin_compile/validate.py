@@ -24,10 +24,15 @@ def schema(name: str = "description") -> dict[str, Any]:
 
 
 @cache
-def _validator() -> Any:
+def _validator(name: str = "description") -> Any:
     import jsonschema_rs
 
-    return jsonschema_rs.Draft202012Validator(schema())
+    return jsonschema_rs.Draft202012Validator(schema(name))
+
+
+def misfits(name: str, value: Any) -> list[str]:
+    """Return what of a JSON value does not fit one of the schemas that ship with the tool, a sentence each."""
+    return [f"{subject(list(p.instance_path))}: {p.message}" for p in _validator(name).iter_errors(value)]
 
 
 def validate(tree: Map) -> list[Diagnostic]:

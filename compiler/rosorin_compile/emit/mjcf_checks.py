@@ -63,7 +63,7 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
     fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
     if fast:
-        message = f"MJCF has no word for a limit of velocity: {fast} of them {'is' if fast == 1 else 'are'} not in it"
+        message = f"MJCF has no velocity limit: that of {fast} joint{'' if fast == 1 else 's'} is left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
 

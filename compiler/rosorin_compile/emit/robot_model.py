@@ -172,9 +172,13 @@ def read(text: str) -> Facts:
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
     try:
-        return _read(json.loads(text))
-    except (KeyError, TypeError, AttributeError, RecursionError) as problem:
+        return _read(json.loads(text, parse_constant=_no_number))
+    except (KeyError, TypeError, AttributeError, RecursionError, OverflowError) as problem:
         raise ValueError(f"not a driver's model: {problem!r}") from None
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is not a number of JSON")
 
 
 def _read(model: Mapping[str, Any]) -> Facts:

@@ -21,7 +21,7 @@ def listed_once(case: Case) -> Iterator[Diagnostic]:
     for note, paths in found.items():
         names = [_name(path) for path in paths[:SHOWN]]
         more = f" and {len(paths) - SHOWN} more" if len(paths) > SHOWN else ""
-        message = f"stand-in: {note or 'nothing says what is missing'} ({', '.join(names)}{more})"
+        message = f"{note or 'nothing says what is missing'} ({', '.join(names)}{more})"
         place = (*paths[0], "source", "note" if note else "status")
         found_here = case.problem("stand-in", message, place, severity=NOTE)
         yield found_here._replace(related=())

@@ -1,0 +1,131 @@
+"""Compare: the committed artifacts held against those just compiled, explained by meaning first.
+
+Each artifact is read back by the backend that made it, the committed text and the compiled one, and the two are
+compared as facts about the robot. What differs is said once, with the outputs that show it; text differences follow.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..emit import Artifact, backend
+from ..model import Robot
+from .agreement import agreement
+from .entities import Pair
+from .facts import changes
+from .text import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, same_syntax, shorten, unified
+from .view import ORDER, View, renamed, view_of
+from .words import Change, printable
+
+__all__ = ["Change", "Comparison", "TextDifference", "agreement", "compare", "lines"]
+
+_MISSING = "missing; rosorin-compile all writes it"
+_EXTRA = "no artifact of this robot; remove it, or run rosorin-compile all --prune"
+_NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it anew"
+_SAME_MEANING = "same meaning, different text"
+_NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
+_MAX_CHANGES = 100
+_WHOLE = "mjcf"  # the backend whose artifact carries every frame with its own shapes
+
+
+class Comparison(NamedTuple):
+    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs."""
+
+    changes: tuple[Change, ...]
+    texts: tuple[TextDifference, ...]
+    same: bool
+
+
+def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
+    """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
+    arranged = sorted(artifacts, key=lambda artifact: (_rank(artifact.backend), artifact.output))
+    texts: list[TextDifference] = []
+    pairs: list[Pair] = []
+    for artifact in arranged:
+        old = _decoded(committed.get(artifact.file))
+        if old is None:
+            missing = artifact.file not in committed
+            texts.append(TextDifference(artifact.file, *((MISSING, _MISSING) if missing else (NOT_TEXT, _NOT_TEXT))))
+        elif old != artifact.text:
+            pair = _pair(robot, artifact, old)
+            pairs += [pair] if isinstance(pair, Pair) else []
+            texts.append(_changed(artifact, old, "" if isinstance(pair, Pair) else pair))
+    extra = sorted(committed.keys() - {artifact.file for artifact in artifacts})
+    texts += [TextDifference(file, EXTRA, _EXTRA) for file in extra]
+    found = tuple(changes(robot, pairs, _whole(robot, arranged, pairs, committed))) if pairs else ()
+    told = {output for change in found for output in change.artifacts}
+    by_file = {artifact.file: artifact for artifact in artifacts}
+    remarked = sorted(_remarked(text, by_file.get(text.file), told, committed) for text in texts)
+    return Comparison(found, tuple(remarked), not remarked)
+
+
+def _whole(
+    robot: Robot, artifacts: Sequence[Artifact], pairs: Sequence[Pair], committed: Mapping[str, bytes]
+) -> Pair | None:
+    """Return the artifact that carries every frame, whether it differs or not; None if there is none to read."""
+    for artifact in artifacts:
+        if artifact.backend == _WHOLE:
+            old = _decoded(committed.get(artifact.file))
+            if old is None or old != artifact.text:
+                return next((pair for pair in pairs if pair.output == artifact.output), None)
+            same = _pair(robot, artifact, old)
+            return same if isinstance(same, Pair) else None
+    return None
+
+
+def _rank(name: str) -> int:
+    return ORDER.index(name) if name in ORDER else len(ORDER)
+
+
+def _decoded(data: bytes | None) -> str | None:
+    """Return committed bytes as text; None if there are none, or if they are no UTF-8."""
+    try:
+        return None if data is None else data.decode("utf-8")
+    except UnicodeDecodeError:
+        return None
+
+
+def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
+    """Return an artifact as it was and as it is; if the committed text cannot be read, why."""
+    names = renamed(robot, artifact.output)
+    try:
+        before = view_of(backend(artifact.backend).read(old), names)
+    except (ValueError, OverflowError) as problem:
+        return f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
+    new: View = view_of(backend(artifact.backend).read(artifact.text), names)
+    return Pair(artifact.output, artifact.backend, before, new)
+
+
+def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
+    return TextDifference(artifact.file, CHANGED, remark, unified(artifact.file, old, artifact.text))
+
+
+def _remarked(
+    text: TextDifference, artifact: Artifact | None, told: set[str], committed: Mapping[str, bytes]
+) -> TextDifference:
+    """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
+    if artifact is None or text.kind != CHANGED or text.remark or artifact.output in told:
+        return text
+    if artifact.backend not in ORDER:
+        return text
+    old = _decoded(committed[artifact.file]) or ""
+    same = same_syntax(artifact.backend, old, artifact.text)
+    return text._replace(remark=_SAME_MEANING if same else _NOTHING_COMPARED)
+
+
+def lines(comparison: Comparison, full: bool = False) -> list[str]:
+    """Return a comparison as lines of plain text: changes of meaning, remarks and what to do, then the text diffs.
+
+    Diffs are shortened unless ``full``.
+    """
+    said = [change.line() for change in comparison.changes]
+    if not full and len(said) > _MAX_CHANGES:
+        said[_MAX_CHANGES:] = [f"... {len(said) - _MAX_CHANGES} more differences (--full shows them)"]
+    said += [f"{printable(text.file)}: {text.remark}" for text in comparison.texts if text.remark]
+    for text in comparison.texts:
+        if text.lines:
+            said += ["", *(text.lines if full else shorten(text.lines))]
+    if any(text.kind == CHANGED for text in comparison.texts):
+        said += ["", "if this is what you meant, run rosorin-compile all and commit what it writes"]
+    return said

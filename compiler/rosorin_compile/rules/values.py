@@ -16,7 +16,7 @@ from .case import Case, number, written
 FULL_TURN = 2 * math.pi + 1e-3  # rad
 
 # Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
-FAR = 5.0  # m
+FAR = 20.0  # m
 
 # https://www.w3.org/TR/xml/#charsets
 _NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")

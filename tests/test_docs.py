@@ -39,7 +39,7 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.quantity import UNITS
 from rosorin_compile.reference import reference
 from rosorin_compile.report import text as report
-from rosorin_compile.validate import schema
+from rosorin_compile.schema import schema
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"

@@ -22,7 +22,7 @@ from rosorin_compile.rules import RULES, check
 from rosorin_compile.rules.frames import angle_between
 from rosorin_compile.rules.inertia import principal_moments
 from rosorin_compile.rules.outputs import OPTIONS
-from rosorin_compile.validate import schema
+from rosorin_compile.schema import schema
 
 LIMIT = {"lower": -1, "upper": 1, "effort": 1, "velocity": 1}
 

@@ -15,7 +15,7 @@ from typing import Any
 
 from .expression import CONSTANTS, FUNCTIONS
 from .quantity import UNITS, Dimension, describe
-from .validate import schema as load_schema
+from .schema import schema as load_schema
 
 HEAD = Path("docs/_language_head.md")
 _KEYS = ("key", "value", "unit", "needed", "meaning")

@@ -22,7 +22,7 @@ from ..model import (
     Robot,
     Shape,
 )
-from ..validate import misfits
+from ..schema import misfits
 from .causes import COLLISION, gathered
 from .shapes import Solid, remainder, same_set, solid_from
 from .view import ANGLES, AXES, ORDER, View, agree, renamed, same_turn, view_of

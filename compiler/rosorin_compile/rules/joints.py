@@ -8,8 +8,8 @@ from ..diagnostic import WARNING, Diagnostic
 from ..model import Joint, Limit
 from ..model.geometry import norm
 from ..quantity import Quantity, describe, parse_unit
+from ..schema import subject, unit_at
 from ..tree import Path
-from ..validate import subject, unit_at
 from .case import Case, at, exists, listed, number
 
 # Axes that were measured, printed to five digits, miss 1 by about 1e-5.

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..diagnostic import ERROR, WARNING, Diagnostic, Span
+from ..schema import subject, unit_at
 from ..tree import Map, Path
-from ..validate import subject, unit_at
 from .case import Case, number, written
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.

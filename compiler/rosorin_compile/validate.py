@@ -27,42 +27,53 @@ def validate(tree: Map) -> list[Diagnostic]:
 
 
 class _Walk:
-    """Copies the tree into plain values and notes what the validator cannot see."""
+    """Turns the tree into values that the validator takes, and notes what it cannot see: quantities, NaN, infinity.
+
+    A piece that needs no change is taken as it is, and a piece that stands in many places is walked once.
+    """
 
     def __init__(self) -> None:
         self.path: Steps = []
+        self.done: dict[int, Any] = {}
         self.not_finite: list[Steps] = []
         self.quantities: list[tuple[Steps, Quantity]] = []
 
-    def plain(self, value: Any) -> Any:
-        kind = type(value)
-        if kind is Map:
-            made = {}
-            for key, item in value.items():
-                self.path.append(key)
-                made[key] = self.plain(item)
-                self.path.pop()
-            return made
-        if kind is Seq:
-            items = []
-            for index, item in enumerate(value):
-                self.path.append(index)
-                items.append(self.plain(item))
-                self.path.pop()
-            return items
-        if kind is float or kind is Quantity:
-            return self._number(value)
-        if kind is int and abs(value) > 2**53:
-            return float(value)
-        return str(value) if isinstance(value, str) else value
+    def plain(self, value: Map | Seq) -> Any:
+        found = self.done.get(id(value))
+        if found is None:
+            found = self.done[id(value)] = self._walk(value)
+        return found
 
-    def _number(self, value: float) -> float:
-        if isinstance(value, Quantity):
-            self.quantities.append((list(self.path), value))
-        if not math.isfinite(value):
-            self.not_finite.append(list(self.path))
-            return 0.0
-        return float(value)
+    def _walk(self, value: Map | Seq) -> Any:
+        changed: Any = None
+        pairs: Any = value.items() if isinstance(value, Map) else enumerate(value)
+        for key, item in pairs:
+            kind = type(item)
+            if kind is str or kind is bool or item is None:
+                continue
+            if kind is Map or kind is Seq:
+                self.path.append(key)
+                plain = self.plain(item)
+                self.path.pop()
+            else:
+                plain = self._scalar(item, key)
+            if plain is not item:
+                if changed is None:
+                    changed = dict(value) if isinstance(value, Map) else list(value)
+                changed[key] = plain
+        return value if changed is None else changed
+
+    def _scalar(self, item: Any, key: str | int) -> Any:
+        if isinstance(item, Quantity):
+            self.quantities.append(([*self.path, key], item))
+        if isinstance(item, float):
+            if not math.isfinite(item):
+                self.not_finite.append([*self.path, key])
+                return 0.0
+            return float(item) if isinstance(item, Quantity) else item
+        if isinstance(item, int):
+            return float(item) if abs(item) > 2**53 else item
+        return str(item)
 
     def diagnostics_of(self, tree: Map, path: Steps) -> Diagnostic:
         place = locate(tree, path)

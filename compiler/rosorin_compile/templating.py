@@ -32,6 +32,31 @@ class TemplateProblem(Exception):
         self.diagnostic = diagnostic
 
 
+class _Sandbox(ImmutableSandboxedEnvironment):
+    """The sandbox, with a short way to what the model itself offers.
+
+    The model is frozen values whose public attributes and methods are harmless, so Jinja's long check of each access is
+    spared; a name that begins with an underscore, and every other object, goes the long way.
+    """
+
+    def __init__(self, **options: Any) -> None:
+        super().__init__(**options)
+        self.harmless: dict[type, bool] = {}
+
+    def getattr(self, obj: Any, attribute: str) -> Any:
+        kind = type(obj)
+        harmless = self.harmless.get(kind)
+        if harmless is None:
+            module = kind.__module__
+            harmless = self.harmless[kind] = module.startswith((f"{__package__}.model.", f"{__package__}.emit."))
+        if harmless and not attribute.startswith("_"):
+            try:
+                return getattr(obj, attribute)
+            except AttributeError:
+                pass
+        return super().getattr(obj, attribute)
+
+
 class Templates:
     """Renders the templates of the tool and those in ``folder``, the folder of a description."""
 
@@ -42,7 +67,7 @@ class Templates:
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-        self.environment = ImmutableSandboxedEnvironment(autoescape=_is_xml, **options)
+        self.environment = _Sandbox(autoescape=_is_xml, **options)
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
         """Return the text of a template; ``asked`` is the place in the description that names it.

@@ -59,6 +59,10 @@ class Place(NamedTuple):
     quat: str
 
 
+# A chain of thousands of links is not indented further: its text would grow with the square of its length.
+DEEPEST = 30
+
+
 class Geom(NamedTuple):
     """A geom as MuJoCo counts, as printed; ``purpose`` is collision or visual, ``size`` half sizes (m) or a mesh."""
 
@@ -195,7 +199,7 @@ def _inertia(inertial: Inertial) -> Six:
 
 
 def _indent(depth: int) -> str:
-    return "  " * (depth + 2)
+    return "  " * (min(depth, DEEPEST) + 2)
 
 
 def _half_sizes(geometry: Geometry) -> tuple[float, ...]:

@@ -15,7 +15,8 @@ import sys
 import time
 from pathlib import Path
 
-from rosorin_compile import exchange, output
+from rosorin_compile import output
+from rosorin_compile.output import exchange
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"

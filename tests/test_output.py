@@ -9,8 +9,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from output_child import A, B, encoded, files_in, names, no_swap, refused, stages
-from rosorin_compile import exchange, output
-from rosorin_compile.output import OutputError, Written, read_set, write_set
+from rosorin_compile import output
+from rosorin_compile.output import OutputError, Written, exchange, read_set, write_set
 
 STALE = ".rosorin-compile-0123456789abcdef"
 

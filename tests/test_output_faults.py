@@ -15,8 +15,7 @@ import pytest
 
 import output_child
 from output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages, state
-from rosorin_compile import exchange
-from rosorin_compile.output import read_set, write_set
+from rosorin_compile.output import exchange, read_set, write_set
 
 STALE = ".rosorin-compile-0123456789abcdef"
 CHILD = [sys.executable, output_child.__file__]

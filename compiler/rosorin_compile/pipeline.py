@@ -34,7 +34,7 @@ def compile_robot(path: Path, arguments: Mapping[str, str] | None = None) -> Com
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions.
     """
     expanded = expand(path, arguments or {})
-    if expanded.tree is None or has_errors(expanded.diagnostics):
+    if expanded.tree is None:
         return Compiled(None, (), arrange(expanded.diagnostics), expanded.files)
     diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
     if has_errors(diagnostics):

@@ -59,6 +59,21 @@ UNITS: dict[str, tuple[float, Dimension]] = {
     "Pa": (1.0, (-1, 1, -2, 0)),
 }
 
+# The dimensions that a parameter can be declared to have, by the word for it.
+DIMENSIONS: dict[str, Dimension] = {
+    "length": LENGTH,
+    "mass": MASS,
+    "time": TIME,
+    "angle": ANGLE,
+    "force": FORCE,
+    "torque": TORQUE,
+    "inertia": INERTIA,
+    "speed": (1, 0, -1, 0),
+    "angular_speed": (0, 0, -1, 1),
+    "frequency": (0, 0, -1, 0),
+    "density": (-3, 1, 0, 0),
+}
+
 _NAMES: dict[Dimension, str] = {
     NUMBER: "a plain number",
     LENGTH: "a length (m)",

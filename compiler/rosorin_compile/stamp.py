@@ -19,7 +19,7 @@ from typing import Any
 
 from . import __version__
 from .cache import cache_folder
-from .data import data_folder
+from .data import DATA, data_folder
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
 MAX_STAMPS = 400  # when there are more, the older half goes
@@ -99,7 +99,7 @@ def _digest(data: bytes) -> str:
 def _tool() -> str:
     """Return what tells this very tool from another one: versions, and size and time of each of its files."""
     parts = [f"{__version__} {sys.version}"]
-    for folder in (Path(__file__).parent, data_folder("schemas"), data_folder("templates")):
+    for folder in (Path(__file__).parent, *map(data_folder, DATA)):
         parts += sorted(_marks(folder, ""))
     return _digest("\n".join(parts).encode("utf-8", "surrogateescape"))
 

@@ -56,8 +56,8 @@ def problem(case: Case, index: int, edge: Edge) -> Diagnostic | None:
 
 def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) -> Diagnostic:
     modes = case.robot.modes
-    name = wrong.help.removeprefix("name:")
-    if name != wrong.help:
+    name = wrong.unknown
+    if name and not name.endswith("()"):
         help = suggest(name, modes, f'add "{name}" to modes')
         rule, message = "unknown-mode", f'there is no mode "{name}"'
     else:

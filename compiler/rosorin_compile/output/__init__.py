@@ -18,8 +18,8 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from ..diagnostic import Diagnostic, error
 from . import exchange
-from .diagnostic import Diagnostic, error
 from .staging import There, is_stage, replace, tidy
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder

@@ -1,0 +1,160 @@
+"""Complaints: what the validator of a JSON Schema objects to, told in the words of the description."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .diagnostic import Diagnostic, did_you_mean, error
+from .quantity import UNITS, Quantity, unknown_unit
+from .schema import Steps, resolve, schema_at, subject
+from .tree import Map, Seq, locate
+
+
+class Complaint:
+    """One complaint of the validator, told in the words of the description."""
+
+    def __init__(self, tree: Map, problem: Any) -> None:
+        self.tree = tree
+        self.path: Steps = list(problem.instance_path)
+        self.keyword = type(problem.kind).__name__
+        self.kind = problem.kind
+        self.schema_path: Steps = list(problem.schema_path)
+        self.where = subject(self.path)
+        node: Any = tree
+        for step in self.path:
+            node = node[step]
+        self.value = node
+
+    def diagnostics(self) -> list[Diagnostic]:
+        method = getattr(self, f"_{self.keyword.lower()}", self._other)
+        found: list[Diagnostic] = method()
+        return found
+
+    def _make(
+        self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
+    ) -> Diagnostic:
+        place = locate(self.tree, self.path if path is None else path, key=key)
+        return error(rule, message, place.span, help, place.stack())
+
+    def _additionalproperties(self) -> list[Diagnostic]:
+        known = schema_at(self.schema_path[:-1]).get("properties", {})
+        return [
+            self._make("unknown-key", f'{self.where} has no key "{key}"', _legal(key, known), [*self.path, key], True)
+            for key in self.kind.unexpected
+        ]
+
+    def _required(self) -> list[Diagnostic]:
+        key = self.kind.property
+        wanted = schema_at([*self.schema_path[:-1], "properties", key])
+        meaning = wanted.get("description") or resolve(wanted).get("description", "")
+        path = self.path
+        return [self._make("missing-key", f'{self.where} needs the key "{key}"', _sentence(meaning), path, key=True)]
+
+    def _type(self) -> list[Diagnostic]:
+        types = self.kind.types
+        wanted = " or ".join(_TYPES[name] for name in types if name != "null")
+        expected = schema_at(self.schema_path[:-1])
+        unit = expected.get("x-unit")
+        if unit:
+            wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
+        help = _type_help(self.value, types)
+        return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
+
+    def _enum(self) -> list[Diagnostic]:
+        options = [str(option) for option in self.kind.options]
+        help = did_you_mean(str(self.value), options)
+        if help.startswith("did"):
+            help += f" (one of {', '.join(options)})"
+        return [self._make("wrong-value", f'{self.where} cannot be "{self.value}"', help)]
+
+    def _constant(self) -> list[Diagnostic]:
+        wanted = schema_at(self.schema_path)
+        help = f"this tool knows only {wanted}"
+        return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
+
+    def _minitems(self) -> list[Diagnostic]:
+        return [self._count(f"at least {self.kind.limit}")]
+
+    def _maxitems(self) -> list[Diagnostic]:
+        return [self._count(f"at most {self.kind.limit}")]
+
+    def _count(self, wanted: str) -> Diagnostic:
+        fragment = schema_at(self.schema_path[:-1])
+        if fragment.get("minItems") == fragment.get("maxItems"):
+            wanted = str(fragment.get("minItems"))
+        message = f"{self.where} has {len(self.value)} items, not {wanted}"
+        return self._make("wrong-length", message, _sentence(fragment.get("description", "")))
+
+    def _pattern(self) -> list[Diagnostic]:
+        return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', _pattern_help(self.schema_path))]
+
+    def _propertynames(self) -> list[Diagnostic]:
+        name = self.kind.value.instance
+        message = f'"{name}" cannot be a name in {self.where}'
+        return [self._make("bad-name", message, "use letters, digits and _ without spaces", [*self.path, name], True)]
+
+    def _minlength(self) -> list[Diagnostic]:
+        return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]
+
+    def _dependentrequired(self) -> list[Diagnostic]:
+        return [self._make("missing-key", f"{self.where} needs both min and max", "give both corners, or size")]
+
+    def _minproperties(self) -> list[Diagnostic]:
+        keys = ", ".join(schema_at(self.schema_path[:-1]).get("properties", {}))
+        return [self._make("missing-key", f"{self.where} is empty", f"legal keys: {keys}")]
+
+    def _maxproperties(self) -> list[Diagnostic]:
+        keys = ", ".join(schema_at(self.schema_path[:-1]).get("properties", {}))
+        return [self._make("wrong-value", f"{self.where} has more than one key", f"give one of {keys}")]
+
+    def _other(self) -> list[Diagnostic]:
+        return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
+
+
+_TYPES = {
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "object": "a mapping",
+    "array": "a list",
+}
+
+
+def _legal(key: str, known: dict[str, Any]) -> str:
+    help = did_you_mean(key, known)
+    return help if not help.startswith("did") else f"{help} (legal: {', '.join(sorted(known))})"
+
+
+def _sentence(text: str) -> str:
+    return text[:1].lower() + text[1:].rstrip(".") if text else ""
+
+
+def _found(value: Any) -> str:
+    if value is None:
+        return "empty"
+    if isinstance(value, bool):
+        return f"{str(value).lower()}"
+    if isinstance(value, Quantity):
+        return f"the quantity {value.text or float(value)}"
+    if isinstance(value, (int, float)):
+        return f"the number {value}"
+    if isinstance(value, str):
+        return f'the text "{value}"'
+    return "a list" if isinstance(value, Seq) else "a mapping"
+
+
+def _type_help(value: Any, types: list[str]) -> str:
+    if isinstance(value, str) and "number" in types:
+        unit = unknown_unit(value)
+        if unit:
+            return f'there is no unit "{unit}"; {did_you_mean(unit, UNITS)}'
+        return "write a number, a quantity such as 12.5 mm, or an expression ${...}"
+    if isinstance(value, (int, float)) and types == ["string"]:
+        return "put it in quotes to make it text"
+    return ""
+
+
+def _pattern_help(path: Steps) -> str:
+    fragment = schema_at(path[:-1])
+    return _sentence(str(fragment.get("description", "")))

@@ -1,0 +1,102 @@
+"""Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
+
+Scopes are lexical: a description (all its files together), each part, each turn of a loop. Sections of the same name
+are joined: the entries of the included files come first, in the order of the includes, then those of the including
+file, then those that parts make, in the order of ``use``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..data import data_folder
+from ..diagnostic import Diagnostic, did_you_mean, error
+from ..load import plain_scalar
+from ..tree import Map, Place
+from .files import Reader, shown
+from .ledger import Ledger
+from .parameters import declare
+from .parts import SECTIONS, Parts, copy
+from .scope import Failed, Scope
+from .sensor_types import apply_types
+from .tables import table_loader
+
+_NOT_EVALUATED = ("args", "parts", "sensor_types", "use", "modes")
+
+
+class Expanded(NamedTuple):
+    """The plain tree (None if it could not be made), what is wrong, and the files that were read."""
+
+    tree: Map | None
+    diagnostics: list[Diagnostic]
+    files: tuple[Path, ...]
+
+
+def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
+    """Return the tree of the description whose first file is ``path``.
+
+    ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML.
+    """
+    reader = Reader(path)
+    root = reader.read(path, shown(path), None, None, ())
+    if root is None:
+        return Expanded(None, reader.diagnostics, tuple(reader.files))
+    ledger = Ledger()
+    scope = Scope(ledger)
+    scope.values["load()"] = table_loader(reader)
+    _declare_arguments(root, arguments, reader, scope)
+    for name, value, place in reader.lets:
+        scope.define(name, value, place)
+    tree = _evaluate(root, scope, reader)
+    for name in list(scope.pending):
+        with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
+            scope.lookup(name)
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files))
+
+
+def _evaluate(root: Map, scope: Scope, reader: Reader) -> Map | None:
+    """Return the tree with every section evaluated; None after anything was wrong."""
+    tree = Map(root.span)
+    failed = False
+    for key, value in root.items():
+        if key in ("parts", "sensor_types", "use"):
+            continue
+        place = Place(root.value_spans[key], None)
+        try:
+            made = value if key in _NOT_EVALUATED else scope.resolve(value, place)
+        except Failed:
+            failed = True
+            continue
+        tree.put(key, copy(made) if key in SECTIONS else made, root.key_spans[key], root.value_spans[key])
+    parts = Parts(scope.ledger, root.get("parts"), scope, reader.library)
+    uses = root.get("use")
+    if isinstance(uses, Map):
+        failed |= not parts.use(tree, uses, scope)
+    elif uses is not None:
+        scope.report(
+            "wrong-type", "use maps names to parts", Place(root.value_spans["use"], None), "write NAME: {part: ...}"
+        )
+        failed = True
+    if failed:
+        return None
+    apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")
+    return tree
+
+
+def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
+    """Bind the arguments: those given on the command line, else those an include gives, else their defaults."""
+    declared = root.get("args")
+    declared = declared if isinstance(declared, Map) else Map(root.span)
+    given: dict[str, Any] = {name: value for name, (value, _) in reader.given.items()}
+    places = {name: place for name, (_, place) in reader.given.items()}
+    for name, value in arguments.items():
+        if name not in declared:
+            message = f'the description has no argument "{name}"'
+            scope.ledger.diagnostics.append(error("unknown-argument", message, None, did_you_mean(name, declared)))
+            continue
+        given[name] = plain_scalar(value) if isinstance(value, str) else value
+        places[name] = Place(declared.key_spans[name], None)
+    declare(scope, declared, given, places, "the description", "-a {}=VALUE")

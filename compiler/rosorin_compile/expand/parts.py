@@ -1,0 +1,253 @@
+"""Parts: reusable pieces of a description with typed parameters, instantiated by ``use``.
+
+A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that ships with the tool) or
+``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..diagnostic import Related, Span, did_you_mean
+from ..load import LoadError, load_mapping
+from ..tree import Instance, Map, Place, Seq
+from .ledger import Ledger
+from .parameters import declare
+from .placing import AXES, MOUNT, placed
+from .scope import Failed, Scope
+
+MAX_NESTED = 40
+
+SECTIONS = ("links", "joints", "sensors", "servos", "poses", "edges", "disabled_contacts")
+_PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
+_USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
+
+
+class Definition(NamedTuple):
+    """A part as it was written, and the scope of the file that it stands in."""
+
+    name: str
+    body: Map
+    scope: Scope
+
+
+class Parts:
+    """Finds parts and instantiates them."""
+
+    def __init__(self, ledger: Ledger, own: Map | None, scope: Scope, library: Callable[[str], Path | None]) -> None:
+        self.ledger = ledger
+        self.own = own if isinstance(own, Map) else None
+        self.scope = scope
+        self.library = library
+        self.files: dict[Path, tuple[Map, Scope] | None] = {}
+
+    def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
+        """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
+        if not isinstance(entry, Map):
+            scope.report("wrong-type", f'use "{name}" is a mapping that names a part', where, "write part: NAME")
+            raise Failed
+        self._check_keys(entry, _USE_KEYS, f'use "{name}"', scope)
+        definition = self._find(entry, scope, where)
+        if depth > MAX_NESTED:
+            scope.report(
+                "part-cycle", f'the part "{definition.name}" uses itself without end', where, "end it with an if"
+            )
+            raise Failed
+        message = f'part "{definition.name}" used here as "{name}"'
+        inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via))
+        self._bind(inner, name, entry, definition)
+        fragment = self._fragment(definition, inner, depth)
+        content = entry.get("content")
+        if isinstance(content, Map):
+            join(fragment, content, SECTIONS, inner)
+        return self._placed(name, fragment, entry, scope, where)
+
+    def _bind(self, inner: Scope, name: str, entry: Map, definition: Definition) -> None:
+        """Bind the parameters and the named values of a part."""
+        given = entry.get("with") or {}
+        if not isinstance(given, Map):
+            inner.report("wrong-type", "with maps arguments to values", Place(entry.value_spans["with"], entry.via))
+            raise Failed
+        places = {key: Place(given.value_spans[key], given.via) for key in given}
+        before = len(self.ledger.diagnostics)
+        inner.bind("name", name, Place(entry.span, entry.via))
+        declare(inner, definition.body.get("params"), given, places, f'part "{definition.name}"', "with: {{{}: VALUE}}")
+        inner.define_all(definition.body.get("let"))
+        if len(self.ledger.diagnostics) > before:
+            raise Failed
+
+    def _fragment(self, definition: Definition, inner: Scope, depth: int) -> Map:
+        """Return the sections of a part, evaluated, with the parts that it uses itself."""
+        body = definition.body
+        made = Map(body.span, inner.via)
+        failed = False
+        for section in SECTIONS:
+            if body.get(section) is not None:
+                try:
+                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via))
+                    made.put(section, value, body.key_spans[section], body.value_spans[section])
+                except Failed:
+                    failed = True
+        if isinstance(body.get("use"), Map):
+            failed |= not self.use(made, body["use"], inner, depth + 1)
+        if failed:
+            raise Failed
+        return made
+
+    def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
+        """Join what each ``use`` entry makes to a tree; say whether all went well."""
+        fine = True
+        via = scope.via or entries.via
+        for key, item in entries.items():
+            place_of_key = Place(entries.key_spans[key], via)
+            try:
+                for turn, entry in scope.entries(item):
+                    name = str(turn.text(key, place_of_key.span, place_of_key.via)) if "$" in key else key
+                    resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
+                    fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
+                    join(tree, fragment, SECTIONS, scope)
+            except Failed:
+                fine = False
+        return fine
+
+    def _placed(self, name: str, fragment: Map, entry: Map, scope: Scope, where: Place) -> Map:
+        """Return a fragment with its prefix, on its mount, each of its entries with a source."""
+        prefix, parent, mirror = entry.get("prefix", f"{name}_"), entry.get("parent"), entry.get("mirror")
+        if mirror is not None and mirror not in AXES:
+            place = Place(entry.value_spans["mirror"], entry.via)
+            scope.report(
+                "wrong-value", f'mirror cannot be "{mirror}"', place, "one of x, y, z: the axis that is reversed"
+            )
+            raise Failed
+        if parent is None and _mentions_mount(fragment):
+            help = "the part is attached to a frame: write parent: FRAME"
+            scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
+            raise Failed
+        prefix = "" if prefix is None else str(prefix)
+        made = placed(fragment, prefix, parent, entry.get("xyz"), entry.get("rpy"), mirror)
+        return with_source(made, entry) if "source" in entry else made
+
+    def _find(self, entry: Map, scope: Scope, where: Place) -> Definition:
+        name = entry.get("part")
+        if not isinstance(name, str):
+            scope.report("missing-key", 'a use needs the key "part"', where, "name a part of parts: or of the library")
+            raise Failed
+        place = Place(entry.value_spans["part"], scope.via or entry.via)
+        if "/" not in name:
+            return self._definition(name, name, self.own, self.scope, scope, place)
+        file, _, short = name.rpartition("/")
+        path = self.library(file)
+        found = self._load(path, place.span) if path is not None else None
+        if found is None:
+            scope.report(
+                "unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts.md for the library"
+            )
+            raise Failed
+        return self._definition(name, short, found[0].get("parts"), found[1], scope, place)
+
+    def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
+        known = parts if isinstance(parts, Map) else {}
+        if short not in known:
+            scope.report("unknown-part", f'there is no part "{name}"', place, did_you_mean(short, known))
+            raise Failed
+        body = known[short]
+        if not isinstance(body, Map):
+            scope.report("wrong-type", f'the part "{name}" is not a mapping', place, "give it links, joints, ...")
+            raise Failed
+        self._check_keys(body, _PART_KEYS, f'part "{name}"', scope)
+        return Definition(name, body, home)
+
+    def _load(self, path: Path, asked: Span) -> tuple[Map, Scope] | None:
+        """Return a file of parts and its scope, read once."""
+        if path not in self.files:
+            self.files[path] = None
+            try:
+                tree = load_mapping(path, path.name, asked)
+            except LoadError as problem:
+                self.ledger.diagnostics.append(problem.diagnostic)
+                raise Failed from None
+            home = Scope(self.ledger)
+            home.define_all(tree.get("let"))
+            self.files[path] = (tree, home)
+        return self.files[path]
+
+    def _check_keys(self, entry: Map, known: tuple[str, ...], owner: str, scope: Scope) -> None:
+        for key in entry:
+            if key not in known:
+                place = Place(entry.key_spans[key], scope.via or entry.via)
+                scope.report("unknown-key", f'{owner} has no key "{key}"', place, did_you_mean(key, known))
+                raise Failed
+
+
+def _mentions_mount(fragment: Map) -> bool:
+    entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
+    return any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries)
+
+
+def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
+    """Add the sections of one fragment to those of a tree; a name that is taken is reported. Raises Failed."""
+    failed = False
+    for section in sections:
+        value = more.get(section)
+        if value is None:
+            continue
+        if tree.get(section) is None:
+            tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
+            continue
+        have = tree[section]
+        if isinstance(have, Seq) and isinstance(value, Seq):
+            for item, span in zip(value, value.value_spans, strict=True):
+                have.put(item, span)
+        elif isinstance(have, Map) and isinstance(value, Map):
+            for name, entry in value.items():
+                if name in have:
+                    failed = True
+                    _taken(section, name, have, value, scope)
+                else:
+                    have.put(name, entry, value.key_spans[name], value.value_spans[name])
+    if failed:
+        raise Failed
+
+
+def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
+    place = Place(more.key_spans[name], getattr(more[name], "via", None) or more.via)
+    related = [Related("first defined here", have.key_spans[name])]
+    message = f'{section.rstrip("s")} "{name}" is defined twice'
+    scope.report("duplicate-name", message, place, "rename one, or give the part another prefix", related)
+
+
+def copy(value: Any) -> Any:
+    """Return a section that more may be joined to; the tree that it came from stays as it is."""
+    if isinstance(value, Map):
+        made = Map(value.span, value.via)
+        for key, item in value.items():
+            made.put(key, item, value.key_spans[key], value.value_spans[key])
+        return made
+    if isinstance(value, Seq):
+        listed = Seq(value.span, value.via)
+        for item, span in zip(value, value.value_spans, strict=True):
+            listed.put(item, span)
+        return listed
+    return value
+
+
+def with_source(tree: Map, owner: Map) -> Map:
+    """Return sections in which every entry has a source: its own, or that of ``owner``."""
+    made = Map(tree.span, tree.via)
+    for section, entries in tree.items():
+        value = sourced(entries, owner) if isinstance(entries, Map) else entries
+        made.put(section, value, tree.key_spans[section], tree.value_spans[section])
+    return made
+
+
+def sourced(section: Map, owner: Map) -> Map:
+    """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
+    made = Map(section.span, section.via)
+    for name, entry in section.items():
+        if isinstance(entry, Map) and "source" not in entry:
+            entry = copy(entry)
+            entry.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
+        made.put(name, entry, section.key_spans[name], section.value_spans[name])
+    return made

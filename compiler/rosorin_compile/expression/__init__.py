@@ -1,0 +1,103 @@
+"""Expressions: a closed evaluator for what stands inside ``${...}``.
+
+The text is read by Python's own parser; each node is turned, from an allow-list, into a small function of the names
+in scope: arithmetic, comparison, conditions, lists, indexing, list comprehensions and the functions in ``functions``.
+There is no access to attributes of Python objects (``table.key`` reaches an entry of a table), no import, no
+assignment. The length and depth of the text, the size of numbers, texts and lists, and the number of steps of a
+comprehension are bounded, so that every expression ends soon.
+"""
+
+from __future__ import annotations
+
+import ast
+from functools import lru_cache
+from typing import Any
+
+from .functions import CONSTANTS, FUNCTIONS, ExpressionError
+from .operators import MAX_MAGNITUDE, bounded
+from .syntax import STEPS, Code, Lookup, compile_node
+
+__all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "run"]
+
+MAX_LENGTH = 2_000
+
+_MISHAPS = (TypeError, ValueError, ArithmeticError, LookupError, RecursionError, MemoryError, AttributeError)
+
+
+def evaluate(text: str, lookup: Lookup) -> Any:
+    """Return the value of an expression.
+
+    ``lookup`` gives the value of a name and raises KeyError if there is none; units, constants and functions need no
+    lookup. Raises ExpressionError on anything that is not allowed or has no value.
+    """
+    return run(compiled(text), text, lookup)
+
+
+def run(code: Code, text: str, lookup: Lookup) -> Any:
+    """Return the value of the expression ``text``, compiled to ``code``. Raises ExpressionError with its column."""
+    before, STEPS[0] = STEPS[0], 0
+    try:
+        value = code(lookup)
+        return value if type(value) is float and -MAX_MAGNITUDE < value < MAX_MAGNITUDE else bounded(value)
+    except ExpressionError as problem:
+        if problem.column < 0:
+            problem.column = _blame(text, lookup)
+        raise
+    except _MISHAPS as problem:
+        raise ExpressionError(_reason(problem), _blame(text, lookup)) from None
+    finally:
+        STEPS[0] = before
+
+
+def _blame(text: str, lookup: Lookup) -> int:
+    """Return the column of the innermost part of an expression that has no value."""
+    node: ast.AST = ast.parse(text.strip(), mode="eval").body
+    while True:
+        children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node)
+        culprit = next((child for child in children if isinstance(child, ast.expr) and _fails(child, lookup)), None)
+        if culprit is None:
+            return getattr(node, "col_offset", 0)
+        node = culprit
+
+
+def _fails(node: ast.expr, lookup: Lookup) -> bool:
+    if isinstance(node, ast.Name) and node.id in FUNCTIONS:
+        return False
+    STEPS[0] = 0
+    try:
+        compile_node(node, 0)(lookup)
+    except (ExpressionError, *_MISHAPS):
+        return True
+    return False
+
+
+@lru_cache(maxsize=20_000)
+def compiled(text: str) -> Code:
+    """Return an expression as a function of the names in scope. Raises ExpressionError if it is not one."""
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except SyntaxError as problem:
+        raise ExpressionError(f"not an expression: {problem.msg}", max(0, (problem.offset or 1) - 1)) from None
+    except (ValueError, RecursionError, MemoryError):
+        raise ExpressionError("not an expression that can be read") from None
+    return compile_node(tree.body, 0)
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names that an expression uses, in order, each once; none if it is no expression."""
+    try:
+        tree = ast.parse(text.strip(), mode="eval")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return []
+    found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    return list(dict.fromkeys(name for name in found if name not in FUNCTIONS))
+
+
+def _reason(problem: Exception) -> str:
+    if isinstance(problem, ZeroDivisionError):
+        return "division by zero"
+    if isinstance(problem, (RecursionError, MemoryError)):
+        return "the value is too large"
+    return str(problem) or type(problem).__name__

@@ -1,0 +1,106 @@
+"""The operators of expressions: what two values give together, with their dimension, and within bounds."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+from ..quantity import NUMBER, Dimension, Quantity, add
+from .functions import MAX_ITEMS, ExpressionError, common_dimension, kind_of
+
+MAX_MAGNITUDE = 1e300
+MAX_INTEGER = 10**18
+
+BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+}
+
+
+def combine(kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Return the result of an operator on two values, at least one of which is no bare number.
+
+    Quantities add and compare with their like, and multiply to the product of their dimensions; a bare number goes
+    with any. Raises ExpressionError.
+    """
+    if type(left) in NUMERIC and type(right) in NUMERIC:
+        first: Dimension | None = left.dimension if type(left) is Quantity else None
+        second: Dimension | None = right.dimension if type(right) is Quantity else None
+        if kind is ast.Mult or kind is ast.Div:
+            dimension = _product(first, second, kind is ast.Mult)
+            result = BINARY[kind](left, right)
+            return Quantity(result, dimension) if dimension is not None else result
+        if kind is ast.Pow:
+            return _power(left, right)
+        common = first if first == second else common_dimension([left, right])
+        result = BINARY[kind](left, right)
+        return result if kind is ast.FloorDiv or common is None else Quantity(result, common)
+    return _join(kind, left, right)
+
+
+NUMERIC = frozenset((int, float, Quantity))
+
+
+@lru_cache(maxsize=1_000)
+def _product(first: Dimension | None, second: Dimension | None, times: bool) -> Dimension | None:
+    """Return the dimension of a product or a quotient; None for a plain number."""
+    dimension = add(first or NUMBER, second or NUMBER, 1 if times else -1)
+    return dimension if dimension != NUMBER else None
+
+
+def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Return two texts or two lists joined by ``+``, the only operator that they have."""
+    texts = isinstance(left, str) and isinstance(right, str)
+    if kind is ast.Add and (texts or (isinstance(left, list) and isinstance(right, list))):
+        if len(left) + len(right) > MAX_ITEMS:
+            raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+        return left + right if texts else [*left, *right]
+    raise ExpressionError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if abs(exponent) > 64 or (isinstance(base, int) and abs(base) > 10**9):
+        raise ExpressionError("the power is too large")
+    dimension = getattr(base, "dimension", None)
+    if isinstance(exponent, Quantity) and exponent.dimension != NUMBER:
+        raise ExpressionError(f"an exponent is a plain number, not {kind_of(exponent)}")
+    if dimension is None:
+        return base**exponent
+    if int(exponent) != exponent:
+        raise ExpressionError("a quantity may only be raised to a whole power")
+    return Quantity(float(base) ** exponent, add(NUMBER, dimension, int(exponent)))
+
+
+def entry(container: Any, key: Any) -> Any:
+    """Return an entry of a table, a list or a text. Raises ExpressionError if it has none of that name."""
+    if isinstance(container, Mapping):
+        if key not in container:
+            known = ", ".join(map(str, container)) or "it is empty"
+            raise ExpressionError(f'the table has no entry "{key}"', help=f"entries: {known}")
+        return container[key]
+    if not isinstance(container, (list, str)):
+        raise ExpressionError(f"{kind_of(container)} has no entries")
+    return container[key]
+
+
+def bounded(value: Any) -> Any:
+    """Return the value unless it grows beyond what a description can need."""
+    if isinstance(value, bool):
+        return value
+    if isinstance(value, complex):
+        raise ExpressionError("the result is not a real number")
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
+        raise ExpressionError("the number is too large")
+    if isinstance(value, float) and not abs(value) < MAX_MAGNITUDE:
+        raise ExpressionError("the result is not a finite number")
+    if isinstance(value, (str, list)) and len(value) > MAX_ITEMS:
+        raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+    return value

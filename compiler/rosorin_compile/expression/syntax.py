@@ -1,0 +1,264 @@
+"""The syntax of expressions: each node of Python's parser that is allowed becomes a function of the names in scope."""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..quantity import UNITS, Quantity
+from .functions import CONSTANTS, FUNCTIONS, ExpressionError, common_dimension, kind_of
+from .operators import BINARY, bounded, combine, entry
+
+MAX_DEPTH = 40
+MAX_STEPS = 200_000
+
+Lookup = Callable[[str], Any]
+Code = Callable[[Lookup], Any]
+
+# Steps of comprehensions in the expression that is being evaluated, those nested in it included.
+STEPS = [0]
+
+
+_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.In: lambda a, b: a in b,
+    ast.NotIn: lambda a, b: a not in b,
+}
+
+
+def compile_node(node: ast.AST, depth: int) -> Code:
+    """Return the function of a node. Raises ExpressionError, with its column, for a node that is not allowed."""
+    column = getattr(node, "col_offset", 0)
+    make = _NODES.get(type(node))
+    if depth > MAX_DEPTH:
+        raise ExpressionError("the expression is nested too deeply", column)
+    if make is None:
+        help = "allowed: numbers, text, lists, names, + - * / // % **, comparisons, and, or, not, a if c else b"
+        raise ExpressionError(f"{_construct(node)} is not allowed here", column, help)
+    return make(node, depth + 1)
+
+
+def _constant(node: ast.Constant, _depth: int) -> Code:
+    value = node.value
+    if not (isinstance(value, (bool, int, float, str)) or value is None):
+        raise ExpressionError("only numbers and text are values here", node.col_offset)
+    value = bounded(value)
+    return lambda _lookup: value
+
+
+def _name(node: ast.Name, _depth: int) -> Code:
+    name, column = node.id, node.col_offset
+    builtin = CONSTANTS.get(name, Quantity(*UNITS[name]) if name in UNITS else None)
+    known = name in CONSTANTS or name in UNITS
+
+    def look(lookup: Lookup) -> Any:
+        try:
+            return lookup(name)
+        except KeyError:
+            if known:
+                return builtin
+        raise ExpressionError(f'there is no value named "{name}"', column, unknown=name)
+
+    return look
+
+
+def _binop(node: ast.BinOp, depth: int) -> Code:
+    left, right = compile_node(node.left, depth), compile_node(node.right, depth)
+    kind = type(node.op)
+    function = BINARY.get(kind)
+    if function is None:
+        raise ExpressionError("this operator is not allowed here", node.col_offset)
+    simple = kind in (ast.Add, ast.Sub, ast.Mult, ast.Div)
+
+    def apply(lookup: Lookup) -> Any:
+        a, b = left(lookup), right(lookup)
+        if simple and type(a) in _BARE and type(b) in _BARE:
+            return function(a, b)
+        return combine(kind, a, b)
+
+    return apply
+
+
+_BARE = frozenset((int, float))
+
+
+def _unaryop(node: ast.UnaryOp, depth: int) -> Code:
+    operand = compile_node(node.operand, depth)
+    if isinstance(node.op, ast.Not):
+        return lambda lookup: not operand(lookup)
+    if not isinstance(node.op, (ast.USub, ast.UAdd)):
+        raise ExpressionError("this operator is not allowed here", node.col_offset)
+    sign = -1 if isinstance(node.op, ast.USub) else 1
+
+    def apply(lookup: Lookup) -> Any:
+        value = operand(lookup)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ExpressionError(f"expected a number, got {kind_of(value)}")
+        return Quantity(sign * value, value.dimension) if isinstance(value, Quantity) else sign * value
+
+    return apply
+
+
+def _boolop(node: ast.BoolOp, depth: int) -> Code:
+    parts = [compile_node(part, depth) for part in node.values]
+    stop = isinstance(node.op, ast.Or)
+
+    def apply(lookup: Lookup) -> Any:
+        result: Any = None
+        for part in parts:
+            result = part(lookup)
+            if bool(result) == stop:
+                break
+        return result
+
+    return apply
+
+
+def _compare(node: ast.Compare, depth: int) -> Code:
+    first = compile_node(node.left, depth)
+    rest = [
+        (_COMPARE.get(type(op)), compile_node(part, depth)) for op, part in zip(node.ops, node.comparators, strict=True)
+    ]
+    if any(function is None for function, _ in rest):
+        raise ExpressionError("this comparison is not allowed here", node.col_offset)
+
+    def apply(lookup: Lookup) -> bool:
+        left = first(lookup)
+        for function, part in rest:
+            right = part(lookup)
+            if isinstance(left, Quantity) and isinstance(right, Quantity):
+                common_dimension([left, right])
+            if function is None or not function(left, right):
+                return False
+            left = right
+        return True
+
+    return apply
+
+
+def _ifexp(node: ast.IfExp, depth: int) -> Code:
+    test, body, orelse = (compile_node(part, depth) for part in (node.test, node.body, node.orelse))
+    return lambda lookup: body(lookup) if test(lookup) else orelse(lookup)
+
+
+def _list(node: ast.List | ast.Tuple, depth: int) -> Code:
+    items = [compile_node(item, depth) for item in node.elts]
+    return lambda lookup: [item(lookup) for item in items]
+
+
+def _subscript(node: ast.Subscript, depth: int) -> Code:
+    container = compile_node(node.value, depth)
+    if isinstance(node.slice, ast.Slice):
+        ends = [
+            compile_node(end, depth) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
+        ]
+        return lambda lookup: container(lookup)[slice(*(end(lookup) if end else None for end in ends))]
+    index = compile_node(node.slice, depth)
+    return lambda lookup: entry(container(lookup), index(lookup))
+
+
+def _attribute(node: ast.Attribute, depth: int) -> Code:
+    container, key = compile_node(node.value, depth), node.attr
+
+    def apply(lookup: Lookup) -> Any:
+        value = container(lookup)
+        if not isinstance(value, Mapping):
+            raise ExpressionError(f"{kind_of(value)} has no entries; only a table has")
+        return entry(value, key)
+
+    return apply
+
+
+def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
+    if len(node.generators) > 2:
+        raise ExpressionError("at most two loops stand in one list", node.col_offset)
+    loops = [_loop(generator, depth) for generator in node.generators]
+    element = compile_node(node.elt, depth)
+
+    def apply(lookup: Lookup) -> list[Any]:
+        found: list[Any] = []
+
+        def run(level: int, scope: Lookup) -> None:
+            if level == len(loops):
+                found.append(element(scope))
+                return
+            names, values, conditions = loops[level]
+            for item in values(scope):
+                STEPS[0] += 1
+                if STEPS[0] > MAX_STEPS:
+                    raise ExpressionError(f"more than {MAX_STEPS:,} steps")
+                inner = _bind(scope, names, item)
+                if all(condition(inner) for condition in conditions):
+                    run(level + 1, inner)
+
+        run(0, lookup)
+        return found
+
+    return apply
+
+
+def _loop(generator: ast.comprehension, depth: int) -> tuple[list[str], Code, list[Code]]:
+    targets = generator.target.elts if isinstance(generator.target, ast.Tuple) else [generator.target]
+    if not all(isinstance(target, ast.Name) for target in targets):
+        raise ExpressionError("a loop sets plain names", generator.target.col_offset)
+    names = [target.id for target in targets if isinstance(target, ast.Name)]
+    return names, compile_node(generator.iter, depth), [compile_node(condition, depth) for condition in generator.ifs]
+
+
+def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
+    if len(names) > 1 and (not isinstance(item, list) or len(item) != len(names)):
+        raise ExpressionError(f"cannot give {kind_of(item)} to {len(names)} names")
+    bound = dict(zip(names, item, strict=True)) if len(names) > 1 else {names[0]: item}
+    return lambda name: bound[name] if name in bound else lookup(name)
+
+
+def _call(node: ast.Call, depth: int) -> Code:
+    name = node.func.id if isinstance(node.func, ast.Name) else ""
+    if not name:
+        help = "functions are called by name: upper(text), not text.upper()"
+        raise ExpressionError("this is no function", node.col_offset, help)
+    if node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
+        raise ExpressionError("functions take their values in order, without names or stars", node.col_offset)
+    items = [compile_node(item, depth) for item in node.args]
+    function, column = FUNCTIONS.get(name), node.col_offset
+    if function is not None:
+        return lambda lookup: function(*[item(lookup) for item in items])
+
+    def apply(lookup: Lookup) -> Any:
+        try:
+            found = lookup(f"{name}()")  # a function of the scope, such as load
+        except KeyError:
+            raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
+        return found(*[item(lookup) for item in items])
+
+    return apply
+
+
+_NODES: dict[type[ast.AST], Callable[[Any, int], Code]] = {
+    ast.Constant: _constant,
+    ast.Name: _name,
+    ast.BinOp: _binop,
+    ast.UnaryOp: _unaryop,
+    ast.BoolOp: _boolop,
+    ast.Compare: _compare,
+    ast.IfExp: _ifexp,
+    ast.List: _list,
+    ast.Tuple: _list,
+    ast.Subscript: _subscript,
+    ast.Attribute: _attribute,
+    ast.ListComp: _comprehension,
+    ast.GeneratorExp: _comprehension,
+    ast.Call: _call,
+}
+
+
+def _construct(node: ast.AST) -> str:
+    names = {"Lambda": "a lambda", "NamedExpr": "an assignment", "JoinedStr": "a formatted text", "Dict": "a table"}
+    return names.get(type(node).__name__, f"this ({type(node).__name__})")

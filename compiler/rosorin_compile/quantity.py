@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 import re
+from functools import lru_cache
 
 Dimension = tuple[int, int, int, int]
 
@@ -124,6 +125,7 @@ def describe(dimension: Dimension) -> str:
     return f"a quantity in {'*'.join(parts)}"
 
 
+@lru_cache(maxsize=1_000)
 def parse_unit(text: str) -> tuple[float, Dimension] | None:
     """Return the SI value and the dimension of a unit such as ``mm``, ``N*m`` or ``kg*m^2``; None if it is unknown.
 

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from functools import cache
+from collections.abc import Sequence
+from functools import cache, lru_cache
 from typing import Any
 
 from .data import data_folder
@@ -73,18 +74,24 @@ def schema_at(path: Steps) -> Any:
     return node
 
 
-def unit_at(path: Steps) -> str | list[str] | None:
+def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
     """Return the unit (or units) that the schema asks for at a path of a description; "" for a plain number.
 
     None where the schema has no number at all.
     """
+    # The names of entries and the indices of items make no difference: what is asked for is found once for all.
+    return _unit_of(tuple("*" if i == 1 else 0 if isinstance(step, int) else step for i, step in enumerate(path)))
+
+
+@lru_cache(maxsize=2_000)
+def _unit_of(path: tuple[str | int, ...]) -> str | list[str] | None:
     node: Any = schema()
     for step in path:
         node = resolve(node)
         if isinstance(step, int):
             node = node.get("items")
         else:
-            node = node.get("properties", {}).get(step, node.get("additionalProperties"))
+            node = node.get("properties", {}).get(step, node.get("additionalProperties", node.get("items")))
         if not isinstance(node, dict):
             return None
     node = resolve(node)

@@ -56,11 +56,9 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
             rows.append((name, inertial, _rows(name, visual, number), _rows(name, collision, number)))
-        steps.append((rows, joint))
+        steps.append((rows, [] if joint is None else [_joint(joint, number, "dynamics" in elements)]))
     diagnostics += _left_out(robot, carried, elements)
-    values: dict[str, Any] = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "elements": elements}
-    values |= {"number": number, "vector": lambda numbers: vector(numbers, number), "comment": comment}
-    values["limits"] = lambda joint: _limits(joint, number)
+    values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
 
 
@@ -147,9 +145,21 @@ def _inertial(link: Link, number: NumberFormat) -> list[tuple[Any, ...]]:
     return [(vector(pose.xyz, number), vector(pose.rpy, number), number(inertial.mass), moments)]
 
 
-def _limits(joint: Joint, number: NumberFormat) -> list[tuple[str, str]]:
-    given = [(key, getattr(joint.limit, key)) for key in ("lower", "upper", "effort", "velocity")]
-    return [(key, number(value)) for key, value in given if value is not None]
+def _joint(joint: Joint, number: NumberFormat, with_dynamics: bool) -> tuple[Any, ...]:
+    """Return a joint as the texts of its element: names, origin, axis, limits, dynamics and mimic."""
+    origin, dynamics, mimic = joint.origin, joint.dynamics, joint.mimic
+    limits, damped, follows = [], [], []
+    if joint.moves and joint.limit is not None:
+        given = [(key, getattr(joint.limit, key)) for key in ("lower", "upper", "effort", "velocity")]
+        limits = [(key, number(value)) for key, value in given if value is not None]
+    if with_dynamics and dynamics is not None and (dynamics.damping or dynamics.friction):
+        damped = [("damping", number(dynamics.damping)), ("friction", number(dynamics.friction))]
+    if mimic is not None:
+        follows = [("multiplier", number(mimic.multiplier)), ("offset", number(mimic.offset))]
+        follows.insert(0, ("joint", mimic.joint))
+    names = (joint.name, joint.type, joint.parent, joint.child)
+    axis = vector(joint.axis, number) if joint.moves else ""
+    return (*names, vector(origin.xyz, number), vector(origin.rpy, number), axis, limits, damped, follows)
 
 
 def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:

@@ -25,7 +25,8 @@ from . import (
     tf_tree,
     values,
 )
-from .case import USED, Case, walk
+from .case import USED, Case
+from .remarkable import collect
 
 Rule = Callable[[Case], Iterator[Diagnostic]]
 
@@ -68,7 +69,7 @@ def check(robot: Robot, tree: Map, places: Mapping[tuple[str, str], Path]) -> li
 
     ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``build``).
     """
-    case = Case(robot, tree, places, list(walk(tree)))
+    case = Case(robot, tree, places, collect(tree))
     return _joined(diagnostic for rule in RULES for diagnostic in rule(case))
 
 

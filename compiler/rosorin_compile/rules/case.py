@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ..diagnostic import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..model import Joint, Robot
 from ..tree import Map, Path, Place, Seq, locate
+from .remarkable import Remarkable
 
 USED = "used here"
 
@@ -15,13 +16,13 @@ USED = "used here"
 class Case(NamedTuple):
     """A robot, the tree that it was built from, and the paths in it of joints and links, by kind and name.
 
-    ``values`` is every value of the tree with its path, parents before children, in the order of the description.
+    ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``).
     """
 
     robot: Robot
     tree: Map
     places: Mapping[tuple[str, str], Path]
-    values: Sequence[tuple[Path, Any]]
+    remarkable: Remarkable
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
         """Return the path of a joint, or of what is in it; that of a sensor for the joint that mounts it."""
@@ -72,18 +73,6 @@ class Case(NamedTuple):
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""
         return Related(message, written(self.tree, path, key)[0].span)
-
-
-def walk(tree: Map) -> Iterator[tuple[Path, Any]]:
-    """Yield every value of a tree with its path, parents before children, in the order of the tree."""
-    waiting: list[tuple[Path, Any]] = [((), tree)]
-    while waiting:
-        path, node = waiting.pop()
-        yield path, node
-        if isinstance(node, Map):
-            waiting += [((*path, key), item) for key, item in reversed(node.items())]
-        elif isinstance(node, Seq):
-            waiting += [((*path, index), node[index]) for index in range(len(node) - 1, -1, -1)]
 
 
 def exists(tree: Map, path: Path) -> bool:

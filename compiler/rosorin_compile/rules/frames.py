@@ -10,7 +10,7 @@ from ..model import Pose
 from ..tree import Path
 from .case import Case, exists
 from .kinematics import WORLD_FRAMES
-from .values import FULL_TURN
+from .remarkable import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2))

@@ -8,7 +8,7 @@ from ..diagnostic import WARNING, Diagnostic
 from ..model import Joint
 from ..tree import Path
 from .case import Case, number
-from .values import FULL_TURN
+from .remarkable import FULL_TURN
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6

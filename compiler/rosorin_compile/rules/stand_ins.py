@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostic import NOTE, Diagnostic
-from ..tree import Map, Path
+from ..tree import Path
 from .case import Case
 
 SHOWN = 8
@@ -14,10 +14,8 @@ SHOWN = 8
 def listed_once(case: Case) -> Iterator[Diagnostic]:
     """Name each stand-in once, by its text, with all the places that it stands in for."""
     found: dict[str, list[Path]] = {}
-    for path, entry in case.values:
-        source = entry.get("source") if isinstance(entry, Map) else None
-        if isinstance(source, Map) and source.get("status") == "stand_in":
-            found.setdefault(source.get("note", ""), []).append(path)
+    for path, entry in case.remarkable.stand_ins:
+        found.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in found.items():
         names = [_name(path) for path in paths[:SHOWN]]
         more = f" and {len(paths) - SHOWN} more" if len(paths) > SHOWN else ""

@@ -2,24 +2,17 @@
 
 from __future__ import annotations
 
-import math
-import re
 from collections.abc import Iterator
 from typing import Any
 
 from ..diagnostic import ERROR, WARNING, Diagnostic, Span
 from ..schema import subject, unit_at
-from ..tree import Map, Path
+from ..tree import Path
 from .case import Case, number, written
-
-# A little more than one turn, so that 6.2832 passes for 2*pi.
-FULL_TURN = 2 * math.pi + 1e-3  # rad
+from .remarkable import NOT_XML
 
 # Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
 FAR = 20.0  # m
-
-# https://www.w3.org/TR/xml/#charsets
-_NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
 
 
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
@@ -29,11 +22,10 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
     numbers of one list or one entry.
     """
     groups: dict[tuple[Path, str], list[tuple[Path, Any]]] = {}
-    for path, value in case.values:
-        if type(value) in (int, float) and abs(value) > FULL_TURN:
-            unit = _suspect(case, path, value)
-            if unit:
-                groups.setdefault((path[:-1], unit), []).append((path, value))
+    for path, value in case.remarkable.numbers:
+        unit = _suspect(case, path, value)
+        if unit:
+            groups.setdefault((path[:-1], unit), []).append((path, value))
     for (_, unit), found in groups.items():
         path, value = found[0]
         related = [case.related(f"and {number(other)} {unit} here", more) for more, other in found[1:]]
@@ -67,17 +59,19 @@ def _suspect(case: Case, path: Path, value: float) -> str:
 def characters(case: Case) -> Iterator[Diagnostic]:
     """Text with control characters and the like, which no XML file can carry."""
     seen: set[Span] = set()
-    for path, value in case.values:
-        if isinstance(value, str) and (found := _NOT_XML.search(value)):
-            # A source at the top of a file is that of all its entries: one place, one message.
-            place = written(case.tree, path)[0].span
-            if place not in seen:
-                yield _character(case, path, found[0])
-            seen.add(place)
-        if isinstance(value, Map):
-            for key in value:
-                if found := _NOT_XML.search(key):
-                    yield _character(case, (*path, key), found[0], key=True)
+    for path, text in case.remarkable.texts:
+        # A source at the top of a file is that of all its entries: one place, one message.
+        place = written(case.tree, path)[0].span
+        if place not in seen:
+            yield _character(case, path, _first(text))
+        seen.add(place)
+    for path, key in case.remarkable.keys:
+        yield _character(case, path, _first(key), key=True)
+
+
+def _first(text: str) -> str:
+    found = NOT_XML.search(text)
+    return found[0] if found else ""
 
 
 def _character(case: Case, path: Path, character: str, key: bool = False) -> Diagnostic:

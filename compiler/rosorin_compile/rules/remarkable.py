@@ -1,0 +1,79 @@
+"""What single values of a tree are worth a second look: found in one pass, since trees can be large."""
+
+from __future__ import annotations
+
+import math
+import re
+from typing import Any, NamedTuple
+
+from ..tree import Map, Path, Seq
+
+# A little more than one turn, so that 6.2832 passes for 2*pi.
+FULL_TURN = 2 * math.pi + 1e-3  # rad
+
+# https://www.w3.org/TR/xml/#charsets
+NOT_XML = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ud800-\udfff\ufffe\uffff]")
+
+
+class Remarkable(NamedTuple):
+    """Paths with their values, parents before children, in the order of the tree.
+
+    ``numbers``: bare numbers beyond a full turn; ``texts``: texts, and ``keys``: names, with characters that XML cannot
+    carry; ``stand_ins``: mappings whose source says that they are stand-ins.
+    """
+
+    numbers: list[tuple[Path, float]]
+    texts: list[tuple[Path, str]]
+    keys: list[tuple[Path, str]]
+    stand_ins: list[tuple[Path, Map]]
+
+
+def collect(tree: Map) -> Remarkable:
+    """Return the remarkable values of a tree."""
+    collector = _Collector()
+    collector.visit(tree)
+    return collector.found
+
+
+class _Collector:
+    """Walks a tree; a piece that stands in many places and has nothing remarkable is looked at once."""
+
+    def __init__(self) -> None:
+        self.found = Remarkable([], [], [], [])
+        self.marks = 0
+        self.path: list[str | int] = []
+        self.plain: set[int] = set()
+
+    def visit(self, node: Map | Seq) -> None:
+        if id(node) in self.plain:
+            return
+        before = self.marks
+        pairs: Any = enumerate(node)
+        if isinstance(node, Map):
+            self._mapping(node)
+            pairs = node.items()
+        for key, item in pairs:
+            kind = type(item)
+            if kind is Map or kind is Seq:
+                self.path.append(key)
+                self.visit(item)
+                self.path.pop()
+            elif kind is float or kind is int:
+                if not -FULL_TURN <= item <= FULL_TURN:
+                    self.mark(self.found.numbers, (*self.path, key), item)
+            elif isinstance(item, str) and (not item.isascii() or not item.isprintable()) and NOT_XML.search(item):
+                self.mark(self.found.texts, (*self.path, key), item)
+        if self.marks == before:
+            self.plain.add(id(node))
+
+    def _mapping(self, node: Map) -> None:
+        source = node.get("source")
+        if isinstance(source, Map) and source.get("status") == "stand_in":
+            self.mark(self.found.stand_ins, tuple(self.path), node)
+        for key in node:
+            if not key.isprintable() and NOT_XML.search(key):
+                self.mark(self.found.keys, (*self.path, key), key)
+
+    def mark(self, found: list[tuple[Path, Any]], path: Path, value: Any) -> None:
+        found.append((path, value))
+        self.marks += 1

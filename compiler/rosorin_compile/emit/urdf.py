@@ -10,6 +10,8 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
+from markupsafe import Markup
+
 from ..diagnostic import NOTE, WARNING, Diagnostic
 from ..formatting import NUMBER_FORMATS, NumberFormat, vector
 from ..model import (
@@ -21,12 +23,13 @@ from ..model import (
     Link,
     Mesh,
     Output,
+    Pose,
     Robot,
     Shape,
     Sphere,
     Transform,
 )
-from ..templating import BUILTIN, Templates
+from ..templating import BUILTIN, Templates, attributes
 from .urdf_reader import read
 
 __all__ = ["emit", "read"]
@@ -55,7 +58,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
             diagnostics += _unsaid(name, [*visual, *collision])
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
-            rows.append((name, inertial, _rows(name, visual, number), _rows(name, collision, number)))
+            rows.append((attributes(name=name), inertial, _rows(name, visual, number), _rows(name, collision, number)))
         steps.append((rows, [] if joint is None else [_joint(joint, number, "dynamics" in elements)]))
     diagnostics += _left_out(robot, carried, elements)
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
@@ -107,59 +110,64 @@ def _solids(shapes: Sequence[Shape]) -> list[Shape]:
 
 
 def _rows(link: str, solids: list[Shape], number: NumberFormat) -> list[tuple[Any, ...]]:
-    """Return each solid as the texts of its element: xyz, rpy, kind, sizes, material and colour."""
+    """Return each solid as the attributes of its elements: origin, kind and sizes, material and colour."""
     rows = []
     for index, solid in enumerate(solids, 1):
-        origin = solid.origin()
         kind, sizes = _geometry(solid, number)
-        rgba = vector(solid.rgba, number) if solid.rgba else ""
-        material = solid.material or (f"{link}_{index}" if rgba else "")
-        rows.append((vector(origin.xyz, number), vector(origin.rpy, number), kind, sizes, material, rgba))
+        colour = attributes(rgba=vector(solid.rgba, number)) if solid.rgba else ""
+        material = solid.material or (f"{link}_{index}" if colour else "")
+        named = attributes(name=material) if material else ""
+        rows.append((_origin(solid.origin(), number), kind, attributes(**sizes), named, colour))
     return rows
 
 
-def _geometry(solid: Shape, number: NumberFormat) -> tuple[str, list[tuple[str, str]]]:
+def _origin(pose: Pose, number: NumberFormat) -> Markup:
+    return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
+
+
+def _geometry(solid: Shape, number: NumberFormat) -> tuple[str, dict[str, str]]:
     """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
     shape = solid.geometry
     if isinstance(shape, Box):
-        return "box", [("size", vector(shape.size, number))]
+        return "box", {"size": vector(shape.size, number)}
     if isinstance(shape, Cylinder):
-        return "cylinder", [("radius", number(shape.radius)), ("length", number(shape.length))]
+        return "cylinder", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Capsule):
-        full = shape.length + 2 * shape.radius
-        return "cylinder", [("radius", number(shape.radius)), ("length", number(full))]
+        return "cylinder", {"radius": number(shape.radius), "length": number(shape.length + 2 * shape.radius)}
     if isinstance(shape, Sphere):
-        return "sphere", [("radius", number(shape.radius))]
+        return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
-        return "mesh", [("filename", shape.file), ("scale", vector(shape.scale, number))]
+        return "mesh", {"filename": shape.file, "scale": vector(shape.scale, number)}
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 
-def _inertial(link: Link, number: NumberFormat) -> list[tuple[Any, ...]]:
-    """Return the texts of a link's inertial, as a list of one; an empty list for a mere frame."""
+def _inertial(link: Link, number: NumberFormat) -> list[tuple[Markup, ...]]:
+    """Return the attributes of a link's inertial, as a list of one; an empty list for a mere frame."""
     inertial = link.inertial
     if inertial is None:
         return []
-    pose = inertial.pose
-    moments = [(key, number(getattr(inertial, key))) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")]
-    return [(vector(pose.xyz, number), vector(pose.rpy, number), number(inertial.mass), moments)]
+    moments = {key: number(getattr(inertial, key)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
+    return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), attributes(**moments))]
 
 
-def _joint(joint: Joint, number: NumberFormat, with_dynamics: bool) -> tuple[Any, ...]:
-    """Return a joint as the texts of its element: names, origin, axis, limits, dynamics and mimic."""
-    origin, dynamics, mimic = joint.origin, joint.dynamics, joint.mimic
-    limits, damped, follows = [], [], []
+def _joint(joint: Joint, number: NumberFormat, with_dynamics: bool) -> tuple[Markup | str, ...]:
+    """Return a joint as the attributes of its elements: names, links, origin, axis, limit, dynamics and mimic."""
+    dynamics, mimic = joint.dynamics, joint.mimic
+    limit: Markup | str = ""
+    damped: Markup | str = ""
+    follows: Markup | str = ""
     if joint.moves and joint.limit is not None:
-        given = [(key, getattr(joint.limit, key)) for key in ("lower", "upper", "effort", "velocity")]
-        limits = [(key, number(value)) for key, value in given if value is not None]
+        given = {key: getattr(joint.limit, key) for key in ("lower", "upper", "effort", "velocity")}
+        limit = attributes(**{key: number(value) for key, value in given.items() if value is not None})
     if with_dynamics and dynamics is not None and (dynamics.damping or dynamics.friction):
-        damped = [("damping", number(dynamics.damping)), ("friction", number(dynamics.friction))]
+        damped = attributes(damping=number(dynamics.damping), friction=number(dynamics.friction))
     if mimic is not None:
-        follows = [("multiplier", number(mimic.multiplier)), ("offset", number(mimic.offset))]
-        follows.insert(0, ("joint", mimic.joint))
-    names = (joint.name, joint.type, joint.parent, joint.child)
-    axis = vector(joint.axis, number) if joint.moves else ""
-    return (*names, vector(origin.xyz, number), vector(origin.rpy, number), axis, limits, damped, follows)
+        factor, offset = number(mimic.multiplier), number(mimic.offset)
+        follows = attributes(joint=mimic.joint, multiplier=factor, offset=offset)
+    names = attributes(name=joint.name, type=joint.type)
+    ends = attributes(link=joint.parent), attributes(link=joint.child)
+    axis = attributes(xyz=vector(joint.axis, number)) if joint.moves else ""
+    return (names, *ends, _origin(joint.origin, number), axis, limit, damped, follows)
 
 
 def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:

@@ -75,7 +75,9 @@ def _binop(node: ast.BinOp, depth: int) -> Code:
     function = BINARY.get(kind)
     if function is None:
         raise ExpressionError("this operator is not allowed here", node.col_offset)
-    simple = kind in (ast.Add, ast.Sub, ast.Mult, ast.Div)
+    if kind in (ast.Mult, ast.Div):
+        return _product(kind, function, left, right)
+    simple = kind in (ast.Add, ast.Sub)
 
     def apply(lookup: Lookup) -> Any:
         a, b = left(lookup), right(lookup)
@@ -87,6 +89,24 @@ def _binop(node: ast.BinOp, depth: int) -> Code:
 
 
 _BARE = frozenset((int, float))
+
+
+def _product(kind: type[ast.operator], function: Callable[[Any, Any], Any], left: Code, right: Code) -> Code:
+    """Return a product or a quotient, with a short way for a bare number and a quantity, which most of them are."""
+
+    def apply(lookup: Lookup) -> Any:
+        a, b = left(lookup), right(lookup)
+        first, second = type(a), type(b)
+        if second in _BARE:
+            if first is Quantity:
+                return Quantity(function(a, b), a.dimension)
+            if first in _BARE:
+                return function(a, b)
+        elif second is Quantity and first in _BARE and kind is ast.Mult:
+            return Quantity(function(a, b), b.dimension)
+        return combine(kind, a, b)
+
+    return apply
 
 
 def _unaryop(node: ast.UnaryOp, depth: int) -> Code:

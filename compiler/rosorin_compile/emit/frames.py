@@ -66,7 +66,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
 
 def _frames(robot: Robot) -> list[_Frame]:
     """Return the joints in the order of the description, then the transforms of other nodes."""
-    frames = [_Frame(j.parent, j.child, j.publisher, j.type != "fixed", "", j.origin) for j in robot.joints]
+    frames = [_Frame(j.parent, j.child, j.publisher, j.type != "fixed", "", j.origin) for j in robot.joints_down()]
     return frames + [_Frame(e.parent, e.child, e.publisher, e.moving, e.when, e.pose) for e in robot.edges]
 
 

@@ -129,7 +129,10 @@ class Scope:
         return self.text(item, span, via)
 
     def mapping(self, value: Map) -> Map:
-        """Return a mapping with its keys and values evaluated, its loops unrolled and its conditions decided."""
+        """Return a mapping with its keys and values evaluated, its loops unrolled and its conditions decided.
+
+        A key whose expression gives ``none`` is left out: that is how a part passes an optional argument on.
+        """
         via = self.via or value.via
         made = Map(value.span, via)
         plan = self.ledger.plan(value)
@@ -141,7 +144,10 @@ class Scope:
                 if controlled or named:
                     self._turn_entries(made, value, key, item, via)
                     continue
-                made[key] = item if constant else self._value(item, span, via)
+                found = item if constant else self._value(item, span, via)
+                if found is None and not constant:
+                    continue
+                made[key] = found
                 made.key_spans[key] = value.key_spans[key]
                 made.value_spans[key] = span
             except Failed:

@@ -252,6 +252,10 @@ class Robot:
             yield self.link[name]
             waiting.extend(joint.child for joint in reversed(self.joints_from.get(name, ())))
 
+    def joints_down(self) -> tuple[Joint, ...]:
+        """Return the joints from the root down, as ``walk`` passes them."""
+        return tuple(self.joint_to[link.name] for link in self.walk() if link.name in self.joint_to)
+
     def chain(self, link: str) -> tuple[Joint, ...]:
         """Return the joints from the root to a link."""
         found: list[Joint] = []

@@ -17,7 +17,7 @@ from robots import OUTPUTS, ROOT, ROSORIN, compiled, copy_of_rosorin, texts
 from rosorin_compile.load import load_mapping
 
 # The entries of these mappings stand in the artifacts in the order of the description.
-ORDERED = ("joints", "sensors")
+ORDERED = ("joints", "sensors", "use")
 
 
 @pytest.mark.parametrize(

@@ -58,15 +58,16 @@ class Parts:
         message = f'part "{definition.name}" used here as "{name}"'
         inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via))
         self._bind(inner, name, entry, definition)
-        fragment = self._fragment(definition, inner, depth)
         content = entry.get("content")
+        fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
         if isinstance(content, Map):
             join(fragment, content, SECTIONS, inner)
         return self._placed(name, fragment, entry, scope, where)
 
     def _bind(self, inner: Scope, name: str, entry: Map, definition: Definition) -> None:
         """Bind the parameters and the named values of a part."""
-        given = entry.get("with") or {}
+        given = entry.get("with")
+        given = Map(entry.span, entry.via) if given is None else given
         if not isinstance(given, Map):
             inner.report("wrong-type", "with maps arguments to values", Place(entry.value_spans["with"], entry.via))
             raise Failed
@@ -78,15 +79,18 @@ class Parts:
         if len(self.ledger.diagnostics) > before:
             raise Failed
 
-    def _fragment(self, definition: Definition, inner: Scope, depth: int) -> Map:
-        """Return the sections of a part, evaluated, with the parts that it uses itself."""
+    def _fragment(self, definition: Definition, inner: Scope, depth: int, grows: bool) -> Map:
+        """Return the sections of a part, evaluated, with the parts that it uses itself; ``grows`` if more is joined."""
         body = definition.body
+        grows = grows or body.get("use") is not None
         made = Map(body.span, inner.via)
         failed = False
         for section in SECTIONS:
             if body.get(section) is not None:
                 try:
                     value = inner.resolve(body[section], Place(body.value_spans[section], inner.via))
+                    # Without expressions it is the very section that stands in the part, and that must not grow.
+                    value = copy(value) if grows else value
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
                 except Failed:
                     failed = True

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import Any
 
 from .complaints import Complaint
 from .diagnostic import Diagnostic, error
-from .quantity import Quantity, describe, parse_unit
+from .quantity import Dimension, Quantity, describe, parse_unit
 from .schema import Steps, subject, unit_at, validator
 from .tree import Map, Seq, locate
 
@@ -21,8 +22,8 @@ def validate(tree: Map) -> list[Diagnostic]:
     if not held.is_valid(plain):
         for problem in held.iter_errors(plain):
             diagnostics += Complaint(tree, problem).diagnostics()
-    for path, quantity in walk.quantities:
-        diagnostics += _check_unit(tree, path, quantity)
+    for path, quantity in walk.misfits:
+        diagnostics += _wrong_unit(tree, path, quantity)
     return diagnostics
 
 
@@ -36,7 +37,7 @@ class _Walk:
         self.path: Steps = []
         self.done: dict[int, Any] = {}
         self.not_finite: list[Steps] = []
-        self.quantities: list[tuple[Steps, Quantity]] = []
+        self.misfits: list[tuple[Steps, Quantity]] = []
 
     def plain(self, value: Map | Seq) -> Any:
         found = self.done.get(id(value))
@@ -63,9 +64,19 @@ class _Walk:
                 changed[key] = plain
         return value if changed is None else changed
 
+    def _allowed(self, key: str | int) -> tuple[Dimension, ...] | None:
+        """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
+        # The names of entries and the indices of items make no difference.
+        path = self.path
+        where = (path[0], "*", *[0 if type(s) is int else s for s in path[2:]]) if len(path) > 1 else tuple(path)
+        last = "*" if len(path) == 1 else 0 if type(key) is int else key
+        return _dimensions((*where, last))
+
     def _scalar(self, item: Any, key: str | int) -> Any:
         if isinstance(item, Quantity):
-            self.quantities.append(([*self.path, key], item))
+            allowed = self._allowed(key)
+            if allowed is not None and item.dimension not in allowed:
+                self.misfits.append(([*self.path, key], item))
         if isinstance(item, float):
             if not math.isfinite(item):
                 self.not_finite.append([*self.path, key])
@@ -81,17 +92,20 @@ class _Walk:
         return error("not-finite", message, place.span, "write a number, or leave the entry out", place.stack())
 
 
-def _check_unit(tree: Map, path: Steps, quantity: Quantity) -> list[Diagnostic]:
-    """Return an error if a quantity has another dimension than its place in the schema asks for."""
+@lru_cache(maxsize=2_000)
+def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
+    """Return the dimensions that the schema allows at a path; None where it has no number, for others to judge."""
     wanted = unit_at(path)
     if wanted is None:
-        return []
-    units = [wanted] if isinstance(wanted, str) else wanted
-    found = [parse_unit(unit) for unit in units]
-    if any(unit is not None and unit[1] == quantity.dimension for unit in found):
-        return []
+        return None
+    units = [parse_unit(unit) for unit in ([wanted] if isinstance(wanted, str) else wanted)]
+    return tuple(unit[1] for unit in units if unit is not None)
+
+
+def _wrong_unit(tree: Map, path: Steps, quantity: Quantity) -> list[Diagnostic]:
+    """Return an error: a quantity has another dimension than its place in the schema asks for."""
     place = locate(tree, path)
-    named = " or ".join(describe(unit[1]) for unit in found if unit is not None) or "a plain number"
+    named = " or ".join(describe(dimension) for dimension in _dimensions(tuple(path)) or ())
     text = quantity.text or f"{float(quantity):g}"
-    message = f"{subject(path)} is {named}, but {text} is {describe(quantity.dimension)}"
+    message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"
     return [error("wrong-unit", message, place.span, "correct the unit; a bare number is in SI units", place.stack())]

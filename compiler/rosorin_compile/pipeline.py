@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from .build import build
+from .build import Built, build
 from .diagnostic import Diagnostic, arrange, error, has_errors
 from .emit import Artifact, backend
-from .expand import expand
+from .expand import Expanded, expand
 from .model import Robot
 from .rules import check
 from .tree import Map, locate
@@ -28,29 +28,41 @@ class Compiled(NamedTuple):
     inputs: tuple[Path, ...]
 
 
-def compile_robot(path: Path, arguments: Mapping[str, str] | None = None) -> Compiled:
+class Understood(NamedTuple):
+    """What a description says: its tree, its model and where it was written (each only as far as it was right)."""
+
+    expanded: Expanded
+    built: Built | None
+    diagnostics: list[Diagnostic]
+
+
+def understand(path: Path, arguments: Mapping[str, Any] | None = None) -> Understood:
+    """Return what the description whose first file is ``path`` says; nothing is emitted."""
+    expanded = expand(path, arguments or {})
+    if expanded.tree is None:
+        return Understood(expanded, None, arrange(expanded.diagnostics))
+    diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
+    if has_errors(diagnostics):
+        return Understood(expanded, None, arrange(diagnostics))
+    built = build(expanded.tree)
+    diagnostics += built.diagnostics
+    if built.robot is not None:
+        diagnostics += check(built.robot, expanded.tree, built.places)
+    return Understood(expanded, built, arrange(diagnostics))
+
+
+def compile_robot(path: Path, arguments: Mapping[str, Any] | None = None) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions.
     """
-    expanded = expand(path, arguments or {})
-    if expanded.tree is None:
-        return Compiled(None, (), arrange(expanded.diagnostics), expanded.files)
-    diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
-    if has_errors(diagnostics):
-        return Compiled(None, (), arrange(diagnostics), expanded.files)
-    built = build(expanded.tree)
-    diagnostics += built.diagnostics
-    if built.robot is None:
-        return Compiled(None, (), arrange(diagnostics), expanded.files)
-    diagnostics += check(built.robot, expanded.tree, built.places)
-    if has_errors(diagnostics):
-        return Compiled(None, (), arrange(diagnostics), expanded.files)
+    expanded, built, diagnostics = understand(path, arguments)
+    if expanded.tree is None or built is None or built.robot is None or has_errors(diagnostics):
+        return Compiled(None, (), diagnostics, expanded.files)
     artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)
-    diagnostics += said
     if has_errors(said):
         artifacts = ()
-    return Compiled(built.robot, artifacts, arrange(diagnostics), (*expanded.files, *templates))
+    return Compiled(built.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
 
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:

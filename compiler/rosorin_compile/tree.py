@@ -16,11 +16,15 @@ Path = tuple[str | int, ...]
 
 
 class Instance(NamedTuple):
-    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``."""
+    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
+
+    ``made`` is true for a part, a sensor type and the turn of a loop, which make something; an include only reads it.
+    """
 
     message: str
     span: Span
     parent: Instance | None = None
+    made: bool = False
 
     def stack(self) -> Iterator[Related]:
         """Yield the places passed through, innermost first."""
@@ -100,8 +104,21 @@ def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Pla
         else:
             break
         node = node[step]
-        via = getattr(node, "via", via)
+        via = _nearer(via, getattr(node, "via", None))
     return Place(span, via)
+
+
+def _nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
+    """Return how a piece came here, given how what holds it came.
+
+    A piece without expressions is shared by all instances of a part: it does not know of them, what holds it does.
+    """
+    if own is None or outer is None or not outer.made:
+        return own or outer
+    step: Instance | None = own
+    while step is not None and step is not outer:
+        step = step.parent
+    return own if step is outer else outer
 
 
 def plain(value: Any) -> Any:

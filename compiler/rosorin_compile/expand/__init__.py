@@ -48,8 +48,8 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
     scope = Scope(ledger)
     scope.values["load()"] = table_loader(reader)
     _declare_arguments(root, arguments, reader, scope)
-    for name, value, place in reader.lets:
-        scope.define(name, value, place)
+    for name, value, place, said in reader.lets:
+        scope.define(name, value, place, said)
     tree = _evaluate(root, scope, reader)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same

@@ -40,7 +40,7 @@ class Reader:
     def __init__(self, root: Path) -> None:
         self.folder = root.parent.resolve()
         self.files: list[Path] = []
-        self.lets: list[tuple[str, Any, Place]] = []
+        self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
         self.diagnostics: list[Diagnostic] = []
 
@@ -132,7 +132,8 @@ class Reader:
         lets = file.get("let")
         if isinstance(lets, Map):
             for name, value in lets.items():
-                self.lets.append((name, value, locate(file, ("let", name), key=True)))
+                said = locate(file, ("let", name))
+                self.lets.append((name, value, locate(file, ("let", name), key=True), said))
         elif lets is not None:
             self._error("wrong-type", "let maps names to values", locate(file, ("let",)), "write name: value")
 

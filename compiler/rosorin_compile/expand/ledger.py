@@ -31,6 +31,8 @@ class Ledger:
         self.bodies: dict[int, Map] = {}
         self.plans: dict[int, tuple[Step, ...]] = {}
         self.parameters: dict[int, Any] = {}
+        # The scope of each part and each turn of a loop, by the identity of its Instance: what ``explain`` asks.
+        self.scopes: dict[int, Any] = {}
 
     def is_constant(self, value: Any) -> bool:
         """Say whether a piece of the tree has no expression, loop or condition in it."""

@@ -56,7 +56,7 @@ class Parts:
             )
             raise Failed
         message = f'part "{definition.name}" used here as "{name}"'
-        inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via))
+        inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
         self._bind(inner, name, entry, definition)
         content = entry.get("content")
         fragment = self._fragment(definition, inner, depth, isinstance(content, Map))

@@ -34,12 +34,14 @@ class Scope:
         self.via: Instance | None = via or (parent.via if parent else None)
         self.values: dict[str, Any] = {}
         self.places: dict[str, Place] = {}
-        self.pending: dict[str, Any] = {}
+        self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
+        if via is not None:
+            ledger.scopes[id(via)] = self
 
-    def define(self, name: str, value: Any, place: Place) -> None:
-        """Add a named value, not evaluated yet. A name that is taken is reported."""
+    def define(self, name: str, value: Any, place: Place, said: Place | None = None) -> None:
+        """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
         if name in self.places:
             related = [Related("first defined here", self.places[name].span)]
             self.report("duplicate-name", f'the value "{name}" is named twice', place, "rename one", related)
@@ -48,13 +50,14 @@ class Scope:
             help = "use letters, digits and underscores, and begin with a letter"
             self.report("bad-name", f'"{name}" cannot be used in an expression', place, help)
         self.places[name] = place
-        self.pending[name] = value
+        self.pending[name] = (value, said or place)
 
     def define_all(self, lets: Any) -> None:
         """Add the named values of a ``let`` section; nothing if there is none."""
         if isinstance(lets, Map):
             for name, value in lets.items():
-                self.define(name, value, Place(lets.value_spans[name], lets.via))
+                said = Place(lets.value_spans[name], lets.via)
+                self.define(name, value, Place(lets.key_spans[name], lets.via), said)
 
     def bind(self, name: str, value: Any, place: Place) -> None:
         """Add a value that is known already."""
@@ -86,7 +89,7 @@ class Scope:
             self._cycle(mark)
         self.running.append(mark)
         try:
-            self.values[name] = self.resolve(self.pending[name], self.places[name])
+            self.values[name] = self.resolve(*self.pending[name])
         except Failed:
             self.broken.add(name)
             raise
@@ -227,7 +230,8 @@ class Scope:
             turned = []
             for scope in scopes:
                 for value in scope.loop_values(values, where):
-                    inner = Scope(self.ledger, scope)
+                    turn = Instance(f"{name} = {_short(value)}", where.span, scope.via or via, made=True)
+                    inner = Scope(self.ledger, scope, turn)
                     inner.bind_loop(name, value, where)
                     turned.append(inner)
                 self._count(len(turned), where.span, where.via)
@@ -311,6 +315,13 @@ class Scope:
                 return scope.places[name].span
             scope = scope.parent
         return None
+
+
+def _short(value: Any) -> str:
+    """Return the value of a loop's turn in a few letters."""
+    if isinstance(value, (list, Mapping)):
+        return f"{type(value).__name__.lower().replace('seq', 'a list').replace('map', 'a table')} of {len(value)}"
+    return str(value)[:40]
 
 
 def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:

@@ -54,7 +54,7 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
 
 def _via(kind: str, name: str, sensor: Map) -> Instance:
     span = sensor.value_spans["type"]
-    return Instance(f'sensor type "{kind}" of "{name}" used here', span, sensor.via)
+    return Instance(f'sensor type "{kind}" of "{name}" used here', span, sensor.via, made=True)
 
 
 def _library(path: Path) -> Map:

@@ -158,8 +158,15 @@ def test_quantities_keep_their_dimension() -> None:
         ("{'a': 1}", "not allowed"),
         ("f'{radius}'", "not allowed"),
         ("1 if", "not an expression"),
-        ("int('x')", "invalid literal"),
+        ("int('x')", "int() has no value for this"),
         ("1e308*10", "not a finite number"),
+        ("[10**18*10**18]", "too large"),
+        ("[(-1)**0.5]", "not a real number"),
+        ("[float('nan')]", "not a finite number"),
+        ("keys(1)", "keys() does not take a number"),
+        ("1 < 'a'", "a number and text cannot be compared"),
+        ("[range(100000) for i in range(100000)]", "steps"),
+        ("pow(10, 400)", "pow() has no value for this"),
     ],
 )
 def test_expressions_that_have_no_value(text: str, words: str) -> None:

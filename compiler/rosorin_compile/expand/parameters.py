@@ -107,8 +107,9 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         known = [*TYPES, *DIMENSIONS]
         help = parameter.help if wanted in known else f'there is no type "{wanted}"; {did_you_mean(wanted, known)}'
     elif isinstance(allowed, list) and value not in allowed:
-        message = f'"{value}" is not a value of the argument "{name}"'
-        help = f"allowed: {', '.join(map(str, allowed))}"
+        told = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
+        message = f'{told} is not a value of the argument "{name}"'
+        help = f"allowed: {', '.join(map(str, allowed))}" + (f"; {parameter.help}" if parameter.help else "")
     else:
         return
     scope.broken.add(name)

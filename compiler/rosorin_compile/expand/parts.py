@@ -108,7 +108,7 @@ class Parts:
             place_of_key = Place(entries.key_spans[key], via)
             try:
                 for turn, entry in scope.entries(item):
-                    name = str(turn.text(key, place_of_key.span, place_of_key.via)) if "$" in key else key
+                    name = turn.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
                     join(tree, fragment, SECTIONS, scope)
@@ -143,7 +143,7 @@ class Parts:
             return self._definition(name, name, self.own, self.scope, scope, place)
         file, _, short = name.rpartition("/")
         path = self.library(file)
-        found = self._load(path, place.span) if path is not None else None
+        found = self._load(path, file, place.span) if path is not None else None
         if found is None:
             scope.report(
                 "unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts.md for the library"
@@ -163,12 +163,13 @@ class Parts:
         self._check_keys(body, _PART_KEYS, f'part "{name}"', scope)
         return Definition(name, body, home)
 
-    def _load(self, path: Path, asked: Span) -> tuple[Map, Scope] | None:
-        """Return a file of parts and its scope, read once."""
+    def _load(self, path: Path, file: str, asked: Span) -> tuple[Map, Scope] | None:
+        """Return a file of parts, shown as ``PACKAGE/FILE.yaml``, and its scope; read once."""
         if path not in self.files:
             self.files[path] = None
             try:
-                tree = load_mapping(path, path.name, asked)
+                package, _, name = file.rpartition(":")
+                tree = load_mapping(path, f"{package or 'parts'}/{name}.yaml", asked)
             except LoadError as problem:
                 self.ledger.diagnostics.append(problem.diagnostic)
                 raise Failed from None

@@ -11,7 +11,8 @@ from typing import Any
 
 from ..diagnostic import Related, Span, did_you_mean, error, nearest
 from ..expression import evaluate, names_in
-from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError
+from ..expression.bounds import weight
+from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError, kind_of
 from ..expression.interpolation import Piece, pieces
 from ..quantity import UNITS
 from ..tree import Instance, Map, Place, Seq
@@ -163,7 +164,7 @@ class Scope:
         """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
         key_span, span = value.key_spans[key], value.value_spans[key]
         for scope, entry in self.entries(item):
-            name = str(scope.text(key, key_span, via)) if "$" in key else key
+            name = scope.name(key, key_span, via) if "$" in key else key
             if name in made:
                 related = [Related("first defined here", made.key_spans[name])]
                 help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
@@ -171,6 +172,14 @@ class Scope:
                 self.report("duplicate-key", message, Place(key_span, via), help, related)
                 raise Failed
             made.put(name, scope.resolve(entry, Place(span, via)), key_span, span)
+
+    def name(self, key: str, span: Span, via: Instance | None) -> str:
+        """Return a key with its expressions evaluated; it has to be text or a number."""
+        found = self.text(key, span, via)
+        if isinstance(found, (str, int, float)):
+            return str(FUNCTIONS["str"](found))
+        self.report("wrong-type", f"a name is text, not {kind_of(found)}", Place(span, via), "put it inside text")
+        raise Failed
 
     def sequence(self, value: Seq) -> Seq:
         """Return a sequence with its items evaluated, its loops unrolled and its conditions decided."""
@@ -227,14 +236,15 @@ class Scope:
         scopes = [self]
         for name, values in loops.items():
             where = Place(loops.value_spans[name], via)
-            turned = []
+            turned: list[Scope] = []
             for scope in scopes:
+                before = len(turned)
                 for value in scope.loop_values(values, where):
                     turn = Instance(f"{name} = {_short(value)}", where.span, scope.via or via, made=True)
                     inner = Scope(self.ledger, scope, turn)
                     inner.bind_loop(name, value, where)
                     turned.append(inner)
-                self._count(len(turned), where.span, where.via)
+                self._count(len(turned) - before, where.span, where.via)
             scopes = turned
         yield from scopes
 
@@ -265,7 +275,8 @@ class Scope:
         found = self.resolve(value, place)
         if isinstance(found, bool):
             return found
-        self.report("wrong-type", f'a condition is true or false, not "{found}"', place, "compare it: ${n > 0}")
+        what = f'"{found}"' if isinstance(found, (str, int, float)) else kind_of(found)
+        self.report("wrong-type", f"a condition is true or false, not {what}", place, "compare it: ${n > 0}")
         raise Failed
 
     def text(self, text: str, span: Span, via: Instance | None) -> Any:
@@ -281,6 +292,8 @@ class Scope:
                 raise Failed
             try:
                 value = evaluate(piece.text, self.lookup)
+                if isinstance(value, (list, Mapping)):
+                    self._count(weight(value), span, via)
                 if piece.is_whole:
                     return _as_tree(value, span, via) if type(value) is list else value
                 parts.append(FUNCTIONS["str"](value))

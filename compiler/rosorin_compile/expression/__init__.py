@@ -13,9 +13,9 @@ import ast
 from functools import lru_cache
 from typing import Any
 
+from .bounds import EFFORT, MAX_MAGNITUDE, bounded
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError
-from .operators import MAX_MAGNITUDE, bounded
-from .syntax import STEPS, Code, Lookup, compile_node
+from .syntax import Code, Lookup, compile_node
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "run"]
 
@@ -35,7 +35,7 @@ def evaluate(text: str, lookup: Lookup) -> Any:
 
 def run(code: Code, text: str, lookup: Lookup) -> Any:
     """Return the value of the expression ``text``, compiled to ``code``. Raises ExpressionError with its column."""
-    before, STEPS[0] = STEPS[0], 0
+    before, EFFORT.done = EFFORT.done, 0
     try:
         value = code(lookup)
         return value if type(value) is float and -MAX_MAGNITUDE < value < MAX_MAGNITUDE else bounded(value)
@@ -46,12 +46,12 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
     except _MISHAPS as problem:
         raise ExpressionError(_reason(problem), _blame(text, lookup)) from None
     finally:
-        STEPS[0] = before
+        EFFORT.done = before
 
 
 def _blame(text: str, lookup: Lookup) -> int:
     """Return the column of the innermost part of an expression that has no value."""
-    node: ast.AST = ast.parse(text.strip(), mode="eval").body
+    node: ast.AST = _parse(text).body
     while True:
         children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node)
         culprit = next((child for child in children if isinstance(child, ast.expr) and _fails(child, lookup)), None)
@@ -63,7 +63,7 @@ def _blame(text: str, lookup: Lookup) -> int:
 def _fails(node: ast.expr, lookup: Lookup) -> bool:
     if isinstance(node, ast.Name) and node.id in FUNCTIONS:
         return False
-    STEPS[0] = 0
+    EFFORT.done = 0
     try:
         compile_node(node, 0)(lookup)
     except (ExpressionError, *_MISHAPS):
@@ -77,7 +77,7 @@ def compiled(text: str) -> Code:
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
     try:
-        tree = ast.parse(text.strip(), mode="eval")
+        tree = _parse(text)
     except SyntaxError as problem:
         raise ExpressionError(f"not an expression: {problem.msg}", max(0, (problem.offset or 1) - 1)) from None
     except (ValueError, RecursionError, MemoryError):
@@ -85,10 +85,19 @@ def compiled(text: str) -> Code:
     return compile_node(tree.body, 0)
 
 
+def _parse(text: str) -> ast.Expression:
+    """Return the syntax tree of an expression, without the remarks that Python's parser prints for people."""
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)
+        return ast.parse(text.strip(), mode="eval")
+
+
 def names_in(text: str) -> list[str]:
     """Return the names that an expression uses, in order, each once; none if it is no expression."""
     try:
-        tree = ast.parse(text.strip(), mode="eval")
+        tree = _parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):
         return []
     found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]

@@ -9,10 +9,8 @@ from functools import lru_cache
 from typing import Any
 
 from ..quantity import NUMBER, Dimension, Quantity, add
+from .bounds import EFFORT, bounded
 from .functions import MAX_ITEMS, ExpressionError, common_dimension, kind_of
-
-MAX_MAGNITUDE = 1e300
-MAX_INTEGER = 10**18
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -41,7 +39,7 @@ def combine(kind: type[ast.operator], left: Any, right: Any) -> Any:
         if kind is ast.Pow:
             return _power(left, right)
         common = first if first == second else common_dimension([left, right])
-        result = BINARY[kind](left, right)
+        result = bounded(BINARY[kind](left, right))
         return result if kind is ast.FloorDiv or common is None else Quantity(result, common)
     return _join(kind, left, right)
 
@@ -62,6 +60,7 @@ def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
     if kind is ast.Add and (texts or (isinstance(left, list) and isinstance(right, list))):
         if len(left) + len(right) > MAX_ITEMS:
             raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+        EFFORT.spend(left, right)
         return left + right if texts else [*left, *right]
     raise ExpressionError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
 
@@ -73,7 +72,7 @@ def _power(base: Any, exponent: Any) -> Any:
     if isinstance(exponent, Quantity) and exponent.dimension != NUMBER:
         raise ExpressionError(f"an exponent is a plain number, not {kind_of(exponent)}")
     if dimension is None:
-        return base**exponent
+        return bounded(base**exponent)
     if int(exponent) != exponent:
         raise ExpressionError("a quantity may only be raised to a whole power")
     return Quantity(float(base) ** exponent, add(NUMBER, dimension, int(exponent)))
@@ -89,18 +88,3 @@ def entry(container: Any, key: Any) -> Any:
     if not isinstance(container, (list, str)):
         raise ExpressionError(f"{kind_of(container)} has no entries")
     return container[key]
-
-
-def bounded(value: Any) -> Any:
-    """Return the value unless it grows beyond what a description can need."""
-    if isinstance(value, bool):
-        return value
-    if isinstance(value, complex):
-        raise ExpressionError("the result is not a real number")
-    if isinstance(value, int) and abs(value) > MAX_INTEGER:
-        raise ExpressionError("the number is too large")
-    if isinstance(value, float) and not abs(value) < MAX_MAGNITUDE:
-        raise ExpressionError("the result is not a finite number")
-    if isinstance(value, (str, list)) and len(value) > MAX_ITEMS:
-        raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
-    return value

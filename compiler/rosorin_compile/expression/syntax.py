@@ -8,18 +8,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..quantity import UNITS, Quantity
+from .bounds import EFFORT, bounded
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, common_dimension, kind_of
-from .operators import BINARY, bounded, combine, entry
+from .operators import BINARY, combine, entry
 
 MAX_DEPTH = 40
-MAX_STEPS = 200_000
 
 Lookup = Callable[[str], Any]
 Code = Callable[[Lookup], Any]
-
-# Steps of comprehensions in the expression that is being evaluated, those nested in it included.
-STEPS = [0]
-
 
 _COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
     ast.Eq: operator.eq,
@@ -82,7 +78,7 @@ def _binop(node: ast.BinOp, depth: int) -> Code:
     def apply(lookup: Lookup) -> Any:
         a, b = left(lookup), right(lookup)
         if simple and type(a) in _BARE and type(b) in _BARE:
-            return function(a, b)
+            return function(a, b)  # a sum of a few numbers stays a number of their size
         return combine(kind, a, b)
 
     return apply
@@ -101,7 +97,7 @@ def _product(kind: type[ast.operator], function: Callable[[Any, Any], Any], left
             if first is Quantity:
                 return Quantity(function(a, b), a.dimension)
             if first in _BARE:
-                return function(a, b)
+                return bounded(function(a, b)) if first is int else function(a, b)
         elif second is Quantity and first in _BARE and kind is ast.Mult:
             return Quantity(function(a, b), b.dimension)
         return combine(kind, a, b)
@@ -155,12 +151,21 @@ def _compare(node: ast.Compare, depth: int) -> Code:
             right = part(lookup)
             if isinstance(left, Quantity) and isinstance(right, Quantity):
                 common_dimension([left, right])
-            if function is None or not function(left, right):
+            if not _holds(function, left, right):
                 return False
             left = right
         return True
 
     return apply
+
+
+def _holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
+    if isinstance(left, (str, list, Mapping)) or isinstance(right, (str, list, Mapping)):
+        EFFORT.spend(left, right)
+    try:
+        return function is not None and bool(function(left, right))
+    except TypeError:
+        raise ExpressionError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
 
 
 def _ifexp(node: ast.IfExp, depth: int) -> Code:
@@ -179,9 +184,16 @@ def _subscript(node: ast.Subscript, depth: int) -> Code:
         ends = [
             compile_node(end, depth) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
         ]
-        return lambda lookup: container(lookup)[slice(*(end(lookup) if end else None for end in ends))]
+        return lambda lookup: _sliced(container(lookup), [end(lookup) if end else None for end in ends])
     index = compile_node(node.slice, depth)
     return lambda lookup: entry(container(lookup), index(lookup))
+
+
+def _sliced(container: Any, ends: list[Any]) -> Any:
+    if not isinstance(container, (list, str)):
+        raise ExpressionError(f"{kind_of(container)} has no items in order")
+    EFFORT.spend(container)
+    return container[slice(*ends)]
 
 
 def _attribute(node: ast.Attribute, depth: int) -> Code:
@@ -211,9 +223,7 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
                 return
             names, values, conditions = loops[level]
             for item in values(scope):
-                STEPS[0] += 1
-                if STEPS[0] > MAX_STEPS:
-                    raise ExpressionError(f"more than {MAX_STEPS:,} steps")
+                EFFORT.spend()
                 inner = _bind(scope, names, item)
                 if all(condition(inner) for condition in conditions):
                     run(level + 1, inner)
@@ -248,17 +258,32 @@ def _call(node: ast.Call, depth: int) -> Code:
         raise ExpressionError("functions take their values in order, without names or stars", node.col_offset)
     items = [compile_node(item, depth) for item in node.args]
     function, column = FUNCTIONS.get(name), node.col_offset
-    if function is not None:
-        return lambda lookup: function(*[item(lookup) for item in items])
 
     def apply(lookup: Lookup) -> Any:
-        try:
-            found = lookup(f"{name}()")  # a function of the scope, such as load
-        except KeyError:
-            raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
-        return found(*[item(lookup) for item in items])
+        called = function
+        if called is None:
+            try:
+                called = lookup(f"{name}()")  # a function of the scope, such as load
+            except KeyError:
+                raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
+        return _called(name, called, [item(lookup) for item in items])
 
     return apply
+
+
+def _called(name: str, function: Callable[..., Any], values: list[Any]) -> Any:
+    """Return what a function gives, within bounds. Raises ExpressionError in the words of the description."""
+    EFFORT.spend(*values)
+    try:
+        result = bounded(function(*values))
+    except (TypeError, AttributeError):
+        given = ", ".join(map(kind_of, values)) or "nothing"
+        raise ExpressionError(f"{name}() does not take {given}") from None
+    except (ValueError, ArithmeticError, LookupError):
+        raise ExpressionError(f"{name}() has no value for this") from None
+    if isinstance(result, (list, str)):
+        EFFORT.spend(result)
+    return result
 
 
 _NODES: dict[type[ast.AST], Callable[[Any, int], Code]] = {

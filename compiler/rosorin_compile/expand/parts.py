@@ -199,7 +199,10 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
         if value is None:
             continue
         if tree.get(section) is None:
-            tree.put(section, copy(value), more.key_spans[section], more.value_spans[section])
+            joined = copy(value)
+            if isinstance(joined, (Map, Seq)):
+                joined.via = tree.via  # it holds the entries of others too: each entry knows what made it
+            tree.put(section, joined, more.key_spans[section], more.value_spans[section])
             continue
         have = tree[section]
         if isinstance(have, Seq) and isinstance(value, Seq):

@@ -9,7 +9,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ..model import Pose, Transform, pose_of
-from ..tree import Map, Seq
+from ..tree import Instance, Map, Seq
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -46,22 +46,32 @@ def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, m
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
-        changed = value if change is None or not value else _each(value, prefix, change)
+        changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
         made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
     return made
 
 
-def _each(section: Any, prefix: str, change: Callable[[Any], Any]) -> Any:
-    """Return a section with each entry changed, and each name prefixed."""
+def _each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance | None = None) -> Any:
+    """Return a section with each entry changed, and each name prefixed; ``via`` is the part that made it."""
     if isinstance(section, Map):
         made = Map(section.span, section.via)
         for name, entry in section.items():
-            made.put(prefix + name, change(entry), section.key_spans[name], section.value_spans[name])
+            value = _made_by(change(entry), via)
+            made.put(prefix + name, value, section.key_spans[name], section.value_spans[name])
         return made
     listed = Seq(section.span, section.via)
     for entry, span in zip(section, section.value_spans, strict=True):
-        listed.put(change(entry), span)
+        listed.put(_made_by(change(entry), via), span)
     return listed
+
+
+def _made_by(entry: Any, via: Instance | None) -> Any:
+    """Return an entry that knows the part that made it, even where the part took it over as it was written."""
+    if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
+        return entry
+    made = _with(entry, {})
+    made.via = via
+    return made
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:

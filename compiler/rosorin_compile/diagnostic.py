@@ -7,7 +7,7 @@ turns them into text (see ``report``).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 ERROR = "error"
@@ -112,4 +112,11 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = nearest(word, names)
     if close:
         return f'did you mean "{close}"?'
-    return f"known: {', '.join(names)}" if names else ""
+    return f"known: {listed(names)}" if names else ""
+
+
+def listed(names: Sequence[str], most: int = 30) -> str:
+    """Return names in a row; of more than ``most`` the first ones and the number of the others."""
+    if len(names) <= most:
+        return ", ".join(names)
+    return f"{', '.join(names[:most])} and {len(names) - most:,} more"

@@ -20,7 +20,7 @@ from .tree import Instance, Map, Seq, Text, first_line
 
 MAX_BYTES = 20_000_000
 MAX_DEPTH = 60
-MAX_NODES = 2_000_000
+MAX_NODES = 1_000_000
 
 _INT = re.compile(r"[-+]?[0-9]+\Z")
 _FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
@@ -142,6 +142,8 @@ class _Composer:
     def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
         """Return the value that begins with ``event``; reads on in ``events`` to its end."""
         self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise self.fail("yaml-too-large", f"more than {MAX_NODES:,} values", event, "split the file, or use a loop")
         if depth > MAX_DEPTH:
             raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
         if isinstance(event, yaml.AliasEvent):

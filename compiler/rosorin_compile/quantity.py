@@ -92,6 +92,9 @@ _NAMES: dict[Dimension, str] = {
     (-3, 1, 0, 0): "a density (kg/m^3)",
 }
 
+# No quantity is longer: a text of megabytes is none.
+MAX_LENGTH = 100
+
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _QUANTITY = re.compile(rf"({_NUMBER})\s*([A-Za-z][A-Za-z0-9^*/-]*)\Z")
 _FACTOR = re.compile(r"([*/]?)([A-Za-z]+)(?:\^(-?\d))?")
@@ -155,7 +158,7 @@ def add(first: Dimension, second: Dimension, times: int = 1) -> Dimension:
 
 def parse_quantity(text: str) -> Quantity | None:
     """Return the quantity that ``text`` says ("12.5 mm"), or None if it is not a number and a known unit."""
-    match = _QUANTITY.match(text)
+    match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
     unit = parse_unit(match[2]) if match else None
     if match is None or unit is None:
         return None
@@ -174,5 +177,5 @@ def _scaled(number: str, factor: float) -> float:
 
 def unknown_unit(text: str) -> str | None:
     """Return the unit of a text that looks like a quantity but has a unit nobody knows; else None."""
-    match = _QUANTITY.match(text)
+    match = _QUANTITY.match(text) if len(text) <= MAX_LENGTH else None
     return match[2] if match and parse_unit(match[2]) is None else None

@@ -27,6 +27,7 @@ class Ledger:
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
         self.nodes = 0
+        self.full = False
         self.constant: dict[int, bool] = {}
         self.bodies: dict[int, Map] = {}
         self.plans: dict[int, tuple[Step, ...]] = {}

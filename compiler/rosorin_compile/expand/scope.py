@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..diagnostic import Related, Span, did_you_mean, error, nearest
+from ..diagnostic import Related, Span, did_you_mean, error, listed, nearest
 from ..expression import evaluate, names_in
 from ..expression.bounds import weight
 from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError, kind_of
@@ -18,7 +18,7 @@ from ..quantity import UNITS
 from ..tree import Instance, Map, Place, Seq
 from .ledger import Ledger
 
-MAX_NODES = 3_000_000
+MAX_NODES = 1_500_000
 MAX_NESTED = 80
 
 
@@ -205,9 +205,10 @@ class Scope:
     def _count(self, nodes: int, span: Span, via: Instance | None) -> None:
         self.ledger.nodes += nodes
         if self.ledger.nodes > MAX_NODES:
-            self.ledger.nodes = 0
-            help = "use fewer or smaller loops"
-            self.report("too-large", f"the description grows beyond {MAX_NODES:,} values", Place(span, via), help)
+            if not self.ledger.full:
+                self.ledger.full = True
+                message = f"the description grows beyond {MAX_NODES:,} values"
+                self.report("too-large", message, Place(span, via), "use fewer or smaller loops")
             raise Failed
 
     def entries(self, item: Any) -> Iterator[tuple[Scope, Any]]:
@@ -309,7 +310,7 @@ class Scope:
             help = did_you_mean(problem.unknown[:-2], [*FUNCTIONS, "load"])
         elif problem.unknown:
             close = nearest(problem.unknown, {*self.known_names(), *CONSTANTS, *UNITS})
-            known = ", ".join(sorted(self.known_names()))
+            known = listed(sorted(self.known_names()))
             help = f'did you mean "{close}"?' if close else f"known here: {known}" if known else "name it in let"
         where = _shift(place, text, piece.offset + 2)
         if "\n" not in piece.text and where.span != place.span:

@@ -96,6 +96,8 @@ def _parse(text: str) -> ast.Expression:
 
 def names_in(text: str) -> list[str]:
     """Return the names that an expression uses, in order, each once; none if it is no expression."""
+    if len(text) > MAX_LENGTH:
+        return []
     try:
         tree = _parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError):

@@ -32,6 +32,17 @@ _WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word 
 _WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
 
 
+# The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
+_UNIT_TAGS = {
+    "!degrees": "deg",
+    "!radians": "rad",
+    "!meters": "m",
+    "!millimeters": "mm",
+    "!foot": "ft",
+    "!inches": "inch",
+}
+
+
 class LoadError(Exception):
     """A file that is not legal YAML, or not fit to be a description; carries the diagnostic."""
 
@@ -162,7 +173,7 @@ class _Composer:
 
     def check_tag(self, event: Any) -> None:
         """Refuse tags: they would choose the type of a value, which the schema does here."""
-        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
+        if event.tag not in (None, "!", "tag:yaml.org,2002:str", *_UNIT_TAGS):
             raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
 
     def alias(self, event: Any) -> Any:
@@ -206,9 +217,19 @@ class _Composer:
         return made
 
     def scalar(self, event: Any) -> Any:
+        if event.tag in _UNIT_TAGS:
+            return self.tagged(event)
         if event.style or event.tag is not None:
             return Text(event.value)
         return plain_scalar(event.value)
+
+    def tagged(self, event: Any) -> Any:
+        """Return the quantity of a scalar with one of xacro's tags: ``!degrees 90`` is 90 deg."""
+        quantity = parse_quantity(f"{event.value.strip()} {_UNIT_TAGS[event.tag]}")
+        if quantity is None:
+            help = "write a number, or a quantity or an expression without the tag"
+            raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
+        return quantity
 
 
 def plain_scalar(text: str) -> Any:

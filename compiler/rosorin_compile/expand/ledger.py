@@ -8,6 +8,9 @@ from ..diagnostic import Diagnostic
 from ..tree import Map, Seq
 
 
+_NOTHING = object()
+
+
 class Step(NamedTuple):
     """What is to be done with one entry of a mapping or a sequence each time that it is evaluated."""
 
@@ -29,7 +32,7 @@ class Ledger:
         self.nodes = 0
         self.full = False
         self.constant: dict[int, bool] = {}
-        self.bodies: dict[int, Map] = {}
+        self.bodies: dict[int, Any] = {}
         self.plans: dict[int, tuple[Step, ...]] = {}
         self.parameters: dict[int, Any] = {}
         # The scope of each part and each turn of a loop, by the identity of its Instance: what ``explain`` asks.
@@ -63,13 +66,14 @@ class Ledger:
         controlled = isinstance(item, Map) and ("for" in item or "if" in item)
         return Step(key, item, self.is_constant(item), controlled, "$" in key)
 
-    def body(self, entry: Map) -> Map:
-        """Return an entry without its loop and condition."""
-        made = self.bodies.get(id(entry))
-        if made is None:
+    def body(self, entry: Map) -> Any:
+        """Return an entry without its loop and condition; ``value`` alone stands for what is no mapping."""
+        made = self.bodies.get(id(entry), _NOTHING)
+        if made is _NOTHING:
             made = Map(entry.span, entry.via)
             for key, value in entry.items():
                 if key not in ("for", "if"):
                     made.put(key, value, entry.key_spans[key], entry.value_spans[key])
+            made = made["value"] if list(made) == ["value"] else made
             self.bodies[id(entry)] = made
         return made

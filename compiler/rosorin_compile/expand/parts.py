@@ -7,22 +7,20 @@ A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in th
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ..diagnostic import Related, Span, did_you_mean
+from ..diagnostic import WARNING, Diagnostic, Related, Span, did_you_mean
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
+from .forms import SECTIONS, check_file, check_part, check_sections, check_use
 from .ledger import Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, placed
 from .scope import Failed, Scope
 
 MAX_NESTED = 40
-
-SECTIONS = ("links", "joints", "sensors", "servos", "poses", "edges", "disabled_contacts")
-_PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
-_USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
 
 
 class Definition(NamedTuple):
@@ -42,13 +40,14 @@ class Parts:
         self.scope = scope
         self.library = library
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
+        self.sound: dict[int, bool] = {}
 
     def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
         """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
         if not isinstance(entry, Map):
             scope.report("wrong-type", f'use "{name}" is a mapping that names a part', where, "write part: NAME")
             raise Failed
-        self._check_keys(entry, _USE_KEYS, f'use "{name}"', scope)
+        check_use(name, entry, scope)
         definition = self._find(entry, scope, where)
         if depth > MAX_NESTED:
             scope.report(
@@ -62,19 +61,38 @@ class Parts:
         fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
         if isinstance(content, Map):
             join(fragment, content, SECTIONS, inner)
+        evaluate_rest(inner)
         return self._placed(name, fragment, entry, scope, where)
+
+    def check_unused(self) -> None:
+        """Look at the parts of the description that nothing uses, as far as that can be done without arguments."""
+        for name, body in (self.own or {}).items():
+            if id(body) in self.sound or not check_part(name, self.own or Map(body.span), self.scope):
+                continue
+            probe = Scope(self.ledger, self.scope)
+            params = body.get("params")
+            for parameter in ("name", *(params or ())):  # broken names have no value, and nothing is said of that
+                probe.places[parameter] = Place(body.span, body.via)
+                probe.broken.add(parameter)
+            probe.define_all(body.get("let"))
+            for key in (*SECTIONS, "use"):
+                if body.get(key) is not None:
+                    with suppress(Failed):
+                        probe.resolve(body[key], Place(body.value_spans[key], body.via))
+            with suppress(Failed):
+                evaluate_rest(probe)
 
     def _bind(self, inner: Scope, name: str, entry: Map, definition: Definition) -> None:
         """Bind the parameters and the named values of a part."""
         given = entry.get("with")
         given = Map(entry.span, entry.via) if given is None else given
-        if not isinstance(given, Map):
-            inner.report("wrong-type", "with maps arguments to values", Place(entry.value_spans["with"], entry.via))
-            raise Failed
         places = {key: Place(given.value_spans[key], given.via) for key in given}
         before = len(self.ledger.diagnostics)
         inner.bind("name", name, Place(entry.span, entry.via))
-        declare(inner, definition.body.get("params"), given, places, f'part "{definition.name}"', "with: {{{}: VALUE}}")
+        inner.bind("mirrored", entry.get("mirror") is not None, Place(entry.span, entry.via))
+        owner, asked = f'part "{definition.name}"', inner.via.span if inner.via else entry.span
+        way = "with: {{{}: VALUE}}"
+        declare(inner, definition.body.get("params"), given, places, owner, way, Place(asked, entry.via))
         inner.define_all(definition.body.get("let"))
         if len(self.ledger.diagnostics) > before:
             raise Failed
@@ -94,6 +112,8 @@ class Parts:
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
                 except Failed:
                     failed = True
+        if not failed:
+            check_sections(f'part "{definition.name}"', made, inner)
         if isinstance(body.get("use"), Map):
             failed |= not self.use(made, body["use"], inner, depth + 1)
         if failed:
@@ -111,6 +131,8 @@ class Parts:
                     name = turn.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
+                    size = 1 + sum(map(len, fragment.values()))  # parts within parts multiply
+                    scope._count(size, place_of_key.span, place_of_key.via)
                     join(tree, fragment, SECTIONS, scope)
             except Failed:
                 fine = False
@@ -125,10 +147,18 @@ class Parts:
                 "wrong-value", f'mirror cannot be "{mirror}"', place, "one of x, y, z: the axis that is reversed"
             )
             raise Failed
-        if parent is None and _mentions_mount(fragment):
+        mounted = _mentions_mount(fragment)
+        if parent is None and mounted:
             help = "the part is attached to a frame: write parent: FRAME"
             scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
             raise Failed
+        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
+        if ignored and not mounted:
+            place = Place(entry.key_spans[ignored[0]], scope.via or entry.via)
+            help = "in the part, write parent: mount where it is attached; or remove the key"
+            message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
+            stack = scope.via.stack() if scope.via else ()
+            self.ledger.diagnostics.append(Diagnostic("ignored-key", WARNING, message, place.span, tuple(stack), help))
         prefix = "" if prefix is None else str(prefix)
         made = placed(fragment, prefix, parent, entry.get("xyz"), entry.get("rpy"), mirror)
         return with_source(made, entry) if "source" in entry else made
@@ -152,15 +182,15 @@ class Parts:
         return self._definition(name, short, found[0].get("parts"), found[1], scope, place)
 
     def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
-        known = parts if isinstance(parts, Map) else {}
+        known = parts if isinstance(parts, Map) else Map(place.span)
         if short not in known:
             scope.report("unknown-part", f'there is no part "{name}"', place, did_you_mean(short, known))
             raise Failed
         body = known[short]
-        if not isinstance(body, Map):
-            scope.report("wrong-type", f'the part "{name}" is not a mapping', place, "give it links, joints, ...")
+        if id(body) not in self.sound:
+            self.sound[id(body)] = check_part(short, known, home)
+        if not self.sound[id(body)]:
             raise Failed
-        self._check_keys(body, _PART_KEYS, f'part "{name}"', scope)
         return Definition(name, body, home)
 
     def _load(self, path: Path, file: str, asked: Span) -> tuple[Map, Scope] | None:
@@ -174,21 +204,31 @@ class Parts:
                 self.ledger.diagnostics.append(problem.diagnostic)
                 raise Failed from None
             home = Scope(self.ledger)
+            check_file(tree.span.source.path, tree, home)
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
 
-    def _check_keys(self, entry: Map, known: tuple[str, ...], owner: str, scope: Scope) -> None:
-        for key in entry:
-            if key not in known:
-                place = Place(entry.key_spans[key], scope.via or entry.via)
-                scope.report("unknown-key", f'{owner} has no key "{key}"', place, did_you_mean(key, known))
-                raise Failed
-
 
 def _mentions_mount(fragment: Map) -> bool:
+    """Say whether anything in a fragment is attached to the mount, or names it."""
     entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
-    return any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries)
+    if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
+        return True
+    listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
+    return any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed)
+
+
+def evaluate_rest(scope: Scope) -> None:
+    """Evaluate the named values of a scope that nothing has needed, for their mistakes. Raises Failed after those."""
+    failed = False
+    for name in list(scope.pending):
+        try:
+            scope.lookup(name)
+        except Failed:
+            failed = True
+    if failed:
+        raise Failed
 
 
 def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:

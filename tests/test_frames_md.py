@@ -147,8 +147,8 @@ def test_stand_ins_are_listed_by_what_is_missing() -> None:
     assert "- the box housing of link laser: no drawing\n" in text
     assert "- the height map of link floor: no mesh\n" in text
     assert "Source of the numbers, where nothing else is said: factory, 2026-01-02: the maker." in text
-    assert "No value is marked as a stand-in" not in text
-    assert "No value is marked as a stand-in" in emit(Robot("r", (Link("a"),), ()))
+    assert "is a stand-in as a whole" not in text
+    assert "is a stand-in as a whole" in emit(Robot("r", (Link("a"),), ()))
 
 
 def test_poses_with_angles_and_pulses() -> None:

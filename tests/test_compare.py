@@ -120,11 +120,6 @@ CHANGES = [
         id="parent",
     ),
     pytest.param(
-        ("gripper.yaml", "r_out_joint", "r_tip_joint"),
-        ["joint r_out_joint: now called r_tip_joint: mjcf"],
-        id="renamed",
-    ),
-    pytest.param(
         ("robot.yaml", "default: fixed", "default: free"), ["base_footprint base: new, free: mjcf"], id="base"
     ),
 ]
@@ -183,9 +178,16 @@ def test_a_second_camera_is_two_frames(tmp_path: Path) -> None:
     ]
 
 
+def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
+    edits = [
+        ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
+        ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
+    ]
+    assert meaning(described(tmp_path, *edits)) == ["joint camera_joint: now called camera_mount: urdf, robot_model"]
+
+
 def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
-    edits = [("gripper.yaml", block("gripper.yaml", key), "") for key in ("r_out_link", "r_out_joint")]
-    assert meaning(described(tmp_path, *edits)) == [
+    assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
         "frame r_out_link: removed, was on r_in_link by joint r_out_joint (revolute), published by nobody: mjcf, frames"
     ]
 

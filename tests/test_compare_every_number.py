@@ -73,7 +73,17 @@ def leaves() -> Iterator[Leaf]:
             found = NUMBER.match(node.value)
             if found and path != ("rosorin_compile",):
                 unit = found[2] or ""
-                yield Leaf(file.name, path, node.start_mark.index, node.end_mark.index, float(found[1]), unit)
+                yield Leaf(file.name, made(path), node.start_mark.index, node.end_mark.index, float(found[1]), unit)
+
+
+def made(path: tuple[str | int, ...]) -> tuple[str | int, ...]:
+    """Return the path of a number in what the finger part makes of it; any other path as it is."""
+    if path[0] != "use":
+        return path
+    name, rest = path[1], path[3:] if path[2] == "with" else path[2:]
+    if rest[0] == "inertial":
+        return ("links", f"{name}_link", *rest)
+    return ("joints", f"{name}_joint", *(("mimic", "multiplier") if rest[0] == "follows" else rest))
 
 
 LEAVES: dict[str, list[Leaf]] = {}

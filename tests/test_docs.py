@@ -37,9 +37,8 @@ from rosorin_compile.expression import CONSTANTS, FUNCTIONS
 from rosorin_compile.load import parse_yaml
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.quantity import UNITS
-from rosorin_compile.reference import reference
+from rosorin_compile.reference import language, reference
 from rosorin_compile.report import text as report
-from rosorin_compile.schema import schema
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
@@ -242,7 +241,7 @@ def test_every_page_is_in_the_index() -> None:
 
 
 def test_reference_is_what_the_generator_gives() -> None:
-    made = reference(schema(), HEAD.read_text("utf-8"))
+    made = reference(language(), HEAD.read_text("utf-8"))
     assert (DOCS / "language.md").read_text("utf-8") == made, "python -m rosorin_compile.reference > docs/language.md"
 
 
@@ -260,8 +259,8 @@ def test_reference_has_every_unit_and_function() -> None:
 
 
 def test_reference_has_every_key_of_the_schema() -> None:
-    made = reference(schema())
-    fragments = [schema()]
+    made = reference(language())
+    fragments = [language()]
     while fragments:
         fragment = fragments.pop()
         assert all(f"| `{key}` |" in made for key in fragment.get("properties", {})), fragment
@@ -296,4 +295,4 @@ def rewrite(page: Path) -> None:
 if __name__ == "__main__":
     for each in [HEAD, *PAGES]:
         rewrite(each)
-    (DOCS / "language.md").write_text(reference(schema(), HEAD.read_text("utf-8")), "utf-8")
+    (DOCS / "language.md").write_text(reference(language(), HEAD.read_text("utf-8")), "utf-8")

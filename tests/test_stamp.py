@@ -129,13 +129,13 @@ def test_another_tool(remembered, monkeypatch, tmp_path):
 
 def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     tool = tmp_path / "tool"
-    for name in ("stamp.py", "emit/urdf.py", "emit/__pycache__/urdf.pyc", "templates/t.jinja", "schemas/s.json"):
+    for name in ("stamp.py", "emit/urdf.py", "emit/__pycache__/urdf.pyc", "templates/t.jinja", "schemas/s.json", "parts_library/p.yaml"):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
     monkeypatch.setattr(stamp, "__file__", str(tool / "stamp.py"))
     monkeypatch.setattr(stamp, "data_folder", lambda name: tool / name)
     run.remember()
-    for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "schemas/s.json"):
+    for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "schemas/s.json", "parts_library/p.yaml"):
         status = (tool / name).stat()
         os.utime(tool / name, ns=(0, status.st_mtime_ns + 1))
         assert run.recall() is None

@@ -10,27 +10,28 @@ import math
 from typing import Any, NamedTuple
 
 from .diagnostic import Diagnostic, Related, did_you_mean, error
+from .elements import Frames, build_elements
+from .entry_values import dynamics_of, limit_of, mimic_of, pose_of_entry, vector_of
+from .inertials import build_inertial
 from .model import (
-    IDENTITY,
     NODE,
     ROBOT_STATE_PUBLISHER,
+    SENSOR_ELEMENT,
     STATIC_TRANSFORM_PUBLISHER,
+    TEMPLATE_ELEMENT,
     UNPUBLISHED,
     Actuator,
-    Dynamics,
     Edge,
-    Inertial,
     Joint,
     JointPose,
-    Limit,
     Link,
-    Mimic,
     Output,
     Pose,
     Publisher,
     Robot,
     Sensor,
     ServoGroup,
+    Simulated,
     Source,
 )
 from .shapes import ShapeProblem, build_shape
@@ -77,6 +78,9 @@ class _Builder:
         place = locate(self.tree, path)
         self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))
 
+    def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
+        self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
+
     def place(self, kind: str, name: str, path: Path) -> None:
         """Remember where a name was given; a name that is taken is a problem."""
         taken = self.places.get((kind, name))
@@ -119,9 +123,14 @@ class _Builder:
         path: Path = ("links", name)
         self.place("link", name, path)
         source = _source(entry.get("source"))
-        inertial = _inertial(entry["inertial"]) if "inertial" in entry else None
         visual = tuple(self.shapes(entry.get("visual") or (), (*path, "visual"), source))
         collision = tuple(self.shapes(entry.get("collision") or (), (*path, "collision"), source))
+        inertial = None
+        if "inertial" in entry:
+            try:
+                inertial = build_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+            except ShapeProblem as problem:
+                self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
         return Link(name, inertial, visual, collision, source)
 
     def shapes(self, entries: Any, path: Path, source: Source) -> list[Any]:
@@ -129,9 +138,9 @@ class _Builder:
         for index, entry in enumerate(entries):
             own = _source(entry["source"]) if "source" in entry else source
             try:
-                made.append(build_shape(entry, _pose(entry), own.note if own.status == "stand_in" else ""))
+                made.append(build_shape(entry, pose_of_entry(entry), own.note if own.status == "stand_in" else ""))
             except ShapeProblem as problem:
-                self.problem(problem.rule, problem.message, (*path, index, *problem.path), problem.help)
+                self.misfit(problem, (*path, index))
         return made
 
     def joint(self, name: str, entry: dict[str, Any]) -> Joint:
@@ -143,11 +152,11 @@ class _Builder:
             type=entry["type"],
             parent=entry["parent"],
             child=entry["child"],
-            origin=_pose(entry),
-            axis=_vector(entry.get("axis"), (1.0, 0.0, 0.0)),
-            limit=_limit(entry.get("limit")),
-            mimic=_mimic(entry.get("mimic")),
-            dynamics=_dynamics(entry.get("dynamics")),
+            origin=pose_of_entry(entry),
+            axis=vector_of(entry.get("axis"), (1.0, 0.0, 0.0)),
+            limit=limit_of(entry.get("limit")),
+            mimic=mimic_of(entry.get("mimic")),
+            dynamics=dynamics_of(entry.get("dynamics")),
             actuator=None if actuator is None else Actuator(float(actuator["kp"]), float(actuator.get("kv", 0))),
             publisher=self.publisher(entry, path),
             source=_source(entry.get("source")),
@@ -160,20 +169,38 @@ class _Builder:
         joint = entry.get("joint", f"{frame}_joint")
         self.place("joint", joint, path)
         publisher = self.publisher(entry, path)
-        mounts = [Joint(joint, "fixed", entry["parent"], frame, _pose(entry), publisher=publisher, source=source)]
+        mount = pose_of_entry(entry)
+        mounts = [Joint(joint, "fixed", entry["parent"], frame, mount, publisher=publisher, source=source)]
         optical = entry.get("optical")
+        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "")
+        made = Sensor(name, entry["type"], frame, joint, frames.optical, source, self.elements(name, entry, frames))
         if optical is None:
-            return Sensor(name, entry["type"], frame, joint, source=source), mounts
+            return made, mounts
         inner = (*path, "optical")
         optical_joint = optical.get("joint", f"{optical['frame']}_joint")
         self.place("joint", optical_joint, inner)
-        pose = Pose(_vector(optical.get("xyz")), _vector(optical.get("rpy"), OPTICAL_RPY))
+        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
         if "publisher" in optical:
             publisher = self.publisher(optical, inner)
         elif publisher.kind == STATIC_TRANSFORM_PUBLISHER:
             publisher = Publisher(STATIC_TRANSFORM_PUBLISHER, f"{publisher.name}_optical")
         mounts.append(Joint(optical_joint, "fixed", frame, optical["frame"], pose, publisher=publisher, source=source))
-        return Sensor(name, entry["type"], frame, joint, optical["frame"], source), mounts
+        return made, mounts
+
+    def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
+        """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
+        path: Path = ("sensors", name, "mjcf")
+        made: list[Simulated] = []
+        try:
+            for element in build_elements(name, entry.get("mjcf") or (), frames):
+                if element.kind != TEMPLATE_ELEMENT:
+                    self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
+                if element.kind == SENSOR_ELEMENT and element.pose is not None:
+                    self.place("MuJoCo site", element.site, (*path, len(made)))
+                made.append(element)
+        except ShapeProblem as problem:
+            self.misfit(problem, path, f' (sensor "{name}")')
+        return tuple(made)
 
     def frames_of_sensors(self, sensors: list[Sensor]) -> list[Link]:
         """Return a link for each sensor frame that ``links`` does not mention."""
@@ -207,7 +234,7 @@ class _Builder:
         publisher = Publisher(UNPUBLISHED)
         if "publisher" in entry:
             publisher = self.node(entry["publisher"], (*path, "publisher"))
-        pose = _pose(entry) if "xyz" in entry or "rpy" in entry else None
+        pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
         moving, when = entry.get("moving", True), entry.get("when", "")
         return Edge(entry["parent"], entry["child"], publisher, moving, when, pose, _source(entry.get("source")))
 
@@ -259,39 +286,3 @@ def _node(name: str, entry: dict[str, Any] | None) -> Publisher:
 def _source(entry: dict[str, Any] | None) -> Source:
     entry = entry or {}
     return Source(entry.get("status", ""), entry.get("note", ""), entry.get("measured", ""))
-
-
-def _limit(entry: dict[str, Any] | None) -> Limit | None:
-    if entry is None:
-        return None
-    return Limit(**{key: float(value) for key, value in entry.items() if key != "source"})
-
-
-def _mimic(entry: dict[str, Any] | None) -> Mimic | None:
-    if entry is None:
-        return None
-    return Mimic(entry["joint"], float(entry.get("multiplier", 1)), float(entry.get("offset", 0)))
-
-
-def _dynamics(entry: dict[str, Any] | None) -> Dynamics | None:
-    if entry is None:
-        return None
-    return Dynamics(**{key: float(value) for key, value in entry.items() if key != "source"})
-
-
-def _vector(value: Any, default: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> tuple[float, float, float]:
-    if value is None:
-        return default
-    x, y, z = value
-    return (float(x), float(y), float(z))
-
-
-def _pose(entry: dict[str, Any]) -> Pose:
-    if "xyz" not in entry and "rpy" not in entry:
-        return IDENTITY
-    return Pose(_vector(entry.get("xyz")), _vector(entry.get("rpy")))
-
-
-def _inertial(entry: dict[str, Any]) -> Inertial:
-    moments = {key: float(value) for key, value in entry["inertia"].items()}
-    return Inertial(float(entry["mass"]), _pose(entry), **moments)

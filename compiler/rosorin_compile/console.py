@@ -36,6 +36,10 @@ class Console:
         """Print a line about the run as a whole."""
         print(line, file=sys.stdout if self.for_people else sys.stderr)
 
+    def warn(self, line: str) -> None:
+        """Print a line about what keeps a run from its end."""
+        sys.stderr.write(f"{line}\n")
+
     def finish(self) -> None:
         """Print the document of a run that is read by a program."""
         if not self.for_people:

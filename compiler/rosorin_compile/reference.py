@@ -1,4 +1,4 @@
-"""The language reference, made from the JSON Schema of descriptions, so that it cannot fall behind.
+"""The language reference, made from the JSON Schemas of descriptions, so that it cannot fall behind.
 
     python -m rosorin_compile.reference > docs/language.md
 
@@ -13,8 +13,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .expression import CONSTANTS, FUNCTIONS
-from .quantity import UNITS, Dimension, describe
+from .authoring_sections import added_definitions, added_sections
+from .expression import CONSTANTS
+from .quantity import DIMENSIONS, UNITS, Dimension, describe
 from .schema import schema as load_schema
 
 HEAD = Path("docs/_language_head.md")
@@ -27,21 +28,72 @@ _WORDS = {
     "array": "list",
     "object": "mapping",
 }
+# The functions, those that go together in one row.
 _FUNCTIONS = {
-    "sin": "sine of an angle; so `cos` and `tan`",
-    "asin": "angle of a sine; so `acos` and `atan`",
-    "atan2": "`atan2(y, x)`: angle of a direction, -180 to 180 degrees",
+    "sin cos tan": "of an angle; a bare number is in radians",
+    "asin acos atan": "the angle; so `atan` of a quotient",
+    "atan2": "`atan2(y, x)`: the angle of a direction, -180 to 180 degrees",
+    "degrees radians": "an angle as a plain number of degrees; so the inverse, `radians`",
     "sqrt": "square root; of an area it is a length",
-    "hypot": "`hypot(x, y, ...)`: length of a vector",
     "abs": "size without the sign",
-    "min": "smallest of its arguments, or of a list; so `max` the largest",
-    "floor": "whole number below; so `ceil` above, `round` nearest (`round(x, 2)`: to two decimals)",
-    "exp": "power of e; so `log` its inverse",
-    "len": "number of items of a list, or letters of a text",
-    "int": "whole number; so `float` a number, `str` a text",
+    "min max": "of its arguments, or of a list",
+    "hypot": "`hypot(x, y, ...)`: length of a vector",
+    "round": "`round(x)`, `round(x, 2)`: nearest whole number, or to two decimals",
+    "floor ceil trunc": "whole number below, above, towards zero",
+    "exp log log2 log10": "power of e, logarithms; of plain numbers",
+    "sinh cosh tanh": "of plain numbers",
+    "fmod": "`fmod(x, y)`: the rest of a division, with the sign of x",
+    "copysign": "`copysign(x, y)`: x with the sign of y",
+    "gcd": "greatest common divisor of whole numbers",
+    "isclose": "`isclose(x, y)`: whether two numbers are the same to 9 digits",
+    "pow": "`pow(x, y)`: x to the power of y, of plain numbers; `x**y` also takes quantities",
+    "sign": "-1, 0 or 1",
+    "int float bool": "a number or a text as a whole number, as a number; whether it is not empty and not 0",
+    "len": "number of items of a list, or of letters of a text",
+    "sum": "of a list of numbers",
+    "range": "`range(4)`: 0, 1, 2, 3; `range(first, end, step)`",
+    "sorted reversed list": "a list in order, or from its end; `list` of a text: its letters",
+    "zip": "`zip(a, b)`: rows of one item of each list",
+    "enumerate": "`enumerate(list)`: rows of a number, from 0, and an item",
+    "keys values items": "of a table, as a list; `items`: rows of a key and a value",
+    "get": "`get(table, key, default)`: an entry of a table, or the default",
+    "all any": "whether all, any of a list are true",
+    "str": "a value as text, as it would stand in one",
+    "upper lower strip": "a text in capitals, in small letters, without blanks at its ends",
+    "split": "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
+    "join": "`join(', ', list)`: a list as one text",
+    "replace": "`replace(text, old, new)`",
+    "startswith endswith": "`startswith(text, other)`: whether a text begins, ends so",
+    "load": "`load('file.yaml')`: the value of a YAML file in the folder of the description",
+}
+_TYPES = {
+    "any": "anything",
+    "text": "text",
+    "boolean": "`true` or `false`",
+    "integer": "a whole number",
+    "number": "a number without a unit",
+    "list": "a list",
+    "table": "a mapping",
 }
 
 Schema = Mapping[str, Any]
+
+
+def language() -> Schema:
+    """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
+    plain = load_schema()
+    sections = plain["properties"]
+    added = added_definitions(sections, plain["$defs"]["arg"])
+    use, kind = added["use"], added["sensor_type"]
+    arguments = {**use["properties"]["with"], "type": "object"}
+    added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
+    mjcf = plain["$defs"]["sensor"]["properties"]["mjcf"]
+    added["sensor_type"] = {**kind, "properties": {**kind["properties"], "mjcf": mjcf}}
+    return {
+        **plain,
+        "properties": {**sections, **added_sections(sections)},
+        "$defs": {**plain["$defs"], **added},
+    }
 
 
 def reference(schema: Schema, head: str = "") -> str:
@@ -55,6 +107,7 @@ def reference(schema: Schema, head: str = "") -> str:
 def _filled(head: str) -> Iterator[str]:
     """Yield the lines of the head with the tables that its marks ask for."""
     tables = {"<!-- units -->": _units, "<!-- functions -->": _functions, "<!-- constants -->": _constants}
+    tables["<!-- types -->"] = _types
     for line in head.splitlines():
         yield from tables[line]() if line in tables else (line,)
 
@@ -70,8 +123,15 @@ def _units() -> Iterator[str]:
 
 def _functions() -> Iterator[str]:
     """Yield a table of the functions; those that go together share a row."""
-    rows = [(f"`{name}`", _FUNCTIONS[name]) for name in FUNCTIONS if name in _FUNCTIONS]
+    rows = [(", ".join(f"`{name}`" for name in names.split()), meaning) for names, meaning in _FUNCTIONS.items()]
     yield from _table(("function", "result"), rows)
+
+
+def _types() -> Iterator[str]:
+    """Yield a table of the types that an argument or a parameter may have."""
+    rows = [(f"`{name}`", meaning) for name, meaning in _TYPES.items()]
+    rows += [(f"`{name}`", _escaped(describe(dimension))) for name, dimension in DIMENSIONS.items()]
+    yield from _table(("type", "what it takes"), rows)
 
 
 def _constants() -> Iterator[str]:
@@ -101,23 +161,18 @@ class _Reference:
         yield from ("## Sections of a description", "", _sentence(self.top["description"]), "")
         yield from self.keys(self.top)
         yield from ("", "## Entries")
-        values: list[tuple[str, Schema]] = []
+        values: list[tuple[str, str]] = []
         while self.waiting:
             title, fragment = self.waiting.pop(0)
             if "properties" not in fragment:
-                values.append((title, fragment))
+                values.append((title, _capital(f"{self.kind(fragment)}. {_sentence(fragment['description'])}")))
                 continue
             later, self.waiting = self.waiting, []
             yield from ("", f"### {title}", "", *self.entry(fragment))
             self.waiting += later
         yield from ("", "## Values", "", "What many entries use.")
-        for title, fragment in values:
-            yield from (
-                "",
-                f"### {title}",
-                "",
-                _capital(f"{self.kind(fragment)}. {_sentence(fragment['description'])}"),
-            )
+        for title, text in values:
+            yield from ("", f"### {title}", "", text)
 
     def entry(self, fragment: Schema) -> Iterator[str]:
         """Yield what an entry is for, its keys, and which of them go together."""
@@ -146,6 +201,8 @@ class _Reference:
         if "$ref" in fragment:
             name = fragment["$ref"].rsplit("/", 1)[1]
             return self.link(name, self.definitions[name])
+        if "anyOf" in fragment:
+            return self.kind(fragment["anyOf"][0], title)
         if "const" in fragment:
             return f"`{fragment['const']}`"
         if "enum" in fragment:
@@ -219,7 +276,7 @@ def _escaped(text: str) -> str:
 def main() -> None:
     """Print the reference of the language."""
     head = HEAD.read_text("utf-8") if HEAD.is_file() else ""
-    sys.stdout.write(reference(load_schema(), head))
+    sys.stdout.write(reference(language(), head))
 
 
 if __name__ == "__main__":

@@ -57,6 +57,7 @@ def _printable(line: str) -> str:
 def github(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as GitHub workflow commands, which mark the lines of a pull request.
 
+    An annotation has one place, so the includes and parts that led there stand below its message.
     https://docs.github.com/actions/reference/workflow-commands-for-github-actions
     """
     lines = []
@@ -66,9 +67,13 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
         if diagnostic.span:
             span = diagnostic.span
             where = f"file={_property(span.source.path)},line={span.line},col={span.column},"
-        message = diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
+        message = "\n".join([_with_help(diagnostic), *(_related(related).strip() for related in diagnostic.related)])
         lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}")
     return "".join(line + "\n" for line in lines)
+
+
+def _with_help(diagnostic: Diagnostic) -> str:
+    return diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
 
 
 def _escaped(value: str) -> str:
@@ -83,7 +88,7 @@ def as_json(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as a JSON list of objects."""
     import json
 
-    return json.dumps([_object(diagnostic) for diagnostic in diagnostics], indent=2, ensure_ascii=False) + "\n"
+    return json.dumps([_object(diagnostic) for diagnostic in diagnostics], indent=2) + "\n"
 
 
 def _object(diagnostic: Diagnostic) -> dict[str, object]:
@@ -110,31 +115,43 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
 
     from . import __version__
 
-    rules = sorted({diagnostic.rule for diagnostic in diagnostics})
-    driver = {"name": "rosorin-compile", "version": __version__, "rules": [{"id": rule} for rule in rules]}
-    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": list(map(_result, diagnostics))}
+    ids = sorted({diagnostic.rule for diagnostic in diagnostics})
+    rules = [{"id": rule, "shortDescription": {"text": rule.replace("-", " ")}} for rule in ids]
+    driver = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
+    results = [_result(diagnostic, ids.index(diagnostic.rule)) for diagnostic in diagnostics]
+    run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     schema = "https://json.schemastore.org/sarif-2.1.0.json"
-    return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2, ensure_ascii=False) + "\n"
+    return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
 
 
-def _result(diagnostic: Diagnostic) -> dict[str, object]:
-    message = diagnostic.message + (f"; {diagnostic.help}" if diagnostic.help else "")
+def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
+    """Return a diagnostic as a result of SARIF; a note without a place goes into the message."""
+    remarks = [related.message for related in diagnostic.related if related.span is None]
     found: dict[str, object] = {
         "ruleId": diagnostic.rule,
+        "ruleIndex": rule,
         "level": diagnostic.severity,
-        "message": {"text": message},
+        "message": {"text": "\n".join([_with_help(diagnostic), *remarks])},
     }
     if diagnostic.span:
         found["locations"] = [_location(diagnostic.span)]
-    related = [{**_location(r.span), "message": {"text": r.message}} for r in diagnostic.related if r.span]
+    several = dict.fromkeys(diagnostic.related)  # each once, as the standard asks
+    related = [{**_location(r.span), "message": {"text": r.message}} for r in several if r.span]
     if related:
         found["relatedLocations"] = related
     return found
 
 
 def _location(span: Span) -> dict[str, object]:
+    """Return a place; its file is a URI reference, relative where the file was named so (SARIF 2.1.0, 3.4.3)."""
+    import os
+    from pathlib import Path
+    from urllib.parse import quote
+
+    path = os.fsencode(span.source.path)
+    uri = f"file://{quote(path)}" if Path(span.source.path).is_absolute() else quote(path)
     region = {"startLine": span.line, "startColumn": span.column, "endColumn": span.column + span.length}
-    return {"physicalLocation": {"artifactLocation": {"uri": span.source.path}, "region": region}}
+    return {"physicalLocation": {"artifactLocation": {"uri": uri}, "region": region}}
 
 
 FORMATS: dict[str, Callable[[Sequence[Diagnostic]], str]] = {

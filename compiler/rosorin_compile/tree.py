@@ -27,11 +27,15 @@ class Instance(NamedTuple):
     made: bool = False
 
     def stack(self) -> Iterator[Related]:
-        """Yield the places passed through, innermost first."""
+        """Yield the places passed through, innermost first; of very many only the first and the last."""
+        steps: list[Related] = []
         here: Instance | None = self
         while here is not None:
-            yield Related(here.message, here.span)
+            steps.append(Related(here.message, here.span))
             here = here.parent
+        if len(steps) > 12:
+            steps[6:-5] = [Related(f"and {len(steps) - 11} more", None)]
+        yield from steps
 
 
 class Map(dict[str, Any]):

@@ -17,12 +17,13 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
   every joint, so that the base makes no difference; those in ``disabled_contacts`` of the description come after them.
 - Visual geoms collide with nothing and are in group 1. Collision geoms are in group 0, which viewers show, unless there
   are visuals to look at: then in group 3, which they hide.
+- What sensors are made of stands in the bodies of their frames and in the list of sensors (``mjcf_sensors``).
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..diagnostic import Diagnostic
@@ -45,6 +46,7 @@ from ..model import (
 from ..templating import BUILTIN, Templates
 from .mjcf_checks import mesh_path, position_range, refused, unsaid, weld_groups
 from .mjcf_reader import read
+from .mjcf_sensors import Element, elements_of
 from .xml_facts import Six, along_link
 
 __all__ = ["emit", "read"]
@@ -84,6 +86,7 @@ class Body(NamedTuple):
     inertial: Inertial | None
     inertia: Six | None
     geoms: list[Geom]
+    elements: Sequence[Element]
     ends: list[str]
 
 
@@ -104,7 +107,8 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
-    printer = _Printer(robot, number)
+    elements = elements_of(robot, templates, number)
+    printer = _Printer(robot, number, elements.bodies)
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [body.joint for body in bodies if body.joint]
@@ -117,6 +121,8 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "bodies": bodies,
         "followers": [joint for joint in joints if joint.mimic],
         "actuated": [joint for joint in joints if joint.actuator],
+        "sensors": elements.sensors,
+        "sections": elements.sections,
         "excludes": excluded_contacts(robot),
         "keys": _keys(robot, joints, free),
         "stand_ins": [_comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
@@ -127,7 +133,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "vector": printer.vector,
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
-    return text, [*refused(robot, free), *unsaid(robot, joints)]
+    return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
 
 
 def walk(robot: Robot) -> Iterator[Frame]:
@@ -153,9 +159,10 @@ def walk(robot: Robot) -> Iterator[Frame]:
 class _Printer:
     """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
 
-    def __init__(self, robot: Robot, number: NumberFormat) -> None:
+    def __init__(self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]]) -> None:
         self.robot = robot
         self.number = number
+        self.elements = elements
         self.meshes: dict[Mesh, str] = {}
 
     def vector(self, numbers: Iterable[float]) -> str:
@@ -177,6 +184,7 @@ class _Printer:
             link.inertial,
             _inertia(link.inertial) if link.inertial else None,
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            self.elements.get(frame.name, ()),
             [_indent(depth) for depth in ends],
         )
 

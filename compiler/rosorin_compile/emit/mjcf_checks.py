@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic
-from ..model import Joint, Mesh, Robot
+from ..model import SENSOR_ELEMENT, Joint, Mesh, Robot, Simulated
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 
@@ -49,6 +49,23 @@ def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     if "world" in robot.link:
         message = 'MuJoCo keeps the name "world" for its own root body: link "world" cannot be told in MJCF'
         yield Diagnostic("mjcf-reserved-name", ERROR, message, help='call the link something else, such as "base"')
+    for sensor in robot.sensors:
+        for part in sensor.simulated:
+            site = _site_name(part)
+            if site in robot.link:
+                message = (
+                    f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+                )
+                yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+
+
+def _site_name(part: Simulated) -> str:
+    """Return the name of the site that an element of a sensor brings; empty if it brings none, or many."""
+    if part.replicas is not None:
+        return ""
+    if part.kind == SENSOR_ELEMENT:
+        return "" if part.pose is None else part.site
+    return part.name if part.element == "site" else ""
 
 
 def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:

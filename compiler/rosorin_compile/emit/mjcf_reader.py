@@ -2,6 +2,10 @@
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
 name marks), "contact with NAME" (excluded); and the poses: Fact("pose", name of the pose, name of the joint).
+
+What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
+imu_gyro site", "replicate lidar_site count"; numbers of a list one by one: "camera front resolution 2". A sensor that
+no link is known of is said by itself: Fact("sensor", name, "clock ...").
 """
 
 from __future__ import annotations
@@ -9,7 +13,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from . import Fact, Facts
-from .xml_facts import AXES, FactSheet, Six, transform_of_quaternion
+from .xml_facts import AXES, FactSheet, Six, number_of, transform_of_quaternion
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -20,6 +24,10 @@ _FREE = 7
 _WORLD = "world"
 _COLOUR = ("red", "green", "blue", "alpha")
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
+# What a body has beside what sensors are made of.
+_PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
+# The attributes of a sensor that name what it measures at.
+_MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
 
 
 def read(text: str) -> Facts:
@@ -30,7 +38,11 @@ def read(text: str) -> Facts:
         raise ValueError("there is no <worldbody>")
     scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
     joints: dict[str, Element] = {}
-    free = _bodies(sheet, worldbody, scales, joints)
+    owners: dict[str, str] = {}
+    free = _bodies(sheet, worldbody, scales, joints, owners)
+    for section in sheet.root.iterfind("sensor"):
+        for sensor in section:
+            _sensor(sheet, sensor, owners)
     for follower in sheet.root.iterfind("equality/joint"):
         _mimic(sheet, follower, joints)
     for actuator in sheet.root.iterfind("actuator/position"):
@@ -42,8 +54,13 @@ def read(text: str) -> Facts:
     return sheet.facts
 
 
-def _bodies(sheet: FactSheet, top: Element, scales: dict[str, Element], joints: dict[str, Element]) -> bool:
-    """Take down the bodies below ``top``, collect their joints in order, and say whether the base floats."""
+def _bodies(
+    sheet: FactSheet, top: Element, scales: dict[str, Element], joints: dict[str, Element], owners: dict[str, str]
+) -> bool:
+    """Take down the bodies below ``top``, collect their joints in order, and say whether the base floats.
+
+    ``owners`` collects the link of each named thing that a sensor may measure at.
+    """
     free = False
     waiting = [(body, _WORLD) for body in reversed(top.findall("body"))]
     while waiting:
@@ -56,13 +73,56 @@ def _bodies(sheet: FactSheet, top: Element, scales: dict[str, Element], joints: 
         for joint in body.iterfind("joint"):
             joints[sheet.text(joint, "name")] = joint
             _joint(sheet, joint, name)
-        for site in body.iterfind("site"):
-            sheet.add(Fact("link", sheet.text(site, "name"), "site"), name)
+        owners[name] = name
+        for part in body:
+            if part.tag == "site" and part.get("name") == name:
+                sheet.add(Fact("link", name, "site"), name)
+            elif part.tag not in _PLAIN:
+                _part(sheet, name, part, owners)
         for inertial in body.iterfind("inertial"):
             _inertial(sheet, name, inertial)
         _shapes(sheet, name, body.findall("geom"), scales)
         waiting += [(child, name) for child in reversed(body.findall("body"))]
     return free
+
+
+def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:
+    """Take down an element of a sensor in a body, and what is in it."""
+    names = [inner.get("name", "") for inner in part.iter() if inner.get("name")]
+    _attributes(sheet, Fact("link", link, " ".join([part.tag, *names[:1]])), part)
+    for inner in part:
+        _part(sheet, link, inner, owners)
+    owners.update(dict.fromkeys(names, link))
+
+
+def _sensor(sheet: FactSheet, sensor: Element, owners: dict[str, str]) -> None:
+    """Take down an entry of the list of sensors, with the link that it measures at."""
+    name = sensor.get("name", "")
+    link = next((owners[sensor.attrib[key]] for key in _MEASURED if sensor.get(key, "") in owners), "")
+    fact = Fact("link", link, f"{sensor.tag} {name}") if link else Fact("sensor", name, sensor.tag)
+    _attributes(sheet, fact, sensor)
+
+
+def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
+    """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
+    said = {name: text for name, text in element.items() if name != "name"}
+    if not said:
+        sheet.add(fact, element.tag)
+    for name, text in said.items():
+        numbers = _numbers(text)
+        for index, number in enumerate(numbers, start=1):
+            which = f" {index}" if len(numbers) > 1 else ""
+            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}{which}"), number)
+        if not numbers:
+            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}"), text)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the numbers of an attribute; none if it is anything else."""
+    try:
+        return [number_of(token) for token in text.split()]
+    except ValueError:
+        return []
 
 
 def _transform(sheet: FactSheet, element: Element) -> Transform:

@@ -17,28 +17,36 @@ from ..diagnostic import Diagnostic, did_you_mean, error
 from ..load import plain_scalar
 from ..tree import Map, Place
 from .files import Reader, shown
+from .forms import SECTIONS
 from .ledger import Ledger
 from .parameters import declare
-from .parts import SECTIONS, Parts, copy
+from .parts import Parts, copy
 from .scope import Failed, Scope
 from .sensor_types import apply_types
 from .tables import table_loader
 
+_FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
+_FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
 _NOT_EVALUATED = ("args", "parts", "sensor_types", "use", "modes")
 
 
 class Expanded(NamedTuple):
-    """The plain tree (None if it could not be made), what is wrong, and the files that were read."""
+    """The plain tree (None if it could not be made), what is wrong, and the files that were read.
+
+    ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
+    """
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     files: tuple[Path, ...]
+    scope: Scope | None = None
 
 
 def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
-    ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML.
+    ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
+    ``Map`` that have a place were read from a file.
     """
     reader = Reader(path)
     root = reader.read(path, shown(path), None, None, ())
@@ -47,14 +55,14 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
     ledger = Ledger()
     scope = Scope(ledger)
     scope.values["load()"] = table_loader(reader)
-    _declare_arguments(root, arguments, reader, scope)
     for name, value, place, said in reader.lets:
         scope.define(name, value, place, said)
+    _declare_arguments(root, arguments, reader, scope)
     tree = _evaluate(root, scope, reader)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)
-    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files))
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope)
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader) -> Map | None:
@@ -71,15 +79,16 @@ def _evaluate(root: Map, scope: Scope, reader: Reader) -> Map | None:
             failed = True
             continue
         tree.put(key, copy(made) if key in SECTIONS else made, root.key_spans[key], root.value_spans[key])
+    for key, help in _FORMS.items():
+        if not isinstance(root.get(key) or {}, dict):
+            what = "types" if key == "sensor_types" else "parts"
+            scope.report("wrong-type", f"{key} maps names to {what}", Place(root.value_spans[key], None), help)
+            failed = True
     parts = Parts(scope.ledger, root.get("parts"), scope, reader.library)
     uses = root.get("use")
     if isinstance(uses, Map):
         failed |= not parts.use(tree, uses, scope)
-    elif uses is not None:
-        scope.report(
-            "wrong-type", "use maps names to parts", Place(root.value_spans["use"], None), "write NAME: {part: ...}"
-        )
-        failed = True
+    parts.check_unused()
     if failed:
         return None
     apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")
@@ -92,11 +101,18 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     declared = declared if isinstance(declared, Map) else Map(root.span)
     given: dict[str, Any] = {name: value for name, (value, _) in reader.given.items()}
     places = {name: place for name, (_, place) in reader.given.items()}
+    names, values = (arguments.key_spans, arguments.value_spans) if isinstance(arguments, Map) else ({}, {})
     for name, value in arguments.items():
         if name not in declared:
-            message = f'the description has no argument "{name}"'
-            scope.ledger.diagnostics.append(error("unknown-argument", message, None, did_you_mean(name, declared)))
+            message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
+            scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
             continue
-        given[name] = plain_scalar(value) if isinstance(value, str) else value
-        places[name] = Place(declared.key_spans[name], None)
+        given[name] = _scalar(value, declared[name]) if type(value) is str else value
+        places[name] = Place(values.get(name, declared.key_spans[name]), None)
     declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+
+
+def _scalar(text: str, declaration: Any) -> Any:
+    """Return the value of a text on the command line: as in YAML, but where a text is wanted "007" is one."""
+    wanted = declaration.get("type") if isinstance(declaration, Map) else None
+    return text if wanted == "text" else plain_scalar(text)

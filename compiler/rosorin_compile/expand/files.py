@@ -74,7 +74,10 @@ class Reader:
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
-        if not path.is_file():
+        try:
+            if not path.is_file():
+                return None
+        except (OSError, ValueError):  # a name that no file can have
             return None
         if colon and path not in self.files:
             self.files.append(path)
@@ -124,7 +127,10 @@ class Reader:
             if key not in ("file", "args"):
                 place = Place(item.key_spans[key], item.via)
                 self._error("unknown-key", f'an include has no key "{key}"', place, "known: args, file")
-        if isinstance(values, Map):
+        if values is not None and not isinstance(values, Map):
+            place = Place(item.value_spans["args"], item.via)
+            self._error("wrong-type", "args of an include map names to values", place, "write args: {NAME: VALUE}")
+        elif values is not None:
             for name, value in values.items():
                 self.given.setdefault(name, (value, Place(values.value_spans[name], values.via)))
 

@@ -1,7 +1,7 @@
 """Parameters: the declared inputs of a description (``args``) and of a part (``params``), and their checks.
 
-A parameter is a mapping with ``type``, ``default``, ``one_of`` and ``help``, all optional; anything else is
-its default.
+A parameter is a mapping with ``type``, ``default``, ``one_of`` and ``help``, all optional; anything that is no mapping
+is its default.
 """
 
 from __future__ import annotations
@@ -9,13 +9,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from ..diagnostic import did_you_mean
+from ..diagnostic import Related, did_you_mean, error
 from ..expression.functions import kind_of
 from ..quantity import DIMENSIONS, NUMBER, Quantity
 from ..tree import Map, Place, locate
 from .scope import Failed, Scope
 
 KEYS = ("type", "default", "one_of", "help")
+BOUNDS = ("min", "max")  # of parameters of sensor types
 
 TYPES: dict[str, tuple[type, ...]] = {
     "any": (object,),
@@ -38,17 +39,24 @@ class Parameter(NamedTuple):
     one_of: Any
     help: str
     place: Place
+    sound: bool = True
 
 
 def declare(
-    scope: Scope, declared: Any, given: Mapping[str, Any], places: Mapping[str, Place], owner: str, way: str
+    scope: Scope,
+    declared: Any,
+    given: Mapping[str, Any],
+    places: Mapping[str, Place],
+    owner: str,
+    way: str,
+    asked: Place | None = None,
 ) -> None:
     """Bind every declared parameter in a scope: to what was given, else to its default, evaluated in that scope.
 
     ``places`` says where each given value stands; ``owner`` names what is parameterised, and ``way`` how an argument is
-    given to it, for messages. Values of the
-    wrong type, unknown names and missing values are reported; a name without a value stays broken, so that what uses it
-    adds no further message.
+    given to it, for messages; ``asked`` is the place of whoever should have given it, if not that of the declaration.
+    Values of the wrong type, unknown names and missing values are reported; a name without a value stays broken, so
+    that what uses it adds no further message.
     """
     known = _parameters(scope, declared)
     for name in given:
@@ -60,8 +68,8 @@ def declare(
             scope.bind(name, given[name], places[name])
         elif not parameter.has_default:
             scope.broken.add(name)
-            help = f"give it: {way.format(name)}" + (f"; {parameter.help}" if parameter.help else "")
-            scope.report("missing-argument", f'{owner} needs the argument "{name}"', parameter.place, help)
+            if parameter.sound:  # else the default may be there under a misspelt key, which is reported
+                _missing(scope, parameter, owner, way, asked)
             continue
         elif scope.ledger.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
@@ -71,27 +79,57 @@ def declare(
             _check(scope, parameter, places.get(name, parameter.place), owner)
 
 
+def _missing(scope: Scope, parameter: Parameter, owner: str, way: str, asked: Place | None) -> None:
+    """Report a parameter without a value, where it should have been given."""
+    help = f"give it: {way.format(parameter.name)}" + (f"; {parameter.help}" if parameter.help else "")
+    place = asked or parameter.place
+    stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
+    related = [Related("declared here", parameter.place.span)] if asked else []
+    message = f'{owner} needs the argument "{parameter.name}"'
+    scope.ledger.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
+
+
 def _parameters(scope: Scope, declared: Any) -> dict[str, Parameter]:
     """Return the declared parameters by name, read once for each declaration."""
-    if not isinstance(declared, Map):
+    if not isinstance(declared, Map) or not declared:
         return {}
     known: dict[str, Parameter] | None = scope.ledger.parameters.get(id(declared))
     if known is None:
-        known = {name: _parameter(name, entry, declared) for name, entry in declared.items()}
+        known = {name: _parameter(scope, name, entry, declared) for name, entry in declared.items()}
         scope.ledger.parameters[id(declared)] = known
     return known
 
 
-def _parameter(name: str, entry: Any, declared: Map) -> Parameter:
+def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
     place = locate(declared, (name,), key=True)
     if entry is None:
         return Parameter(name, "", False, None, None, "", place)
-    if not isinstance(entry, Map) or (entry and not set(entry) & set(KEYS)):
+    if not isinstance(entry, Map):
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
+    unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
+    for key in unknown:
+        where = Place(entry.key_spans[key], entry.via)
+        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', where, did_you_mean(key, KEYS))
     if "default" in entry:
         place = Place(entry.value_spans["default"], entry.via)
-    wanted, help = str(entry.get("type") or ""), str(entry.get("help") or "")
-    return Parameter(name, wanted, "default" in entry, entry.get("default"), entry.get("one_of"), help, place)
+    help = str(entry.get("help") or "")
+    wanted = _type(scope, name, entry)
+    default, one_of = entry.get("default"), entry.get("one_of")
+    return Parameter(name, wanted, "default" in entry, default, one_of, help, place, not unknown)
+
+
+def _type(scope: Scope, name: str, entry: Map) -> str:
+    """Return the declared type of a parameter; one that does not exist is reported, and no value held against it."""
+    wanted = entry.get("type")
+    if wanted is None or (isinstance(wanted, str) and (wanted in TYPES or wanted in DIMENSIONS)):
+        return wanted or ""
+    place = Place(entry.value_spans["type"], entry.via)
+    if not isinstance(wanted, str):
+        scope.report("wrong-type", f'argument "{name}" type is text, not {kind_of(wanted)}', place, "such as length")
+        return ""
+    help = did_you_mean(wanted, [*TYPES, *DIMENSIONS])
+    scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', place, help)
+    return ""
 
 
 def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None:
@@ -102,10 +140,11 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         allowed = scope.resolve(parameter.one_of, place)
     except Failed:
         return
+    if value is None and parameter.has_default:  # an optional argument, passed on as a key that is left out
+        return
     if wanted and not _fits(value, wanted):
         message = f'"{name}" of {owner} is {_article(wanted)}, not {_shown(value)}'
-        known = [*TYPES, *DIMENSIONS]
-        help = parameter.help if wanted in known else f'there is no type "{wanted}"; {did_you_mean(wanted, known)}'
+        help = parameter.help
     elif isinstance(allowed, list) and value not in allowed:
         told = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{told} is not a value of the argument "{name}"'

@@ -6,12 +6,14 @@ A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in th
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, Related, Span, did_you_mean
+from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, check_file, check_part, check_sections, check_use
@@ -21,6 +23,7 @@ from .placing import AXES, MOUNT, placed
 from .scope import Failed, Scope
 
 MAX_NESTED = 40
+INSTANCE = 20  # values that a part counts for, however little it holds
 
 
 class Definition(NamedTuple):
@@ -49,10 +52,11 @@ class Parts:
             raise Failed
         check_use(name, entry, scope)
         definition = self._find(entry, scope, where)
+        scope._count(INSTANCE, where.span, where.via)
         if depth > MAX_NESTED:
-            scope.report(
-                "part-cycle", f'the part "{definition.name}" uses itself without end', where, "end it with an if"
-            )
+            message = f'parts stand in parts, more than {MAX_NESTED} deep, at part "{definition.name}"'
+            scope.report("part-cycle", message, where, "a part that uses itself ends with an if")
+            self.ledger.nodes, self.ledger.full = sys.maxsize, True  # told once, not for each of its branches
             raise Failed
         message = f'part "{definition.name}" used here as "{name}"'
         inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
@@ -92,8 +96,8 @@ class Parts:
         inner.bind("mirrored", entry.get("mirror") is not None, Place(entry.span, entry.via))
         owner, asked = f'part "{definition.name}"', inner.via.span if inner.via else entry.span
         way = "with: {{{}: VALUE}}"
-        declare(inner, definition.body.get("params"), given, places, owner, way, Place(asked, entry.via))
         inner.define_all(definition.body.get("let"))
+        declare(inner, definition.body.get("params"), given, places, owner, way, Place(asked, entry.via))
         if len(self.ledger.diagnostics) > before:
             raise Failed
 
@@ -131,7 +135,7 @@ class Parts:
                     name = turn.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
-                    size = 1 + sum(map(len, fragment.values()))  # parts within parts multiply
+                    size = sum(len(section or ()) for section in fragment.values())  # parts in parts multiply
                     scope._count(size, place_of_key.span, place_of_key.via)
                     join(tree, fragment, SECTIONS, scope)
             except Failed:
@@ -141,11 +145,11 @@ class Parts:
     def _placed(self, name: str, fragment: Map, entry: Map, scope: Scope, where: Place) -> Map:
         """Return a fragment with its prefix, on its mount, each of its entries with a source."""
         prefix, parent, mirror = entry.get("prefix", f"{name}_"), entry.get("parent"), entry.get("mirror")
-        if mirror is not None and mirror not in AXES:
+        if mirror is not None and (not isinstance(mirror, str) or mirror not in AXES):
             place = Place(entry.value_spans["mirror"], entry.via)
-            scope.report(
-                "wrong-value", f'mirror cannot be "{mirror}"', place, "one of x, y, z: the axis that is reversed"
-            )
+            told = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
+            help = "one of x, y, z: the axis that is reversed"
+            scope.report("wrong-value", f"mirror cannot be {told}", place, help)
             raise Failed
         mounted = _mentions_mount(fragment)
         if parent is None and mounted:
@@ -176,7 +180,7 @@ class Parts:
         found = self._load(path, file, place.span) if path is not None else None
         if found is None:
             scope.report(
-                "unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts.md for the library"
+                "unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md"
             )
             raise Failed
         return self._definition(name, short, found[0].get("parts"), found[1], scope, place)

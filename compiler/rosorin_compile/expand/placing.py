@@ -5,11 +5,14 @@ A part speaks of its own links and joints by their short names, and of the frame
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any
 
 from ..model import Pose, Transform, pose_of
+from ..quantity import ANGLE, LENGTH, Dimension, Quantity
 from ..tree import Instance, Map, Seq
+from .forms import is_number
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -23,10 +26,9 @@ def defined_names(fragment: Map) -> frozenset[str]:
     for section in ("links", "joints", "sensors", "servos", "poses"):
         names.update(fragment.get(section) or ())
     for sensor in (fragment.get("sensors") or {}).values():
-        optical = sensor.get("optical") or {}
-        names.update(
-            filter(None, (sensor.get("frame"), sensor.get("joint"), optical.get("frame"), optical.get("joint")))
-        )
+        for owner in (sensor, sensor.get("optical")) if isinstance(sensor, Map) else ():
+            if isinstance(owner, Map):
+                names.update(name for key in ("frame", "joint") if isinstance(name := owner.get(key), str))
     return frozenset(names)
 
 
@@ -185,8 +187,9 @@ class _Placer:
         own = [changes.get(key, entry.get(key)) for key in ("xyz", "rpy")]
         if own == [None, None]:
             return {"xyz": xyz, "rpy": rpy}
-        if not all(_is_vector(v) for v in (xyz, rpy, *own)):
-            return {}
+        dimensions = (LENGTH, ANGLE, LENGTH, ANGLE)
+        if not all(_is_vector(v, d) for v, d in zip((xyz, rpy, *own), dimensions, strict=True)):
+            return {}  # what is wrong is still there to be reported
         outer: Transform = Pose(_vector(xyz), _vector(rpy)).transform()
         pose = pose_of(outer.then(Pose(_vector(own[0]), _vector(own[1])).transform()))
         return {"xyz": _listed(pose.xyz, entry), "rpy": _listed(pose.rpy, entry)}
@@ -201,7 +204,7 @@ class _Placer:
             if values is not None and _is_vector(values):
                 flipped = [(index == self.mirror) == (key == "xyz") for index in range(3)]
                 changes[key] = _listed(
-                    [-v if flip and v else v for v, flip in zip(values, flipped, strict=True)], values
+                    [_negative(v) if flip else v for v, flip in zip(values, flipped, strict=True)], values
                 )
         return changes
 
@@ -212,8 +215,8 @@ class _Placer:
             axis = _listed((1, 0, 0), entry)
         if not _is_vector(axis):
             return axis
-        sign = 1 if entry.get("type") == "prismatic" else -1
-        values = [(-sign if i == self.mirror else sign) * v + 0.0 for i, v in enumerate(axis)]
+        slides = entry.get("type") == "prismatic"
+        values = [_negative(v) if (i == self.mirror) == slides else v for i, v in enumerate(axis)]
         return _listed(values, axis)
 
     def _mirrored_inertial(self, inertial: Map) -> Map:
@@ -224,7 +227,9 @@ class _Placer:
             flipped = [
                 key for key in ("ixy", "ixz", "iyz") if across in key[1:] and isinstance(moments.get(key), (int, float))
             ]
-            changes["inertia"] = _with(moments, {key: -moments[key] for key in flipped})
+            changes["inertia"] = _with(moments, {key: _negative(moments[key]) for key in flipped})
+        if isinstance(inertial.get("of"), Seq):
+            changes["of"] = _each(inertial["of"], "", self._mirrored_shape)
         return _with(inertial, changes)
 
     def _mirrored_shape(self, shape: Any) -> Any:
@@ -232,22 +237,32 @@ class _Placer:
             return shape
         changes = self._mirrored_pose(shape)
         box, mesh = shape.get("box"), shape.get("mesh")
-        if isinstance(box, Map) and _is_vector(box.get("min")) and _is_vector(box.get("max")) and "min" in box:
+        if isinstance(box, Map) and all(box.get(key) and _is_vector(box[key]) for key in ("min", "max")):
             low, high = list(box["min"]), list(box["max"])
             axis = self.mirror or 0
-            low[axis], high[axis] = -high[axis], -low[axis]
+            low[axis], high[axis] = _negative(high[axis]), _negative(low[axis])
             changes["box"] = _with(box, {"min": _listed(low, box["min"]), "max": _listed(high, box["max"])})
-        if isinstance(mesh, Map):
+        if isinstance(mesh, Map) and _is_vector(mesh.get("scale")):
             scale = list(mesh.get("scale") or (1, 1, 1))
-            scale[self.mirror or 0] *= -1
+            scale[self.mirror or 0] = _negative(scale[self.mirror or 0])
             changes["mesh"] = _with(mesh, {"scale": _listed(scale, mesh.get("scale", mesh))})
         return _with(shape, changes)
 
 
-def _is_vector(value: Any) -> bool:
+def _is_vector(value: Any, dimension: Dimension | None = None) -> bool:
+    """Say whether a value is three finite numbers, of a dimension if one is given, or nothing."""
     if value is None:
         return True
-    return isinstance(value, list) and len(value) == 3 and all(isinstance(v, (int, float)) for v in value)
+    if not isinstance(value, list) or len(value) != 3:
+        return False
+    return all(is_number(v, dimension) and math.isfinite(v) for v in value)
+
+
+def _negative(value: float) -> float:
+    """Return a number with the other sign; a quantity stays one, zero stays as it is."""
+    if not value:
+        return value
+    return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value
 
 
 def _vector(value: Any) -> tuple[float, float, float]:

@@ -1,6 +1,7 @@
 """The model of a robot: frozen values in SI units that import nothing else of this package."""
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
+from .mass import inertial_of, volume_of
 from .robot import (
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -23,14 +24,19 @@ from .robot import (
     Source,
 )
 from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape, Sphere
+from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Replicas, Simulated
 
 __all__ = [
+    "BODY_ELEMENT",
     "IDENTITY",
     "NODE",
     "ROBOT_STATE_PUBLISHER",
+    "SENSOR_ELEMENT",
     "STATIC_TRANSFORM_PUBLISHER",
+    "TEMPLATE_ELEMENT",
     "UNPUBLISHED",
     "Actuator",
+    "Attribute",
     "Box",
     "Capsule",
     "Cylinder",
@@ -48,13 +54,17 @@ __all__ = [
     "Output",
     "Pose",
     "Publisher",
+    "Replicas",
     "Robot",
     "Sensor",
     "ServoGroup",
     "Shape",
+    "Simulated",
     "Source",
     "Sphere",
     "Transform",
     "Vector",
+    "inertial_of",
     "pose_of",
+    "volume_of",
 ]

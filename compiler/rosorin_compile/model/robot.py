@@ -9,6 +9,7 @@ from typing import Any
 
 from .geometry import IDENTITY, Pose, Transform, Vector, rotation_about
 from .shape import Shape
+from .simulated import Simulated
 
 ROBOT_STATE_PUBLISHER = "robot_state_publisher"
 STATIC_TRANSFORM_PUBLISHER = "static_transform_publisher"
@@ -146,6 +147,7 @@ class Sensor:
     joint: str
     optical_frame: str = ""
     source: Source = Source()
+    simulated: tuple[Simulated, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,151 @@
+"""What commands share: exit codes, wrong usage, and the descriptions and arguments that are asked for."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Callable, Sequence, Sized
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..console import Console
+from ..project import Description, NoDescription, find
+
+if TYPE_CHECKING:
+    from ..diagnostic import Diagnostic
+    from ..pipeline import Compiled
+
+FINE, PROBLEMS, USAGE = 0, 1, 2
+FORMAT_NAMES = ("text", "json", "github", "sarif")
+MARK = ":="  # between name and value of an argument, as xacro has it
+
+
+class WrongUsage(Exception):
+    """The command line cannot be followed; the message says why."""
+
+
+class Given(NamedTuple):
+    """The arguments of a run: texts by name from the command line, and the files that hold more of them."""
+
+    texts: dict[str, str]
+    files: tuple[Path, ...]
+
+    def values(self) -> dict[str, Any]:
+        """Return all arguments by name; the command line wins over files. Raises LoadError."""
+        if not self.files:
+            return dict(self.texts)
+        from ..arguments import read
+
+        return read(self.files, self.texts)
+
+
+class Run(NamedTuple):
+    """One run of a command: its options, where it prints, and the arguments for the descriptions."""
+
+    options: argparse.Namespace
+    console: Console
+    given: Given
+
+
+def robot_options(command: argparse.ArgumentParser) -> None:
+    """Add the options of a command that takes robots."""
+    command.add_argument(
+        "robots", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file; default: every robot"
+    )
+    argument_options(command)
+
+
+def argument_options(command: argparse.ArgumentParser) -> None:
+    """Add the options that set arguments of a description."""
+    command.add_argument(
+        "-a",
+        "--arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="set an argument of the description; NAME:=VALUE without -a does the same",
+    )
+    command.add_argument(
+        "--args",
+        action="append",
+        default=[],
+        metavar="FILE",
+        dest="args_files",
+        help="set the arguments that a YAML file maps to values; -a goes before it",
+    )
+
+
+def output_options(command: argparse.ArgumentParser) -> None:
+    """Add the option that names the folder of the artifacts."""
+    command.add_argument("--outputs", metavar="DIR", help="where the artifacts stand; default: outputs/")
+
+
+def format_options(command: argparse.ArgumentParser) -> None:
+    """Add the option that chooses how diagnostics are printed."""
+    command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the diagnostics")
+
+
+def json_option(command: argparse.ArgumentParser) -> None:
+    """Add the options that choose how a result is printed that is more than diagnostics."""
+    command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result")
+    command.add_argument("--json", action="store_const", dest="format", const="json", help="short for --format json")
+
+
+def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
+    """Return the arguments that the command line sets, and the words that set none. Raises WrongUsage."""
+    texts: dict[str, str] = {}
+    for text in [*(word for word in words if MARK in word), *options.arg]:
+        name, equals, value = text.partition("=")
+        name = name.removesuffix(":")
+        if not equals or not name:
+            raise WrongUsage(f'"{text}" is not NAME=VALUE')
+        texts[name] = value
+    files = tuple(map(Path, options.args_files))
+    for file in files:
+        if not file.is_file():
+            raise WrongUsage(f'there is no file "{file}" of arguments')
+    return Given(texts, files), [word for word in words if MARK not in word]
+
+
+def descriptions(names: list[str], outputs: str | None = None) -> list[Description]:
+    """Return the descriptions that are asked for. Raises WrongUsage."""
+    try:
+        return find(names, outputs)
+    except NoDescription as problem:
+        raise WrongUsage(str(problem)) from None
+
+
+def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]) -> int:
+    """Do something with each description that is asked for; return the worst exit code."""
+    given, names = given_arguments(options, options.robots)
+    found = descriptions(names, getattr(options, "outputs", None))
+    run = Run(options, Console(options.format), given)
+    code = max(one(run, description) for description in found)
+    run.console.finish()
+    return code
+
+
+def compile_one(given: Given, description: Description) -> Compiled:
+    """Return what becomes of one description; a file of arguments that is no good is a problem like others."""
+    from ..load import LoadError
+    from ..pipeline import Compiled, compile_robot
+
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        return Compiled(None, (), [problem.diagnostic], ())
+    return compile_robot(description.path, arguments)
+
+
+def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
+    """Say how many problems keep a robot from being compiled; a robot without outputs has none."""
+    errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+    if not errors:
+        console.say(f"{name}: nothing to emit; say under outputs: what you want")
+        return FINE
+    console.warn(f"{name}: {errors} error{'s' if errors > 1 else ''}, nothing written")
+    return PROBLEMS
+
+
+def count(artifacts: Sized) -> str:
+    """Return the number of artifacts in words."""
+    return f"{len(artifacts)} artifact{'' if len(artifacts) == 1 else 's'}"

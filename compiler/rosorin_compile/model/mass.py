@@ -1,0 +1,110 @@
+"""Mass and inertia of shapes of even density: the moments of the solids, moved to their common centre of mass.
+
+Sources: box, cylinder and sphere: D. Halliday, R. Resnick, "Fundamentals of Physics", table "Some rotational inertias";
+capsule: a cylinder and two half spheres, each with its centre of mass 3/8 of the radius away from the flat side
+(F. P. Beer, E. R. Johnston, "Vector Mechanics for Engineers: Statics", table of centroids of volumes). A body of
+several solids: the parallel axis theorem (C. Huygens, J. Steiner).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .geometry import Pose, Transform, Vector, dot
+from .robot import Inertial
+from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape, Sphere
+
+
+class _Solid(NamedTuple):
+    """A solid: its volume (m^3), where its middle is, and its moments for a mass of 1 (m^2) along its own axes."""
+
+    volume: float
+    place: Transform
+    moments: Vector
+
+
+def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: float | None = None) -> Inertial:
+    """Return the inertial of shapes of even density: ``mass`` (kg) is that of all of them, or ``density`` (kg/m^3).
+
+    Of one solid the inertial lies in its middle, along its axes; of several along the axes of the link. Where shapes
+    overlap, the overlap counts twice. Raises ValueError if there is no shape, or one without a volume: a mesh.
+    """
+    placed = [solid for shape in shapes for solid in shape.solids()]
+    solids = [_solid(shape) for shape in placed]
+    if not solids:
+        raise ValueError("no shape, no mass")
+    volume = math.fsum(solid.volume for solid in solids)
+    whole = density * volume if density is not None else mass
+    if whole is None:
+        raise ValueError("a mass or a density is needed")
+    if len(solids) == 1:
+        x, y, z = (whole * moment for moment in solids[0].moments)
+        return Inertial(whole, placed[0].origin(), x, y, z)
+    return _joined(solids, whole, volume)
+
+
+def volume_of(geometry: Geometry) -> float:
+    """Return the volume of a geometry in m^3. Raises ValueError for a mesh, whose file is not read here."""
+    if isinstance(geometry, HeightMap):
+        return math.fsum(volume_of(box) for box in geometry.boxes())
+    return _volume_and_moments(geometry)[0]
+
+
+def _solid(shape: Shape) -> _Solid:
+    volume, moments = _volume_and_moments(shape.geometry)
+    return _Solid(volume, shape.origin().transform(), moments)
+
+
+def _volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
+    """Return the volume of a solid (m^3) and its moments about its middle for a mass of 1 (m^2)."""
+    if isinstance(geometry, Box):
+        x, y, z = geometry.size
+        return x * y * z, ((y * y + z * z) / 12, (x * x + z * z) / 12, (x * x + y * y) / 12)
+    if isinstance(geometry, Sphere):
+        moment = 2 / 5 * geometry.radius**2
+        return 4 / 3 * math.pi * geometry.radius**3, (moment, moment, moment)
+    if isinstance(geometry, Cylinder):
+        r, length = geometry.radius, geometry.length
+        across = (3 * r * r + length * length) / 12
+        return math.pi * r * r * length, (across, across, r * r / 2)
+    if isinstance(geometry, Capsule):
+        return _capsule(geometry.radius, geometry.length)
+    what = "a mesh" if isinstance(geometry, Mesh) else type(geometry).__name__
+    raise ValueError(f"the volume of {what} is not known")
+
+
+def _capsule(r: float, length: float) -> tuple[float, Vector]:
+    tube, ends = math.pi * r * r * length, 4 / 3 * math.pi * r**3
+    volume = tube + ends
+    along = (tube * r * r / 2 + ends * 2 / 5 * r * r) / volume
+    # A half sphere about its own centre: 2/5 r^2 about the flat side, less the way to that side (3/8 r), plus the
+    # way to the middle of the capsule (l/2 + 3/8 r).
+    end = 2 / 5 * r * r + length * length / 4 + 3 / 8 * r * length
+    across = (tube * (3 * r * r + length * length) / 12 + ends * end) / volume
+    return volume, (across, across, along)
+
+
+def _joined(solids: Sequence[_Solid], mass: float, volume: float) -> Inertial:
+    """Return the inertial of several solids, along the axes of the link."""
+    parts = [mass * solid.volume / volume for solid in solids]
+    x, y, z = (math.fsum(m * s.place.xyz[i] for m, s in zip(parts, solids, strict=True)) / mass for i in range(3))
+    terms: list[list[float]] = [[] for _ in range(6)]
+    for part, solid in zip(parts, solids, strict=True):
+        a, b, c = solid.place.xyz
+        for total, value in zip(terms, _about(solid, (a - x, b - y, c - z)), strict=True):
+            total.append(part * value)
+    ixx, iyy, izz, ixy, ixz, iyz = map(math.fsum, terms)
+    return Inertial(mass, Pose((x, y, z)), ixx, iyy, izz, ixy, ixz, iyz)
+
+
+def _about(solid: _Solid, d: Vector) -> tuple[float, ...]:
+    """Return xx yy zz xy xz yz of a solid of mass 1 (m^2) about a point from which its middle is ``d`` away."""
+    rows, square = solid.place.rows, dot(d, d)
+
+    def entry(i: int, j: int) -> float:
+        turned = math.fsum(rows[i][k] * rows[j][k] * solid.moments[k] for k in range(3))
+        return turned + (square if i == j else 0.0) - d[i] * d[j]
+
+    return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))

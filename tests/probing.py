@@ -1,0 +1,72 @@
+"""Robots of a few lines, with a scene around them whose right reading is known."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import mujoco
+import numpy as np
+from numpy.typing import NDArray
+
+from robots import compiled
+from simulator import load
+
+Model = tuple[mujoco.MjModel, mujoco.MjData]
+
+GRAVITY = 9.81
+# A room with its walls 2 m in front, 1 m behind, 1.5 m to the left and 0.5 m to the right of the origin of the world,
+# its floor 0.7 m below and its ceiling 1.1 m above.
+ROOM = {0: (-1.0, 2.0), 1: (-0.5, 1.5), 2: (-0.7, 1.1)}
+
+
+def written(folder: Path, text: str) -> Path:
+    """Write a description of a robot that begins at base_link, and return its file."""
+    path = folder / "descriptions" / "probe" / "robot.yaml"
+    path.parent.mkdir(parents=True, exist_ok=True)
+    base = "" if "\nlinks:" in text or text.startswith("links:") else "links: {base_link: {}}\n"
+    path.write_text(f"robot: probe\n{base}{text}\noutputs: {{mjcf: {{file: probe.xml}}}}\n", "utf-8")
+    return path
+
+
+def emitted(folder: Path, text: str) -> str:
+    (artifact,) = compiled(written(folder, text)).artifacts
+    return artifact.text
+
+
+def probe(folder: Path, text: str, scene: str = "") -> Model:
+    """Return a robot with a scene around it in MuJoCo; no warning is let through."""
+    return load(emitted(folder, text).replace("<worldbody>", f"<worldbody>{scene}"))
+
+
+def sensor(kind: str, rpy: Sequence[float] = (0, 0, 0), xyz: Sequence[float] = (0, 0, 0), more: str = "") -> str:
+    at = f"xyz: {list(map(float, xyz))}, rpy: {list(map(float, rpy))}"
+    return f"sensors:\n  probe: {{type: {kind}, parent: base_link, frame: probe_link, {at}{more}}}"
+
+
+def said(said_by: Model, name: str) -> NDArray[np.float64]:
+    return np.array(said_by[1].sensor(name).data)
+
+
+def room() -> str:
+    """Return the walls of the room, planes without thickness are not seen from behind: boxes of 10 cm."""
+    boxes = []
+    for axis, ends in ROOM.items():
+        for end in ends:
+            at, size = np.zeros(3), np.full(3, 5.0)
+            at[axis], size[axis] = end + np.sign(end) * 0.05, 0.05
+            boxes.append(f'<geom type="box" pos="{" ".join(map(str, at))}" size="{" ".join(map(str, size))}"/>')
+    return "".join(boxes)
+
+
+def distance(start: NDArray[np.float64], direction: NDArray[np.float64]) -> float:
+    """Return how far it is to the walls of the room."""
+    ways = [(end - start[axis]) / direction[axis] for axis, ends in ROOM.items() for end in ends if direction[axis]]
+    return float(min(way for way in ways if way > 0))
+
+
+def rays(said_by: Model, prefix: str) -> NDArray[np.float64]:
+    """Return the readings of numbered sensors, in the order of their numbers."""
+    model, _ = said_by
+    names = sorted(model.sensor(i).name for i in range(model.nsensor))
+    return np.array([said(said_by, name)[0] for name in names if name.startswith(f"{prefix}_")])

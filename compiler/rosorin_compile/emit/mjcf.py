@@ -26,6 +26,8 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from markupsafe import Markup
+
 from ..diagnostic import Diagnostic
 from ..formatting import NUMBER_FORMATS, NumberFormat, vector
 from ..model import (
@@ -43,7 +45,7 @@ from ..model import (
     Shape,
     Sphere,
 )
-from ..templating import BUILTIN, Templates
+from ..templating import BUILTIN, Templates, attributes
 from .mjcf_checks import mesh_path, position_range, refused, unsaid, weld_groups
 from .mjcf_reader import read
 from .mjcf_sensors import Element, elements_of
@@ -54,38 +56,22 @@ __all__ = ["emit", "read"]
 _TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 
 
-class Place(NamedTuple):
-    """Where something is, as printed: a position (m) and a unit quaternion (w x y z), empty where nothing is turned."""
-
-    pos: str
-    quat: str
-
-
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
 
 
-class Geom(NamedTuple):
-    """A geom as MuJoCo counts, as printed; ``purpose`` is collision or visual, ``size`` half sizes (m) or a mesh."""
-
-    name: str
-    purpose: str
-    kind: str
-    size: str
-    place: Place
-    rgba: str
-
-
 class Body(NamedTuple):
-    """A body, what it carries, and the indents of the bodies that end after it, innermost first."""
+    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first.
 
-    name: str
+    ``inertial`` and ``joint`` are empty where there is none; ``geoms`` and ``elements`` are lists.
+    """
+
     indent: str
-    place: Place
-    joint: Joint | None
-    inertial: Inertial | None
-    inertia: Six | None
-    geoms: list[Geom]
+    names: Markup
+    inertial: Markup | str
+    joint: Markup | str
+    geoms: list[Markup]
+    site: Markup
     elements: Sequence[Element]
     ends: list[str]
 
@@ -111,7 +97,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     printer = _Printer(robot, number, elements.bodies)
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
-    joints = [body.joint for body in bodies if body.joint]
+    joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     values = {
         "robot": robot,
@@ -127,10 +113,10 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "keys": _keys(robot, joints, free),
         "stand_ins": [_comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": _comment(robot.name),
-        "types": _TYPES,
         "range": position_range,
         "number": number,
         "vector": printer.vector,
+        "pairs": lambda pairs: attributes(**dict(pairs)),
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
     return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
@@ -168,37 +154,60 @@ class _Printer:
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
 
-    def place(self, pose: Pose) -> Place:
+    def place(self, pose: Pose) -> dict[str, str]:
+        """Return a position (m) and a unit quaternion (w x y z), which is left out where nothing is turned."""
         quaternion = pose.transform().quaternion()
-        return Place(self.vector(pose.xyz), "" if quaternion == (1, 0, 0, 0) else self.vector(quaternion))
+        pos = self.vector(pose.xyz)
+        return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": self.vector(quaternion)}
 
     def body(self, frame: Frame, after: Frame | None) -> Body:
         """Return the body of a frame; ``after`` is the next frame of the tree."""
         ends = range(frame.depth, (after.depth if after else 0) - 1, -1)
         link = frame.link or Link(frame.name)
         return Body(
-            frame.name,
             _indent(frame.depth),
-            self.place(frame.pose),
-            frame.joint,
-            link.inertial,
-            _inertia(link.inertial) if link.inertial else None,
+            attributes(name=frame.name, **self.place(frame.pose)),
+            self.inertial(link.inertial) if link.inertial else "",
+            self.joint(frame.joint) if frame.joint else "",
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            attributes(name=frame.name),
             self.elements.get(frame.name, ()),
             [_indent(depth) for depth in ends],
         )
 
-    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Geom]:
+    def inertial(self, inertial: Inertial) -> Markup:
+        pos, mass = self.vector(inertial.pose.xyz), self.number(inertial.mass)
+        return attributes(pos=pos, mass=mass, fullinertia=self.vector(_inertia(inertial)))
+
+    def joint(self, joint: Joint) -> Markup:
+        values = {"name": joint.name, "type": _TYPES[joint.type], "axis": self.vector(joint.axis)}
+        ends = position_range(joint)
+        if ends:
+            values["range"] = self.vector(ends)
+        if joint.dynamics is not None:
+            said = joint.dynamics
+            words = {"damping": said.damping, "frictionloss": said.friction, "armature": said.armature}
+            values |= {word: self.number(value) for word, value in words.items() if value}
+        if joint.limit is not None and joint.limit.effort:
+            values["actuatorfrcrange"] = self.vector([-joint.limit.effort, joint.limit.effort])
+        return attributes(**values)
+
+    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
         for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
-            geometry, size = solid.geometry, self.vector(_half_sizes(solid.geometry))
+            geometry = solid.geometry
+            values = {"class": f"{self.robot.name}_{purpose}", "name": f"{link.name}_{purpose}_{index}"}
+            values["type"] = type(geometry).__name__.lower()
             if isinstance(geometry, Mesh):
                 if not mesh_path(geometry):
                     continue
-                size = self.meshes.setdefault(geometry, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
-            kind = type(geometry).__name__.lower()
-            rgba = self.vector(solid.rgba or ())
-            yield Geom(f"{link.name}_{purpose}_{index}", purpose, kind, size, self.place(solid.origin()), rgba)
+                values["mesh"] = self.meshes.setdefault(geometry, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+            else:
+                values["size"] = self.vector(_half_sizes(geometry))
+            values |= self.place(solid.origin())
+            if solid.rgba:
+                values["rgba"] = self.vector(solid.rgba)
+            yield attributes(**values)
 
 
 def _inertia(inertial: Inertial) -> Six:

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple
 from ..diagnostic import Diagnostic
 from ..tree import Map, Seq
 
-
 _NOTHING = object()
 
 

@@ -129,7 +129,14 @@ def test_another_tool(remembered, monkeypatch, tmp_path):
 
 def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     tool = tmp_path / "tool"
-    for name in ("stamp.py", "emit/urdf.py", "emit/__pycache__/urdf.pyc", "templates/t.jinja", "schemas/s.json", "parts_library/p.yaml"):
+    for name in (
+        "stamp.py",
+        "emit/urdf.py",
+        "emit/__pycache__/urdf.pyc",
+        "templates/t.jinja",
+        "schemas/s.json",
+        "parts_library/p.yaml",
+    ):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
     monkeypatch.setattr(stamp, "__file__", str(tool / "stamp.py"))

@@ -204,14 +204,6 @@ def _calls(work: Callable[[], Compiled]) -> int:
     return count
 
 
-def test_two_thousand_uses(make: Make) -> None:
-    made = make(
-        "parts: {p: {links: {p: {}}, joints: {j: {type: fixed, parent: mount, child: p}}}}\n"
-        'links: {b: {}}\nuse: {"u${i}": {for: {i: "${range(2000)}"}, part: p, parent: b}}\n'
-    )
-    assert urdf(made).count("<joint ") == 2000
-
-
 # 5. Expressions reach nothing but values, and end: test_xacro_escapes.py.
 
 

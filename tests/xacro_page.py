@@ -99,7 +99,7 @@ def _shown(case: Case) -> list[Shown]:
             text = _excerpt(path.read_text("utf-8").splitlines(), each=language == "xml")
             language = "text" if language == "yaml" and not _is_yaml(text) else language
             found += [Shown(path.relative_to(case.folder).as_posix(), language, text)] if text else []
-    theirs = [piece for piece in found if piece.language == "xml" or piece.name.endswith(".xacro.yaml")]
+    theirs = [piece for piece in found if piece.language == "xml"]
     return theirs + [piece for piece in found if piece not in theirs]
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 ERROR = "error"
@@ -25,8 +26,14 @@ class Source(NamedTuple):
 
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
-        lines = self.text.splitlines()
+        lines = _lines(self.text)
         return lines[number - 1] if 0 < number <= len(lines) else ""
+
+
+@lru_cache(maxsize=16)
+def _lines(text: str) -> list[str]:
+    """Return the lines of a text, as YAML counts them."""
+    return re.split("\r\n|[\n\r\x85\u2028\u2029]", text)
 
 
 class Span(NamedTuple):
@@ -80,6 +87,8 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     return sorted((_together(same) for same in causes.values()), key=_order)
 
 
+MAX_COMPARED = 60
+
 _NAME = re.compile(r'"[^"]*"')
 
 
@@ -102,7 +111,10 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that is most like ``word``, or None if none is alike."""
     import difflib
 
-    found = difflib.get_close_matches(word, sorted(known), n=1, cutoff=0.6)
+    names = sorted(known)
+    if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
+        names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
+    found = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
     return found[0] if found else None
 
 

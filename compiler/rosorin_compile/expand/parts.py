@@ -179,9 +179,7 @@ class Parts:
         path = self.library(file)
         found = self._load(path, file, place.span) if path is not None else None
         if found is None:
-            scope.report(
-                "unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md"
-            )
+            scope.report("unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md")
             raise Failed
         return self._definition(name, short, found[0].get("parts"), found[1], scope, place)
 

@@ -13,6 +13,7 @@ import ast
 from functools import lru_cache
 from typing import Any
 
+from ..quantity import Quantity
 from .bounds import EFFORT, MAX_MAGNITUDE, bounded
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError
 from .syntax import Code, Lookup, compile_node
@@ -21,6 +22,7 @@ __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", 
 
 MAX_LENGTH = 2_000
 
+_REAL = frozenset((float, Quantity))
 _MISHAPS = (TypeError, ValueError, ArithmeticError, LookupError, RecursionError, MemoryError, AttributeError)
 
 
@@ -38,7 +40,7 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
     before, EFFORT.done = EFFORT.done, 0
     try:
         value = code(lookup)
-        return value if type(value) is float and -MAX_MAGNITUDE < value < MAX_MAGNITUDE else bounded(value)
+        return value if type(value) in _REAL and -MAX_MAGNITUDE < value < MAX_MAGNITUDE else bounded(value)
     except ExpressionError as problem:
         if problem.column < 0:
             problem.column = _blame(text, lookup)

@@ -75,7 +75,12 @@ def _power(base: Any, exponent: Any) -> Any:
         return bounded(base**exponent)
     if int(exponent) != exponent:
         raise ExpressionError("a quantity may only be raised to a whole power")
-    return Quantity(float(base) ** exponent, add(NUMBER, dimension, int(exponent)))
+    return Quantity(float(base) ** exponent, _raised(dimension, int(exponent)))
+
+
+@lru_cache(maxsize=1_000)
+def _raised(dimension: Dimension, exponent: int) -> Dimension:
+    return add(NUMBER, dimension, exponent)
 
 
 def entry(container: Any, key: Any) -> Any:

@@ -249,10 +249,13 @@ def hold_diagnostic(diagnostic: Diagnostic) -> None:
 
 def hold_span(span: Span) -> None:
     """A place is one that an editor can go to."""
-    lines = span.source.text.splitlines() or [""]
-    assert 1 <= span.line <= len(lines) + 1, span[1:]
-    line = lines[span.line - 1] if span.line <= len(lines) else ""
-    assert 1 <= span.column <= len(line) + 1, (span[1:], line)
+    text = span.source.text
+    # What is no text and what is no YAML is placed by line feeds alone.
+    for lines in (text.split("\n"), re.split("\r\n|[\n\r\x85\u2028\u2029]", text)):
+        if 1 <= span.line <= len(lines) and 1 <= span.column <= len(lines[span.line - 1]) + 2:
+            break
+    else:
+        raise AssertionError(f"no such place: {span[1:]}")
     assert span.length >= 1, span[1:]
 
 

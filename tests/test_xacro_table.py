@@ -112,3 +112,31 @@ def test_page_is_up_to_date() -> None:
 def test_headings_of_the_page_are_each_there_once() -> None:
     titles = re.findall(r"^###? (.+)$", FENCED.sub("", page()), re.MULTILINE)
     assert len({title.lower() for title in titles}) == len(titles)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('radius="0.05"', 'radius="0.0500000001"'),
+        ('xyz="0 0.1 0"', 'xyz="0 0.1 1e-9"'),
+        ('rpy="1.5707963267948966 0 0"', 'rpy="1.57079 0 0"'),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>'),
+        ('type="continuous"', 'type="fixed"'),
+        ("left_wheel", "wheel_left"),
+        ('name="left_axle"', 'name="axle"'),
+        ('<parent link="body"/>', '<parent link="right_wheel"/>'),
+    ],
+)
+def test_a_difference_is_seen(old: str, new: str) -> None:
+    urdf = (CASES / "46-macro" / "robot.urdf").read_text("utf-8")
+    assert old in urdf
+    assert differences(facts(urdf), facts(urdf)) == []
+    assert differences(facts(urdf), facts(urdf.replace(old, new, 1))) != []
+
+
+@pytest.mark.parametrize(
+    "more", ['<gazebo reference="a"/>', '<link name="a" kind="b"/>', "<link name='a'><note/></link>"]
+)
+def test_what_is_not_compared_is_an_error(more: str) -> None:
+    with pytest.raises(ValueError, match="not compared"):
+        facts(f'<robot name="r">{more}</robot>')

@@ -34,7 +34,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
-    options = parser(words).parse_args(words)
+    options = parse(words)
     try:
         code: int = options.run(options)
         sys.stdout.flush()
@@ -47,6 +47,17 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PROBLEMS
     return code
+
+
+def parse(words: Sequence[str]) -> argparse.Namespace:
+    """Return the options of a command line; words may stand before, between and after its options."""
+    top = parser(words)
+    options, more = top.parse_known_args(words)
+    if more and (not hasattr(options, "words") or any(word.startswith("-") for word in more)):
+        top.error(f"unrecognized arguments: {' '.join(more)}")
+    if more:
+        options.words += more
+    return options
 
 
 def parser(words: Sequence[str]) -> argparse.ArgumentParser:

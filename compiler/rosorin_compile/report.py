@@ -36,9 +36,9 @@ def _place(span: Span | None) -> str:
 
 def _excerpt(span: Span, help: str) -> list[str]:
     """Return the line of the file and a row of carets under the place; a long line is shown around the place."""
-    line = _printable(span.source.line(span.line).replace("\t", " "))
+    line = span.source.line(span.line)
     first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
-    shown = line[first : first + MAX_SHOWN]
+    shown = _printable(line[first : first + MAX_SHOWN].replace("\t", " "))
     column = min(span.column - 1 - first, len(shown))
     carets = "^" * max(1, min(span.length, len(shown) - column))
     below = f"{' ' * column}{carets} {help}".rstrip()

@@ -24,7 +24,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
-    given, names = given_arguments(options, options.robots)
+    given, names = given_arguments(options, options.words)
     console = Console("text")
     code, listed = FINE, []
     for description in descriptions(names):

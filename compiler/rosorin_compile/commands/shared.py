@@ -49,7 +49,7 @@ class Run(NamedTuple):
 def robot_options(command: argparse.ArgumentParser) -> None:
     """Add the options of a command that takes robots."""
     command.add_argument(
-        "robots", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file; default: every robot"
+        "words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file; default: every robot"
     )
     argument_options(command)
 
@@ -116,7 +116,7 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
 
 def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]) -> int:
     """Do something with each description that is asked for; return the worst exit code."""
-    given, names = given_arguments(options, options.robots)
+    given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
     run = Run(options, Console(options.format), given)
     code = max(one(run, description) for description in found)

@@ -44,7 +44,7 @@ def run(options: argparse.Namespace) -> int:
     import gc
 
     gc.enable()  # this run is a long one
-    given, names = given_arguments(options, options.robots)
+    given, names = given_arguments(options, options.words)
     watched = {d.path: _Robot(d, given) for d in descriptions(names, options.outputs)}
     stop = _Stop()
     for robot in watched.values():

@@ -19,7 +19,7 @@ from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, check_file, check_part, check_sections, check_use
 from .ledger import Ledger
 from .parameters import declare
-from .placing import AXES, MOUNT, placed
+from .placing import AXES, MOUNT, mentions_mount, placed
 from .scope import Failed, Scope
 
 MAX_NESTED = 40
@@ -151,7 +151,7 @@ class Parts:
             help = "one of x, y, z: the axis that is reversed"
             scope.report("wrong-value", f"mirror cannot be {told}", place, help)
             raise Failed
-        mounted = _mentions_mount(fragment)
+        mounted = mentions_mount(fragment)
         if parent is None and mounted:
             help = "the part is attached to a frame: write parent: FRAME"
             scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
@@ -210,15 +210,6 @@ class Parts:
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
-
-
-def _mentions_mount(fragment: Map) -> bool:
-    """Say whether anything in a fragment is attached to the mount, or names it."""
-    entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
-    if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
-        return True
-    listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
-    return any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed)
 
 
 def evaluate_rest(scope: Scope) -> None:

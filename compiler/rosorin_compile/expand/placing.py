@@ -32,6 +32,15 @@ def defined_names(fragment: Map) -> frozenset[str]:
     return frozenset(names)
 
 
+def mentions_mount(fragment: Map) -> bool:
+    """Say whether anything in a fragment is attached to the mount, or names it."""
+    entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
+    if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
+        return True
+    listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
+    return any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed)
+
+
 def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, mirror: str | None) -> Map:
     """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
 

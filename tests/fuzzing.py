@@ -252,7 +252,8 @@ def hold_span(span: Span) -> None:
     text = span.source.text
     # What is no text and what is no YAML is placed by line feeds alone.
     for lines in (text.split("\n"), re.split("\r\n|[\n\r\x85\u2028\u2029]", text)):
-        if 1 <= span.line <= len(lines) and 1 <= span.column <= len(lines[span.line - 1]) + 2:
+        line = [*lines, ""][span.line - 1] if 1 <= span.line <= len(lines) + 1 else None
+        if line is not None and 1 <= span.column <= len(line) + 2:
             break
     else:
         raise AssertionError(f"no such place: {span[1:]}")

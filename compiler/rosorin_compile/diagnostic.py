@@ -111,7 +111,7 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that is most like ``word``, or None if none is alike."""
     import difflib
 
-    names = sorted(known)
+    names = sorted(known) if len(word) > 1 else []  # everything is like a single letter
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
     found = difflib.get_close_matches(word, names, n=1, cutoff=0.6)

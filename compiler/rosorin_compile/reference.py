@@ -59,6 +59,8 @@ _FUNCTIONS = {
     "get": "`get(table, key, default)`: an entry of a table, or the default",
     "all any": "whether all, any of a list are true",
     "str": "a value as text, as it would stand in one",
+    "pad": "`pad(7, 2)`: a whole number as text of at least two digits, 07",
+    "error": "`error('text')`: refuses the description with a message of its author",
     "upper lower strip": "a text in capitals, in small letters, without blanks at its ends",
     "split": "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
     "join": "`join(', ', list)`: a list as one text",

@@ -116,10 +116,24 @@ def _sum(values: Any) -> Any:
 
 
 def _range(*bounds: Any) -> list[int]:
+    if any(isinstance(bound, float) and not bound.is_integer() for bound in bounds):
+        raise ExpressionError("a range counts in whole numbers")
     numbers = range(*(int(bound) for bound in bounds))
     if len(numbers) > MAX_ITEMS:
         raise ExpressionError(f"a range of more than {MAX_ITEMS:,} numbers")
     return list(numbers)
+
+
+def _pad(value: Any, width: Any) -> str:
+    """Return a whole number as text of at least ``width`` digits: pad(7, 2) is 07."""
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or int(value) != value:
+        raise ExpressionError(f"pad takes a whole number, not {kind_of(value)}")
+    return str(int(value)).zfill(min(int(width), 20))
+
+
+def _error(text: Any) -> Any:
+    """Refuse a description with a message of its author."""
+    raise ExpressionError(_text(text))
 
 
 def _text(value: Any) -> str:
@@ -194,6 +208,8 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
     "any": lambda values: any(values),
     # text
     "str": _text,
+    "pad": _pad,
+    "error": _error,
     "upper": lambda text: text.upper(),
     "lower": lambda text: text.lower(),
     "strip": lambda text: text.strip(),

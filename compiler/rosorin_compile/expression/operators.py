@@ -85,6 +85,8 @@ def _raised(dimension: Dimension, exponent: int) -> Dimension:
 
 def entry(container: Any, key: Any) -> Any:
     """Return an entry of a table, a list or a text. Raises ExpressionError if it has none of that name."""
+    if not isinstance(key, (str, int, float)):
+        raise ExpressionError(f"an entry is named by text or a number, not {kind_of(key)}")
     if isinstance(container, Mapping):
         if key not in container:
             known = ", ".join(map(str, container)) or "it is empty"

@@ -45,6 +45,8 @@ def _constant(node: ast.Constant, _depth: int) -> Code:
     value = node.value
     if not (isinstance(value, (bool, int, float, str)) or value is None):
         raise ExpressionError("only numbers and text are values here", node.col_offset)
+    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise ExpressionError("half a letter (a lone surrogate) cannot stand in a file", node.col_offset)
     value = bounded(value)
     return lambda _lookup: value
 

@@ -128,12 +128,17 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("unreached-link", f'no joint reaches link "{name}"', case.link(name), help, key=True)
 
 
+MAX_NAMED = 20
+
+
 def _several_roots(case: Case, roots: list[str]) -> Diagnostic:
     main = max(roots, key=lambda name: (len(below(case.robot, name)), name.startswith("base")))
     others = [name for name in roots if name != main]
     count = {2: "two", 3: "three"}.get(len(roots), str(len(roots)))
-    message = f"the robot has {count} roots, {quoted([main, *others])}: one link is the root, joints reach the others"
-    related = [case.related("a root too", case.link(name), key=True) for name in [main, *others[1:]]]
+    named = [main, *others[: MAX_NAMED - 1]]
+    more = "" if len(named) == len(roots) else " among them"
+    message = f"the robot has {count} roots,{more} {quoted(named)}: one link is the root, joints reach the others"
+    related = [case.related("a root too", case.link(name), key=True) for name in named if name != others[0]]
     help = f'add a joint with "child: {others[0]}"'
     return case.problem("several-roots", message, case.link(others[0]), help, related=related, key=True)
 

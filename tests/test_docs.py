@@ -146,10 +146,10 @@ def commands(block: Block, folder: Path) -> Iterator[Ran]:
 def run(command: str, folder: Path) -> tuple[str, int]:
     """Return what a command prints, standard output and errors together as on a terminal, and its exit code."""
     if not command.startswith("rosorin-compile "):
-        environment = {**os.environ, "LC_ALL": "C"}
-        options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
-        ran = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, check=False, **options)
-        return ran.stdout, ran.returncode
+        return run_in_shell(command, folder)
+    command, bar, others = command.partition(" | ")
+    if bar:
+        return run_in_shell(others, folder, run(command, folder)[0])
     terminal = io.StringIO()
     with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
         patch.chdir(folder)
@@ -159,6 +159,13 @@ def run(command: str, folder: Path) -> tuple[str, int]:
         except SystemExit as stopped:
             code = int(stopped.code or 0)
     return terminal.getvalue(), code
+
+
+def run_in_shell(command: str, folder: Path, given: str = "") -> tuple[str, int]:
+    environment = {**os.environ, "LC_ALL": "C"}
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    ran = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, check=False, input=given, **options)
+    return ran.stdout, ran.returncode
 
 
 def links(text: str) -> list[str]:

@@ -66,7 +66,6 @@ BOMBS = {
     "range": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(10**9)}}"}}}}\n', "expression"),
     "product": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(10000)}}", j: "${{range(10000)}}"}}}}\n', "too-large"),
     "parts-22": (nested(22, "{links: {l: {}}}"), "too-large"),
-    "parts-22-empty": (nested(22, "{}"), "too-large"),
     "parts-60": (nested(60, "{links: {l: {}}}"), "part-cycle"),
     "part-of-itself": (nested(1, "{use: {x: {part: p0}, y: {part: p0}, z: {part: p1}}}"), "part-cycle"),
     "aliases": (ALIASES, "yaml-too-large"),
@@ -81,7 +80,7 @@ BOMBS = {
     "line-of-an-expression": (lets(("x", f'"${{{"1+" * 5_000_000}1}}"')), "expression"),
     "line-of-openings": (lets(("x", f'"{"${" * 5_000_000}"')), "expression"),
     "line-of-a-key": (f'robot: bomb\nlinks: {{"{"a" * 10_000_000}": {{}}}}\n', "yaml-syntax"),
-    "many-mistakes": (ROBOT + "".join(f'  l{n}: {{x: "${{zz}}"}}\n' for n in range(3_000)), "expression"),
+    "many-mistakes": (ROBOT + "".join(f'  l{n}: {{x: "${{zz}}"}}\n' for n in range(2_000)), "expression"),
     "many-names": (lets(*((f"name_{n}", f"${{nmae_{n}}}") for n in range(1_000))), "expression"),
     "many-roots": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(50000)}}"}}}}\n', "several-roots"),
     "comment": (f"{ROBOT}#{'#' * 10_000_000}\n", ""),
@@ -168,7 +167,7 @@ def test_any_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Values, keys and entries are replaced, added, removed and exchanged, up to three at a time."""
     monkeypatch.chdir(tmp_path)
     chance = random.Random(1123)  # noqa: S311
-    for number in range(300):
+    for number in range(200):
         files = whole()
         for _ in range(chance.choice([1, 1, 2, 3])):
             files = mutated(files, chance)

@@ -47,7 +47,7 @@ def complaints(text: str) -> list[str]:
 def files() -> Iterator[Path]:
     """Yield every file that is a description, or a part of one, in this repository."""
     yield from sorted((ROOT / "descriptions").glob("*/*.yaml"))
-    yield from sorted((ROOT / "templates" / "starter").glob("*.yaml"))
+    yield ROOT / "templates" / "starter.yaml"
     yield from sorted((ROOT / "parts").glob("*.yaml"))
     yield from sorted((ROOT / "examples").glob("*/robot.yaml"))
     for path in sorted((ROOT / "tests" / "xacro").glob("*/robot.yaml")):
@@ -125,7 +125,7 @@ def test_what_is_beyond_an_editor_is_so() -> None:
         assert complaints((ROOT / "tests" / "bad" / f"{name}.yaml").read_text("utf-8")) == []
 
 
-STARTER = (ROOT / "templates" / "starter" / "robot.yaml").read_text("utf-8")
+STARTER = (ROOT / "templates" / "starter.yaml").read_text("utf-8")
 
 
 @pytest.mark.parametrize(

@@ -2,97 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from robots import ROOT, ROSORIN
-from rosorin_compile.cli import main
+import handy
+from rosorin_compile.arguments import read
 from rosorin_compile.explain import Explanation, NotThere, explain
 from rosorin_compile.explain.values import Meaning, Number, Origin, Where
-from rosorin_compile.load import plain_scalar
-from rosorin_compile.model import Transform
 from rosorin_compile.pipeline import understand
-from rosorin_compile.starter import start
-
-CALIBRATION = """\
-arm:
-  left: {length: 120 mm, offset: [1 mm, 2 mm]}
-  right: {length: 121 mm, offset: [3 mm, 4 mm]}
-"""
-PARTS = """\
-parts:
-  finger:
-    params: {length: {type: length, default: "${2 * base_length}"}, extra: 0}
-    let: {tip: "${length + extra}"}
-    links: {finger: {inertial: {mass: 20 g, inertia: {ixx: 1e-6, iyy: 1e-6, izz: 1e-6}}}, tip: {}}
-    joints:
-      joint:
-        type: revolute
-        parent: mount
-        child: finger
-        xyz: [0, "${length / 2}", 5 mm]
-        axis: [0, 0, 1]
-        limit: ${finger_limit}
-      tip_joint: {type: fixed, parent: finger, child: tip, xyz: ["${tip}", 0, 0]}
-  hand:
-    params: {length: {type: length}}
-    links: {palm: {}}
-    joints:
-      wrist: {type: fixed, parent: mount, child: palm, xyz: ["${length}", 0, 0]}
-    use:
-      "f${i}":
-        for: {i: "${range(2)}"}
-        part: finger
-        parent: palm
-        xyz: [0, "${(i - 0.5) * 30 * mm}", 0]
-        with: {extra: "${i * mm}"}
-      thumb: {part: finger, parent: mount, xyz: [1 mm, 2 mm, 3 mm], mirror: y}
-"""
-ROBOT = """\
-robot: handy
-include: [parts.yaml]
-args: {scale: {type: number, default: 1}}
-let:
-  base_length: 10 mm
-  cal: ${load("calibration.yaml").arm}
-  sides: {left: 1, right: -1}
-  finger_limit: {lower: 0, upper: "${upper}", effort: 1, velocity: 1}
-  upper: ${45*deg * 2}
-links: {base_link: {}, shelf: {collision: [{box: {size: [1 m, "${scale}", 1]}}]}}
-joints:
-  shelf_joint: {type: fixed, parent: base_link, child: shelf, xyz: "${[0.1, cal.left.length, scale]}"}
-use:
-  "${side}":
-    for: {side: "${sides}"}
-    part: hand
-    with: {length: "${cal[side].length * scale}"}
-    parent: base_link
-    xyz: [0.1, "${sides[side] * cal[side].offset[1]}", 0]
-sensors:
-  eye: {type: camera, parent: shelf, frame: eye_link, xyz: [0, 0, 1 cm]}
-publishers: {ekf: {about: fuses}, slam: {}, amcl: {}, driver: {}}
-modes: {mapping: }
-edges:
-  - {parent: odom, child: base_link, publisher: ekf}
-  - {parent: map, child: odom, publisher: slam, when: mapping}
-  - {parent: map, child: odom, publisher: amcl, when: not mapping}
-  - {parent: eye_link, child: chip, publisher: driver, moving: false, xyz: [0, 1 mm, 0]}
-  - {parent: chip, child: inner, publisher: driver, moving: false}
-poses: {open: {positions: {left_f0_joint: 45 deg}}}
-outputs: {urdf: {file: handy.urdf}}
-"""
 
 
 @pytest.fixture
 def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    folder = tmp_path / "descriptions" / "handy"
-    folder.mkdir(parents=True)
-    for name, text in (("robot", ROBOT), ("parts", PARTS), ("calibration", CALIBRATION)):
-        (folder / f"{name}.yaml").write_text(text, "utf-8")
+    handy.write(tmp_path)
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -279,191 +203,8 @@ def test_a_pose() -> None:
     assert opened.transform.quaternion_xyzw == pytest.approx((0, 0, half, math.cos(math.pi / 8)))
 
 
-def all_explanations() -> Iterator[tuple[Path, list[Explanation]]]:
-    """Yield the explanations of every frame of every robot in this repository."""
-    for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]:
-        expanded, built, _ = understand(path)
-        assert built is not None
-        assert built.robot is not None
-        names = [link.name for link in built.robot.links]
-        pose = built.robot.poses[0].name if built.robot.poses else ""
-        explanations = explain(expanded, built, {}, names, pose)
-        assert [e.name for e in explanations] == names
-        for explanation in explanations:
-            check_transforms(explanation, built.robot, pose)
-        yield path, explanations
-
-
-def check_transforms(explanation: Explanation, robot, pose: str) -> None:
-    positions = {p.name: p.positions for p in robot.poses}
-    for placed in explanation.placed:
-        rigid: Transform = robot.pose_in_root(explanation.name, positions.get(placed.pose, {}))
-        assert placed.transform is not None
-        assert placed.transform.xyz == pytest.approx(rigid.xyz, abs=1e-12)
-        w, x, y, z = rigid.quaternion()
-        assert placed.transform.quaternion_xyzw == pytest.approx((x, y, z, w), abs=1e-12)
-    assert [placed.pose for placed in explanation.placed] == ([""] if not pose else ["", pose])
-
-
-def numbers(explanation: Explanation) -> Iterator[Number]:
-    for edge in explanation.chain:
-        yield from edge.numbers
-    yield from explanation.joint
-    yield from explanation.inertial
-    for shape in explanation.shapes:
-        yield from shape.numbers
-
-
-def test_every_number_of_every_robot_is_written_where_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(ROOT)
-    literal = expressions = 0
-    for path, explanations in all_explanations():
-        for explanation in explanations:
-            for n in numbers(explanation):
-                if n.origin is None:
-                    assert n.note, (path, explanation.name, n)
-                    continue
-                assert n.origin.parts or n.origin.where.text, (path, explanation.name, n)
-                if n.origin.parts:
-                    continue
-                where = n.origin.where
-                if (ROOT / where.file).is_file():
-                    line = (ROOT / where.file).read_text("utf-8").splitlines()[where.line - 1]
-                    assert line[where.column - 1 :].startswith(where.text.removesuffix("...")[:20]), where
-                if "${" in where.text:
-                    expressions += 1
-                    continue
-                literal += 1
-                said = plain_scalar(where.text)
-                assert abs(float(said)) == pytest.approx(abs(n.value), rel=1e-15), (path, explanation.name, n)
-    assert literal > 1000
-    assert expressions > 100
-
-
-GOLDEN = """\
-eye_link: frame, frame of the sensor "eye" (camera), child of the joint "eye_link_joint"
-  descriptions/handy/robot.yaml:21:38
-  carries eye_link_optical, chip
-
-From base_link to eye_link, moving joints at zero:
-  base_link -> shelf: shelf_joint, fixed, published by robot_state_publisher on /tf_static
-    descriptions/handy/robot.yaml:12:3
-    x               0.1 m   descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
-    y               0.12 m  descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
-    z               1 m     descriptions/handy/robot.yaml:12:68  "${[0.1, cal.left.length, scale]}"
-        cal.left.length = 0.12 m: table  descriptions/handy/calibration.yaml:2:18  120 mm
-        scale = 1: argument, its default  descriptions/handy/robot.yaml:3:39  1
-    roll pitch yaw  0 rad   not written
-    quaternion x y z w  0  0  0  1
-
-  shelf -> eye_link: eye_link_joint, fixed, published by robot_state_publisher on /tf_static
-    descriptions/handy/robot.yaml:21:3
-    x               0 m     descriptions/handy/robot.yaml:21:61  0
-    y               0 m     descriptions/handy/robot.yaml:21:64  0
-    z               0.01 m  descriptions/handy/robot.yaml:21:67  1 cm
-    roll pitch yaw  0 rad   not written
-    quaternion x y z w  0  0  0  1
-
-eye_link in base_link, with all joints at zero:
-  xyz                 0.1  0.12  1.01 m
-  rpy                 0  0  0 rad
-                      0  0  0 deg
-  quaternion x y z w  0  0  0  1
-
-"""
-
-
-@pytest.mark.usefixtures("project")
-def test_for_people(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "eye"]) == 0
-    assert capsys.readouterr().out == GOLDEN
-    assert main(["explain", "handy", "eye"]) == 0
-    assert capsys.readouterr().out == GOLDEN
-    assert main(["explain", "descriptions/handy/robot.yaml", "eye_link"]) == 0
-    assert capsys.readouterr().out == GOLDEN
-
-
-@pytest.mark.usefixtures("project")
-def test_for_people_in_a_part(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "left_f1_finger", "odom", "--pose", "open"]) == 0
-    told = capsys.readouterr().out
-    for line in (
-        "    x       0 m      of the pose in the part and that of its mount",
-        '        descriptions/handy/parts.yaml:11:14  xyz: [0, "${length / 2}", 5 mm]',
-        '          length = 0.02 m: default of the part  descriptions/handy/parts.yaml:3:46  "${2 * base_length}"',
-        "    descriptions/handy/parts.yaml:22:18: i = 1",
-        'left_f1_finger in base_link, in the pose "open":',
-        "Joint left_f1_joint:",
-        "    limit lower     0 rad                            descriptions/handy/robot.yaml:8:25  0",
-        "        descriptions/handy/parts.yaml:13:16: taken over by ${finger_limit}",
-        "Mass:",
-        "  map -> odom: published by slam on /tf, when mapping",
-        "    the numbers are known to that node alone",
-        "  not known: another node alone knows an edge of the chain",
-    ):
-        assert f"\n{line}\n" in told, line
-
-
-@pytest.mark.usefixtures("project")
-def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
-    assert main(["explain", "eye", "--json", "-a", "scale=2"]) == 0
-    (eye,) = json.loads(capsys.readouterr().out)
-    assert eye["chain"][0]["transform"]["xyz"] == [0.1, 0.12, 2.0]
-    z = eye["chain"][0]["numbers"][2]
-    assert z["origin"]["where"]["line"] == 12
-    assert z["origin"]["names"][1] == {
-        "name": "scale",
-        "value": "2",
-        "given_by": "argument, set on the command line",
-        "where": None,
-        "names": [],
-    }
-    assert "-0.0" not in json.dumps(eye)
-
-
-@pytest.mark.usefixtures("project")
-@pytest.mark.parametrize(
-    ("words", "message"),
-    [
-        (["shlf"], 'handy: there is no frame, link, joint or sensor "shlf"; did you mean "shelf"?'),
-        (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
-        (["nobody", "shelf"], 'there is no frame, link, joint or sensor "nobody"'),
-    ],
-)
-def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
-    assert main(["explain", *words]) == 2
-    assert message in capsys.readouterr().err
-
-
-def test_several_robots_or_none(project: Path, capsys: pytest.CaptureFixture[str], monkeypatch) -> None:
-    start("second", project)
-    assert main(["explain", "shelf"]) == 2
-    told = capsys.readouterr().err
-    assert "there are several robots here: handy, second; write explain ROBOT shelf" in told
-    assert main(["explain", "second", "laser"]) == 0
-    monkeypatch.chdir(project / "descriptions" / "handy")
-    assert main(["explain", "shelf"]) == 2
-    assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
-    assert main(["explain", ".", "shelf"]) == 0
-    with pytest.raises(SystemExit) as stopped:
-        main(["explain"])
-    assert stopped.value.code == 2
-
-
-def test_a_description_with_errors(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    path = project / "descriptions" / "handy" / "robot.yaml"
-    path.write_text(ROBOT.replace("${cal[side].length", "${cal[sid].length"), "utf-8")
-    assert main(["explain", "shelf"]) == 1
-    shown = capsys.readouterr()
-    assert "error[expression]" in shown.err
-    assert "a description with errors has no meaning to explain" in shown.err
-    assert shown.out == ""
-
-
 def test_an_argument_from_a_file(project: Path) -> None:
     (project / "mine.yaml").write_text("scale: 3\n", "utf-8")
-    from rosorin_compile.arguments import read
-
     given = read([Path("mine.yaml")], {})
     expanded, built, _ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert built is not None

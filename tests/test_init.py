@@ -222,7 +222,7 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"
     )
-    whole = (ROOT / "templates" / "starter" / "robot.yaml").read_text("utf-8").replace("NAME", "bot")
+    whole = (ROOT / "templates" / "starter.yaml").read_text("utf-8").replace("NAME", "bot")
     seen = set()
     for moment in range(40):
         folder = here / str(moment)

@@ -173,7 +173,9 @@ class _Composer:
 
     def check_tag(self, event: Any) -> None:
         """Refuse tags: they would choose the type of a value, which the schema does here."""
-        if event.tag not in (None, "!", "tag:yaml.org,2002:str", *_UNIT_TAGS):
+        if isinstance(event, yaml.ScalarEvent) and event.tag in _UNIT_TAGS:
+            return
+        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
             raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
 
     def alias(self, event: Any) -> Any:

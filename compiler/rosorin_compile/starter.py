@@ -10,7 +10,7 @@ from typing import NamedTuple
 from .data import data_folder
 from .project import DESCRIPTIONS, ROOT_FILE
 
-STARTER = Path("starter", ROOT_FILE)  # in the data package of templates
+STARTER = "starter.yaml"  # in the data package of templates
 PLACEHOLDER = "NAME"
 SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
 _STAGE = ".rosorin-compile-"  # what begins like this is left by a run that was killed, and can be removed

@@ -52,7 +52,7 @@ class Parts:
             raise Failed
         check_use(name, entry, scope)
         definition = self._find(entry, scope, where)
-        scope._count(INSTANCE, where.span, where.via)
+        scope.count(INSTANCE, where.span, where.via)
         if depth > MAX_NESTED:
             message = f'parts stand in parts, more than {MAX_NESTED} deep, at part "{definition.name}"'
             scope.report("part-cycle", message, where, "a part that uses itself ends with an if")
@@ -136,7 +136,7 @@ class Parts:
                     resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
                     fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
                     size = sum(len(section or ()) for section in fragment.values())  # parts in parts multiply
-                    scope._count(size, place_of_key.span, place_of_key.via)
+                    scope.count(size, place_of_key.span, place_of_key.via)
                     join(tree, fragment, SECTIONS, scope)
             except Failed:
                 fine = False

@@ -9,14 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ..diagnostic import Related, Span, did_you_mean, error, listed, nearest
+from ..diagnostic import Related, Span, error
 from ..expression import evaluate, names_in
 from ..expression.bounds import weight
-from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError, kind_of
+from ..expression.functions import FUNCTIONS, ExpressionError, kind_of
 from ..expression.interpolation import Piece, pieces
-from ..quantity import UNITS
 from ..tree import Instance, Map, Place, Seq
 from .ledger import Ledger
+from .telling import as_tree, explained, shifted, short
 
 MAX_NODES = 1_500_000
 MAX_NESTED = 80
@@ -140,7 +140,7 @@ class Scope:
         via = self.via or value.via
         made = Map(value.span, via)
         plan = self.ledger.plan(value)
-        self._count(len(plan) + 1, value.span, via)
+        self.count(len(plan) + 1, value.span, via)
         failed = False
         for key, item, constant, controlled, named in plan:
             span = value.value_spans[key]
@@ -186,7 +186,7 @@ class Scope:
         via = self.via or value.via
         made = Seq(value.span, via)
         plan = self.ledger.plan(value)
-        self._count(len(plan) + 1, value.span, via)
+        self.count(len(plan) + 1, value.span, via)
         failed = False
         for (_, item, constant, controlled, _), span in zip(plan, value.value_spans, strict=True):
             try:
@@ -202,7 +202,8 @@ class Scope:
             raise Failed
         return made
 
-    def _count(self, nodes: int, span: Span, via: Instance | None) -> None:
+    def count(self, nodes: int, span: Span, via: Instance | None) -> None:
+        """Count values that are made. Raises Failed when the description grows beyond all measure."""
         self.ledger.nodes += nodes
         if self.ledger.nodes > MAX_NODES:
             if not self.ledger.full:
@@ -238,14 +239,17 @@ class Scope:
         for name, values in loops.items():
             where = Place(loops.value_spans[name], via)
             turned: list[Scope] = []
+            counted = 0
             for scope in scopes:
-                before = len(turned)
-                for value in scope.loop_values(values, where):
-                    turn = Instance(f"{name} = {_short(value)}", where.span, scope.via or via, made=True)
+                given = scope.loop_values(values, where)
+                if len(given) > counted:  # as if every turn had as many, so that a huge product is refused at once
+                    self.count((len(given) - counted) * len(scopes), where.span, where.via)
+                    counted = len(given)
+                for value in given:
+                    turn = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
                     inner = Scope(self.ledger, scope, turn)
                     inner.bind_loop(name, value, where)
                     turned.append(inner)
-                self._count(len(turned) - before, where.span, where.via)
             scopes = turned
         yield from scopes
 
@@ -288,15 +292,15 @@ class Scope:
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
-                where = _shift(Place(span, via), text, piece.offset)
+                where = shifted(Place(span, via), text, piece.offset)
                 self.report("expression", 'the "}" of an expression is missing', where, "close it")
                 raise Failed
             try:
                 value = evaluate(piece.text, self.lookup)
                 if isinstance(value, (list, Mapping)):
-                    self._count(weight(value), span, via)
+                    self.count(weight(value), span, via)
                 if piece.is_whole:
-                    return _as_tree(value, span, via) if type(value) is list else value
+                    return as_tree(value, span, via) if type(value) is list else value
                 parts.append(FUNCTIONS["str"](value))
             except ExpressionError as problem:
                 self._explain(problem, piece, text, Place(span, via))
@@ -305,18 +309,7 @@ class Scope:
 
     def _explain(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
         """Report what is wrong with an expression, where in it, and where the names that it uses come from."""
-        help = problem.help
-        if problem.unknown.endswith("()"):
-            help = did_you_mean(problem.unknown[:-2], [*FUNCTIONS, "load"])
-        elif problem.unknown:
-            close = nearest(problem.unknown, {*self.known_names(), *CONSTANTS, *UNITS})
-            known = listed(sorted(self.known_names()))
-            help = f'did you mean "{close}"?' if close else f"known here: {known}" if known else "name it in let"
-        where = _shift(place, text, piece.offset + 2)
-        if "\n" not in piece.text and where.span != place.span:
-            indent = len(piece.text) - len(piece.text.lstrip())
-            column = where.span.column + indent + max(0, problem.column)
-            where = Place(where.span._replace(column=column, length=1), where.via)
+        where, help = explained(problem, piece, text, place, self.known_names())
         names = [] if problem.unknown else [name for name in names_in(piece.text) if self.place_of(name)]
         related = [Related(f'"{name}" comes from here', self.place_of(name)) for name in names[:3]]
         self.report("expression", problem.message, where, help, related)
@@ -329,31 +322,3 @@ class Scope:
                 return scope.places[name].span
             scope = scope.parent
         return None
-
-
-def _short(value: Any) -> str:
-    """Return the value of a loop's turn in a few letters."""
-    if isinstance(value, (list, Mapping)):
-        return f"{type(value).__name__.lower().replace('seq', 'a list').replace('map', 'a table')} of {len(value)}"
-    return str(value)[:40]
-
-
-def _as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
-    """Return a list made by an expression as a Seq, so that its items have a place."""
-    if isinstance(value, Seq):
-        return value
-    made = Seq(span, via)
-    for item in value:
-        made.put(_as_tree(item, span, via) if type(item) is list else item, span)
-    return made
-
-
-def _shift(place: Place, text: str, offset: int) -> Place:
-    """Return the place of a character within a scalar; the start of the scalar where it runs over several lines."""
-    span = place.span
-    if span.length < len(text):
-        return place
-    first = span.source.line(span.line)[span.column - 1 : span.column]
-    quote = 1 if first in ("'", '"') and not text.startswith(first) else 0
-    length = max(1, span.length - quote - offset)
-    return Place(span._replace(column=span.column + quote + offset, length=length), place.via)

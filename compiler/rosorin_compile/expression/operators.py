@@ -94,4 +94,6 @@ def entry(container: Any, key: Any) -> Any:
         return container[key]
     if not isinstance(container, (list, str)):
         raise ExpressionError(f"{kind_of(container)} has no entries")
+    if not isinstance(key, int):
+        raise ExpressionError(f"an item is named by its number, not {kind_of(key)}")
     return container[key]

@@ -9,6 +9,10 @@ from collections.abc import Sequence
 from .diagnostic import Diagnostic
 
 
+# More than a person reads; a program gets all.
+MAX_SHOWN = 200
+
+
 class Console:
     """Prints what a run has to say, in one of the forms of ``report``."""
 
@@ -28,7 +32,9 @@ class Console:
             return ""
         from . import report
 
-        said = report.text(diagnostics, colour())
+        said = report.text(diagnostics[:MAX_SHOWN], colour())
+        if len(diagnostics) > MAX_SHOWN:
+            said += f"... and {len(diagnostics) - MAX_SHOWN:,} more; --format json lists them all\n"
         sys.stderr.write(said)
         return said
 

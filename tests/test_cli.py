@@ -104,7 +104,7 @@ def test_errors_are_reported_together_and_nothing_is_written(project: Path, caps
     edit(project, "camera.yaml", "type: depth_camera", "type: deph_camera")
     assert main(["all"]) == 1
     shown = capsys.readouterr().err
-    assert 'descriptions/rosorin/arm.yaml:61:5: error[unknown-key]: joint "joint1" has no key "xzy"' in shown
+    assert 'descriptions/rosorin/arm.yaml:62:5: error[unknown-key]: joint "joint1" has no key "xzy"' in shown
     assert '    xzy: [0.04662, 7.5437e-05, 0.16044]\n      |     ^^^ did you mean "xyz"?' in shown
     assert 'did you mean "depth_camera"?' in shown
     assert "2 errors, nothing written" in shown
@@ -150,7 +150,7 @@ def test_forms_for_programs(project: Path, capsys: pytest.CaptureFixture[str], f
     assert main(["check", "--format", form]) == 1
     out = capsys.readouterr().out
     if form == "github":
-        assert "::error file=descriptions/rosorin/arm.yaml,line=61,col=5,title=unknown-key::" in out
+        assert "::error file=descriptions/rosorin/arm.yaml,line=62,col=5,title=unknown-key::" in out
         return
     found = json.loads(out)
     results = found if form == "json" else found["runs"][0]["results"]

@@ -18,6 +18,24 @@ _BOUNDS = {
 _SOME = r"\$\{"
 _WHOLE = r"^\$\{[\s\S]*\}$"
 
+_CONTROLS: Schema = {
+    "for": {
+        "type": "object",
+        "description": 'A loop: the entry is made for each value. {side: [left, right]}, {i: "${range(4)}"}; '
+        '"name, x" takes rows apart; several names are nested loops, the last one fastest.',
+        "minProperties": 1,
+        "additionalProperties": {
+            "type": ["array", "object", "string"],
+            "description": "A list, or a table: its keys.",
+        },
+    },
+    "if": {
+        "type": ["boolean", "string"],
+        "description": "A condition: without it the entry is left out. ${with_arm}, ${n > 2 and not slim}.",
+        "pattern": _WHOLE,
+    },
+}
+
 
 def _ref(name: str, description: str = "") -> Schema:
     return {"$ref": f"#/definitions/{name}", **({"description": description} if description else {})}
@@ -60,38 +78,16 @@ def added_definitions(sections: Schema, arg: Schema) -> Schema:
     inside = {name: sections[name] for name in SECTIONS}
     help = {"type": "string", "description": "One sentence for the person who uses it."}
     return {
-        "for": {
-            "type": "object",
-            "description": 'A loop: the entry is made for each value. {side: [left, right]}, {i: "${range(4)}"}; '
-            '"name, x" takes rows apart; several names are nested loops, the last one fastest.',
-            "minProperties": 1,
-            "additionalProperties": {
-                "type": ["array", "object", "string"],
-                "description": "A list, or a table: its keys.",
-            },
-        },
-        "if": {
-            "type": ["boolean", "string"],
-            "description": "A condition: without it the entry is left out. ${with_arm}, ${n > 2 and not slim}.",
-            "pattern": _WHOLE,
-        },
+        **_CONTROLS,
         "let": {
             "type": "object",
             "description": "Named values for expressions: ${name}. Numbers, texts, lists, whole entries; any order.",
             "propertyNames": {"pattern": _IDENTIFIER},
         },
-        "params": {
-            "type": "object",
-            "description": "What a use may say: name: {type, default, help}, or name: DEFAULT.",
-            "propertyNames": {"pattern": _IDENTIFIER},
-            "additionalProperties": {"anyOf": [_ref("arg"), {"not": {"type": "object"}}]},
-        },
-        "bounded_params": {
-            "type": "object",
-            "description": "What a sensor may say in with: name: {type, default, min, max, help}, or name: DEFAULT.",
-            "propertyNames": {"pattern": _IDENTIFIER},
-            "additionalProperties": {"anyOf": [_ref("bounded_param"), {"not": {"type": "object"}}]},
-        },
+        "params": _params("arg", "What a use may say: name: {type, default, help}, or name: DEFAULT."),
+        "bounded_params": _params(
+            "bounded_param", "What with may say: name: {type, default, min, max, help}, or DEFAULT."
+        ),
         "bounded_param": {**arg, "properties": {**arg["properties"], **_BOUNDS}},
         "part": {
             "type": "object",
@@ -106,6 +102,16 @@ def added_definitions(sections: Schema, arg: Schema) -> Schema:
         },
         "use": _use(inside),
         "sensor_type": _sensor_type(help),
+    }
+
+
+def _params(entry: str, description: str) -> Schema:
+    """Return what declares parameters; what is no mapping is the default of one."""
+    return {
+        "type": "object",
+        "description": description,
+        "propertyNames": {"pattern": _IDENTIFIER},
+        "additionalProperties": {"anyOf": [_ref(entry), {"not": {"type": "object"}}]},
     }
 
 

@@ -30,6 +30,8 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
 
 def short(value: Any) -> str:
     """Return the value of a loop's turn in a few letters."""
+    if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
+        return ", ".join(map(str, value))[:40]
     if isinstance(value, (list, Mapping)):
         return f"{type(value).__name__.lower().replace('seq', 'a list').replace('map', 'a table')} of {len(value)}"
     return str(value)[:40]

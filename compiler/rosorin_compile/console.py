@@ -8,7 +8,6 @@ from collections.abc import Sequence
 
 from .diagnostic import Diagnostic
 
-
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
 

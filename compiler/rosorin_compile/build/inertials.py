@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .entry_values import pose_of_entry
-from .model import Inertial, Mesh, Shape, inertial_of
+from .values import pose_of_entry
+from ..model import Inertial, Mesh, Shape, inertial_of
 from .shapes import ShapeProblem, build_shape
 
 

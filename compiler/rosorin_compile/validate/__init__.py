@@ -6,11 +6,11 @@ import math
 from functools import lru_cache
 from typing import Any
 
+from ..diagnostic import Diagnostic, error
+from ..quantity import Dimension, Quantity, describe, parse_unit
+from ..schema import Steps, subject, unit_at, validator
+from ..tree import Map, Seq, locate
 from .complaints import Complaint
-from .diagnostic import Diagnostic, error
-from .quantity import Dimension, Quantity, describe, parse_unit
-from .schema import Steps, subject, unit_at, validator
-from .tree import Map, Seq, locate
 
 
 def validate(tree: Map) -> list[Diagnostic]:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from .entry_values import pose_of_entry
-from .model import (
+from .values import pose_of_entry
+from ..model import (
     BODY_ELEMENT,
     SENSOR_ELEMENT,
     TEMPLATE_ELEMENT,

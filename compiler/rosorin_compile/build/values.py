@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from .model import IDENTITY, Dynamics, Limit, Mimic, Pose, Vector
+from ..model import IDENTITY, Dynamics, Limit, Mimic, Pose, Vector
 
 
 def vector_of(value: Any, default: Vector = (0.0, 0.0, 0.0)) -> Vector:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from .model import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Pose, Shape, Sphere
+from ..model import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Pose, Shape, Sphere
 
 
 class ShapeProblem(Exception):

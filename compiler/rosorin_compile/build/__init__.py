@@ -9,11 +9,11 @@ from __future__ import annotations
 import math
 from typing import Any, NamedTuple
 
-from .diagnostic import Diagnostic, Related, did_you_mean, error
+from ..diagnostic import Diagnostic, Related, did_you_mean, error
 from .elements import Frames, build_elements
-from .entry_values import dynamics_of, limit_of, mimic_of, pose_of_entry, vector_of
+from .values import dynamics_of, limit_of, mimic_of, pose_of_entry, vector_of
 from .inertials import build_inertial
-from .model import (
+from ..model import (
     NODE,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,
@@ -35,7 +35,7 @@ from .model import (
     Source,
 )
 from .shapes import ShapeProblem, build_shape
-from .tree import Map, Path, locate
+from ..tree import Map, Path, locate
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)

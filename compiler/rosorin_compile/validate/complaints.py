@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from .diagnostic import Diagnostic, did_you_mean, error
-from .quantity import UNITS, Quantity, unknown_unit
-from .schema import Steps, resolve, schema_at, subject
-from .tree import Map, Seq, locate
+from ..diagnostic import Diagnostic, did_you_mean, error
+from ..quantity import UNITS, Quantity, unknown_unit
+from ..schema import Steps, resolve, schema_at, subject
+from ..tree import Map, Seq, locate
 
 
 class Complaint:

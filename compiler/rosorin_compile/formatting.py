@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from functools import lru_cache
 
 NumberFormat = Callable[[float], str]
 
@@ -11,6 +12,8 @@ METRE_DIGITS = 7
 RADIAN_DIGITS = 8
 
 
+# The same numbers stand in a robot again and again, and in each of its artifacts: what was printed is remembered.
+@lru_cache(maxsize=20_000)
 def exact(value: float) -> str:
     """Return the shortest decimal that reads back as the same double; whole numbers without a point.
 
@@ -21,6 +24,7 @@ def exact(value: float) -> str:
     return text[:-2] if text.endswith(".0") else text
 
 
+@lru_cache(maxsize=20_000)
 def six(value: float) -> str:
     """Return whichever of ``%.6g`` and ``%.6f`` keeps more of the value, trailing zeros dropped.
 

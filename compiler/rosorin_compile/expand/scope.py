@@ -297,7 +297,7 @@ class Scope:
                 raise Failed
             try:
                 value = evaluate(piece.text, self.lookup)
-                if isinstance(value, (list, Mapping)):
+                if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:
                     return as_tree(value, span, via) if type(value) is list else value

@@ -162,7 +162,7 @@ def _compare(node: ast.Compare, depth: int) -> Code:
 
 
 def _holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
-    if isinstance(left, (str, list, Mapping)) or isinstance(right, (str, list, Mapping)):
+    if isinstance(left, (str, list, dict)) or isinstance(right, (str, list, dict)):
         EFFORT.spend(left, right)
     try:
         return function is not None and bool(function(left, right))

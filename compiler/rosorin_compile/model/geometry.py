@@ -98,6 +98,8 @@ class Transform:
 
     def quaternion(self) -> Quaternion:
         """Return the rotation as a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method, 1978)."""
+        if self.rows == _UNIT_ROWS:
+            return (1.0, 0.0, 0.0, 0.0)
         (a, b, c), (d, e, f), (g, h, i) = self.rows
         trace = a + e + i
         largest = max(trace, a, e, i)

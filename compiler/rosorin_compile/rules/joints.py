@@ -107,11 +107,11 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
     for joint in case.robot.joints:
-        if joint.moves:
-            for part in ("limit", "dynamics", "actuator", "mimic"):
-                path = case.joint(joint, part)
-                for key in at(case.tree, path) or ():
-                    yield from _unit(case, joint, (*path, key))
+        entry = at(case.tree, case.joint(joint)) if joint.moves else None
+        for part in ("limit", "dynamics", "actuator", "mimic") if entry else ():
+            for key, value in (entry.get(part) or {}).items():
+                if isinstance(value, Quantity):
+                    yield from _unit(case, joint, case.joint(joint, part, key))
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:

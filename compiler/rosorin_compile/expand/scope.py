@@ -74,8 +74,9 @@ class Scope:
         """Return the value of a name. Raises KeyError if there is none, Failed if its own expression is wrong."""
         scope: Scope | None = self
         while scope is not None:
-            if name in scope.values:
-                return scope.values[name]
+            values = scope.values
+            if name in values:
+                return values[name]
             if name in scope.pending or name in scope.broken:
                 return scope.evaluate_pending(name)
             scope = scope.parent

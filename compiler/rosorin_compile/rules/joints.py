@@ -107,8 +107,8 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
     for joint in case.robot.joints:
-        entry = at(case.tree, case.joint(joint)) if joint.moves else None
-        for part in ("limit", "dynamics", "actuator", "mimic") if entry else ():
+        entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
+        for part in ("limit", "dynamics", "actuator", "mimic"):
             for key, value in (entry.get(part) or {}).items():
                 if isinstance(value, Quantity):
                     yield from _unit(case, joint, case.joint(joint, part, key))

@@ -99,8 +99,11 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
     """Bind the arguments: those given on the command line, else those an include gives, else their defaults."""
     declared = root.get("args")
     declared = declared if isinstance(declared, Map) else Map(root.span)
-    given: dict[str, Any] = {name: value for name, (value, _) in reader.given.items()}
-    places = {name: place for name, (_, place) in reader.given.items()}
+    given: dict[str, Any] = {}
+    places: dict[str, Place] = {}
+    for name, (value, place) in reader.given.items():
+        with suppress(Failed):
+            given[name], places[name] = scope.resolve(value, place), place
     names, values = (arguments.key_spans, arguments.value_spans) if isinstance(arguments, Map) else ({}, {})
     for name, value in arguments.items():
         if name not in declared:

@@ -10,9 +10,6 @@ import math
 from typing import Any, NamedTuple
 
 from ..diagnostic import Diagnostic, Related, did_you_mean, error
-from .elements import Frames, build_elements
-from .values import dynamics_of, limit_of, mimic_of, pose_of_entry, vector_of
-from .inertials import build_inertial
 from ..model import (
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -34,8 +31,11 @@ from ..model import (
     Simulated,
     Source,
 )
-from .shapes import ShapeProblem, build_shape
 from ..tree import Map, Path, locate
+from .elements import Frames, build_elements
+from .inertials import build_inertial
+from .shapes import ShapeProblem, build_shape
+from .values import dynamics_of, limit_of, mimic_of, pose_of_entry, vector_of
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from .values import pose_of_entry
 from ..model import (
     BODY_ELEMENT,
     SENSOR_ELEMENT,
@@ -17,6 +16,7 @@ from ..model import (
     pose_of,
 )
 from .shapes import ShapeProblem
+from .values import pose_of_entry
 
 # What a simulation can still do with.
 MAX_COPIES = 100_000

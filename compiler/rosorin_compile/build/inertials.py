@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .values import pose_of_entry
 from ..model import Inertial, Mesh, Shape, inertial_of
 from .shapes import ShapeProblem, build_shape
+from .values import pose_of_entry
 
 
 def build_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]]) -> Inertial:

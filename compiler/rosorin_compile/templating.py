@@ -44,6 +44,11 @@ def attributes(**values: str) -> Markup:
     return Markup(text)  # noqa: S704 - escaped, or nothing to escape
 
 
+def comment(text: str) -> str:
+    """Return text that may stand in an XML comment, where two hyphens in a row may not (XML 1.0, 2.5)."""
+    return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
+
+
 class _Sandbox(ImmutableSandboxedEnvironment):
     """The sandbox, with a short way to what the model itself offers.
 

@@ -6,8 +6,7 @@ stages work on plain values and can still name file, line and column. Nothing ch
 
 from __future__ import annotations
 
-import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from .diagnostic import Related, Source, Span
@@ -123,17 +122,6 @@ def _nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
     while step is not None and step is not outer:
         step = step.parent
     return own if step is outer else outer
-
-
-def plain(value: Any) -> Any:
-    """Return the tree as ordinary dicts, lists, numbers and text, for readers that know nothing of spans."""
-    if isinstance(value, Mapping):
-        return {key: plain(item) for key, item in value.items()}
-    if isinstance(value, list):
-        return [plain(item) for item in value]
-    if isinstance(value, float):
-        return float(value) if math.isfinite(value) else 0.0
-    return str(value) if isinstance(value, str) else value
 
 
 def first_line(source: Source) -> Span:

@@ -22,7 +22,6 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
@@ -45,7 +44,7 @@ from ..model import (
     Shape,
     Sphere,
 )
-from ..templating import BUILTIN, Templates, attributes
+from ..templating import BUILTIN, Templates, attributes, comment
 from .mjcf_checks import mesh_path, position_range, refused, unsaid, weld_groups
 from .mjcf_reader import read
 from .mjcf_sensors import Element, elements_of
@@ -111,8 +110,8 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "sections": elements.sections,
         "excludes": excluded_contacts(robot),
         "keys": _keys(robot, joints, free),
-        "stand_ins": [_comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
-        "title": _comment(robot.name),
+        "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
+        "title": comment(robot.name),
         "range": position_range,
         "number": number,
         "vector": printer.vector,
@@ -265,8 +264,3 @@ def _free_joint(robot: Robot) -> str:
     while name in robot.joint:
         name += "_"
     return name
-
-
-def _comment(text: str) -> str:
-    """Return a text that may stand in an XML comment, where two hyphens may not follow each other."""
-    return re.sub("-(?=-)", "- ", text)

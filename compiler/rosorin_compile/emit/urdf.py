@@ -6,7 +6,6 @@ Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from typing import Any
 
@@ -29,7 +28,7 @@ from ..model import (
     Sphere,
     Transform,
 )
-from ..templating import BUILTIN, Templates, attributes
+from ..templating import BUILTIN, Templates, attributes, comment
 from .urdf_reader import read
 
 __all__ = ["emit", "read"]
@@ -63,11 +62,6 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     diagnostics += _left_out(robot, carried, elements)
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
-
-
-def comment(text: str) -> str:
-    """Return text that may stand in an XML comment, where two hyphens in a row may not (XML 1.0, 2.5)."""
-    return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:

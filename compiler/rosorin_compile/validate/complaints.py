@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..diagnostic import Diagnostic, did_you_mean, error
-from ..quantity import UNITS, Quantity, unknown_unit
+from ..quantity import UNITS, Quantity, parse_unit, unknown_unit
 from ..schema import Steps, resolve, schema_at, subject
 from ..tree import Map, Seq, locate
 
@@ -57,7 +57,7 @@ class Complaint:
         unit = expected.get("x-unit")
         if unit:
             wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
-        help = _type_help(self.value, types)
+        help = _type_help(self.value, types, [unit] if isinstance(unit, str) else unit or [])
         return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
 
     def _enum(self) -> list[Diagnostic]:
@@ -144,11 +144,17 @@ def _found(value: Any) -> str:
     return "a list" if isinstance(value, Seq) else "a mapping"
 
 
-def _type_help(value: Any, types: list[str]) -> str:
+def _units_like(wanted: list[str]) -> list[str]:
+    """Return the units of the dimensions that are wanted; all units if none has a name of its own."""
+    dimensions = [found[1] for found in map(parse_unit, wanted) if found is not None]
+    return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
+
+
+def _type_help(value: Any, types: list[str], wanted: list[str]) -> str:
     if isinstance(value, str) and "number" in types:
         unit = unknown_unit(value)
         if unit:
-            return f'there is no unit "{unit}"; {did_you_mean(unit, UNITS)}'
+            return f'there is no unit "{unit}"; {did_you_mean(unit, _units_like(wanted))}'
         return "write a number, a quantity such as 12.5 mm, or an expression ${...}"
     if isinstance(value, (int, float)) and types == ["string"]:
         return "put it in quotes to make it text"

@@ -32,7 +32,7 @@ FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")
 
 # What the stages of a compilation can say, beside the rules for writing, which have tests of their own.
 STAGES = ["load", "expand/*", "expression/*", "validate/*", "build/*"]
-STAGES += ["templating", "pipeline", "rules/*", "emit/*"]
+STAGES += ["templating", "pipeline", "accepting", "rules/*", "emit/*"]
 TELLERS = {"Diagnostic", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
 
 # Said by the functions below, whose input cannot stand in a file of its own.

@@ -47,16 +47,7 @@ def added_sections(sections: Schema) -> Schema:
         "help": {"type": "string", "description": "A file of parts: what it is for."},
         "include": {
             **sections["include"],
-            "items": {
-                "type": ["string", "object"],
-                "description": "A file, or a file and arguments for it.",
-                "properties": {
-                    "file": {"type": "string", "description": "The file, relative to this one."},
-                    "args": {"type": "object", "description": "Values of arguments, by name."},
-                },
-                "required": ["file"],
-                "additionalProperties": False,
-            },
+            "items": _include(),
         },
         "let": _ref("let"),
         "parts": {
@@ -70,6 +61,42 @@ def added_sections(sections: Schema) -> Schema:
             "description": "Types of sensors of your own, by name; they go before those of the library.",
             "additionalProperties": _ref("sensor_type"),
         },
+    }
+
+
+def _include() -> Schema:
+    """Return the schema of an entry of ``include``: a file of this description, or another one's robot."""
+    text: Schema = {"type": "string"}
+    return {
+        "type": ["string", "object"],
+        "description": "A file, or a file with what is said beside it. A .urdf, .xacro or .xml is another one's robot: "
+        "it is joined as it is, with its names prefixed, and attached to a frame.",
+        "properties": {
+            "file": {**text, "description": "The file, relative to this one; with package, relative to the package."},
+            "args": {"type": "object", "description": "Values of arguments, by name: of a file in YAML or a xacro."},
+            "package": {**text, "description": "Robot: the ROS package that the file is in, wherever that is."},
+            "packages": {
+                "type": "object",
+                "description": "Robot: folders of ROS packages by name, relative to this file; they go before "
+                "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.",
+                "additionalProperties": text,
+            },
+            "lenient": {
+                "type": ["boolean", "string"],
+                "pattern": _WHOLE,
+                "description": "Robot: take what breaks the specification where a robot comes out all the same.",
+            },
+            "prefix": {**text, "description": "Robot: what is put before the names of its links, joints and so on."},
+            "parent": _ref("name", "Robot: the frame that its root link is attached to."),
+            "xyz": _ref("xyz", "Robot: position of its root link in the parent, in metres."),
+            "rpy": _ref("rpy", "Robot: orientation of its root link in the parent, in radians."),
+            "joint": _ref("name", "Robot: name of the fixed joint; default is that of its root link and _joint."),
+            "publisher": _ref("publisher"),
+            "source": _ref("source"),
+            **{control: _ref(control) for control in _CONTROLS},
+        },
+        "required": ["file"],
+        "additionalProperties": False,
     }
 
 

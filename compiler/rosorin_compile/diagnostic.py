@@ -53,7 +53,10 @@ class Related(NamedTuple):
 
 
 class Diagnostic(NamedTuple):
-    """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out."""
+    """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
+
+    ``of`` are the names of the link or joint that it is about, under which a description may accept it.
+    """
 
     rule: str
     severity: str
@@ -61,6 +64,7 @@ class Diagnostic(NamedTuple):
     span: Span | None = None
     related: tuple[Related, ...] = ()
     help: str = ""
+    of: tuple[str, ...] = ()
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:

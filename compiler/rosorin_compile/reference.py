@@ -208,7 +208,7 @@ class _Reference:
         if "const" in fragment:
             return f"`{fragment['const']}`"
         if "enum" in fragment:
-            return ", ".join(f"`{option}`" for option in fragment["enum"])
+            return ", ".join(f"`{option}`" for option in dict.fromkeys(map(str, fragment["enum"])))
         types = fragment.get("type", [])
         names = [types] if isinstance(types, str) else [name for name in types if name != "null"]
         if "properties" in fragment and title:

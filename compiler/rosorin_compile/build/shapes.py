@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ..model import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Pose, Shape, Sphere
+from .values import rgba_of, texts_of
 
 
 class ShapeProblem(Exception):
@@ -19,8 +20,13 @@ class ShapeProblem(Exception):
         self.help = help
 
 
-def build_shape(entry: Mapping[str, Any], pose: Pose, stand_in: str) -> Shape:
-    """Return the shape of an entry; ``stand_in`` is what is not measured about it. Raises ShapeProblem."""
+def build_shape(
+    entry: Mapping[str, Any], pose: Pose, stand_in: str, accept: Callable[[ShapeProblem], bool] = lambda _: False
+) -> Shape:
+    """Return the shape of an entry; ``stand_in`` is what is not measured about it.
+
+    ``accept`` says of a size that no shape has whether it is taken all the same. Raises ShapeProblem.
+    """
     kinds = [kind for kind in GEOMETRIES if kind in entry]
     if len(kinds) != 1:
         found = " and ".join(kinds) or "none of them"
@@ -28,24 +34,44 @@ def build_shape(entry: Mapping[str, Any], pose: Pose, stand_in: str) -> Shape:
         raise ShapeProblem("shape-kind", message, (), "write one entry a shape")
     kind = kinds[0]
     geometry = GEOMETRIES[kind](entry[kind])
-    rgba = entry.get("rgba")
-    colour = None if rgba is None else (float(rgba[0]), float(rgba[1]), float(rgba[2]), float(rgba[3]))
-    return Shape(geometry, pose, entry.get("name", ""), colour, entry.get("material", ""), stand_in)
+    for problem in _sizes(kind, entry[kind]):
+        if not accept(problem):
+            raise problem
+    return Shape(
+        geometry,
+        pose,
+        name=entry.get("name", ""),
+        rgba=rgba_of(entry),
+        material=entry.get("material", ""),
+        stand_in=stand_in,
+        texture=entry.get("texture", ""),
+        urdf_elements=texts_of(entry),
+    )
+
+
+def _sizes(kind: str, entry: Mapping[str, Any]) -> Iterator[ShapeProblem]:
+    """Yield what is wrong with the sizes of a primitive."""
+    for key in ("radius", "length"):
+        if key in entry and not entry[key] > 0:
+            yield _not_positive(entry[key], kind, key)
+    for index, size in enumerate(entry.get("size", ())):
+        if not size > 0:
+            yield _not_positive(size, kind, "size", index)
+    lower, upper = entry.get("min", ()), entry.get("max", ())
+    for index, (low, high) in enumerate(zip(lower, upper, strict=True)):
+        if not low < high:
+            message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
+            yield ShapeProblem("shape-size", message, ("box", "max", index), "swap or correct the corners")
 
 
 def _box(entry: Mapping[str, Any]) -> Box:
     if ("size" in entry) == ("min" in entry):
         raise ShapeProblem("shape-kind", "a box has either a size or the corners min and max", ("box",), "give one")
     if "size" in entry:
-        x, y, z = (_positive(value, "box", "size", index) for index, value in enumerate(entry["size"]))
+        x, y, z = map(float, entry["size"])
         return Box((-x / 2, -y / 2, -z / 2), (x / 2, y / 2, z / 2))
-    lower, upper = entry["min"], entry["max"]
-    for index in range(3):
-        if not lower[index] < upper[index]:
-            message = f"{'xyz'[index]} of max ({upper[index]:g} m) is not above that of min ({lower[index]:g} m)"
-            raise ShapeProblem("shape-size", message, ("box", "max", index), "swap or correct the corners")
-    a, b, c = map(float, lower)
-    d, e, f = map(float, upper)
+    a, b, c = map(float, entry["min"])
+    d, e, f = map(float, entry["max"])
     return Box((a, b, c), (d, e, f))
 
 
@@ -74,24 +100,20 @@ def _mesh(entry: Mapping[str, Any]) -> Mesh:
 
 def _positive(value: float, *path: str | int) -> float:
     if not value > 0:
-        words = " ".join(str(step) for step in path)
-        raise ShapeProblem("shape-size", f"{words} is {value:g} m; a size is above zero", path, "correct it")
+        raise _not_positive(value, *path)
     return float(value)
 
 
-def _cylinder(entry: Mapping[str, Any]) -> Cylinder:
-    return Cylinder(_positive(entry["radius"], "cylinder", "radius"), _positive(entry["length"], "cylinder", "length"))
-
-
-def _capsule(entry: Mapping[str, Any]) -> Capsule:
-    return Capsule(_positive(entry["radius"], "capsule", "radius"), _positive(entry["length"], "capsule", "length"))
+def _not_positive(value: float, *path: str | int) -> ShapeProblem:
+    words = " ".join(str(step) for step in path)
+    return ShapeProblem("shape-size", f"{words} is {value:g} m; a size is above zero", path, "correct it")
 
 
 GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
     "box": _box,
-    "cylinder": _cylinder,
-    "capsule": _capsule,
-    "sphere": lambda entry: Sphere(_positive(entry["radius"], "sphere", "radius")),
+    "cylinder": lambda entry: Cylinder(float(entry["radius"]), float(entry["length"])),
+    "capsule": lambda entry: Capsule(float(entry["radius"]), float(entry["length"])),
+    "sphere": lambda entry: Sphere(float(entry["radius"])),
     "mesh": _mesh,
     "height_map": _height_map,
 }

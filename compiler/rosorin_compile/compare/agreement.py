@@ -8,9 +8,9 @@ from typing import NamedTuple
 
 from ..diagnostic import Diagnostic, error
 from ..emit import Artifact, Fact, Facts, Value, backend
+from ..emit.mjcf_checks import has_volume, position_range
 from ..emit.xml_facts import INERTIA, along_link
 from ..model import (
-    ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
     Capsule,
     Cylinder,
@@ -74,7 +74,8 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     model = view_of(_facts(robot), {})
     for reading in readings:
         found += _frames(robot, reading)
-        found += _values(reading, model, readings)
+        found += _picture(robot, reading)
+        found += _values(robot, reading, model, readings)
         found += _turns(reading, model, readings)
         found += _shapes(robot, reading)
     return found
@@ -113,7 +114,7 @@ def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
 def _joint_facts(joint: Joint) -> Facts:
     said: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
     unit = "m" if joint.type == "prismatic" else "rad"
-    if joint.moves:
+    if joint.moves or joint.type == "planar":
         said |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
     if joint.moves and joint.limit:
         limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
@@ -142,7 +143,7 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each frame that an artifact should carry and does not."""
     joints: Sequence[Joint] = ()
     if reading.artifact.backend == "urdf":
-        joints = robot.published_by(ROBOT_STATE_PUBLISHER)
+        joints = robot.in_urdf()
     elif reading.artifact.backend in ("static_tf", "static_tf_json"):
         joints = robot.published_by(STATIC_TRANSFORM_PUBLISHER)
     elif reading.artifact.backend in ("mjcf", "frames"):
@@ -153,14 +154,32 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
             yield error(_RULE, message, None, _HELP)
 
 
-def _values(reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _picture(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+    """Yield an error for each edge and frame that a picture of the frames shows wrongly."""
+    if reading.artifact.backend == "frames_picture":
+        from ..emit.frames_picture import disagreements
+
+        output = next(output for output in robot.outputs if output.name == reading.artifact.output)
+        for said in disagreements(robot, output, reading.artifact.text):
+            yield error(_RULE, f"{reading.artifact.file}: {said}", None, _HELP)
+
+
+def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for fact, value in reading.view.plain.items():
         meant = model.plain.get(fact)
-        if meant is None or agree(value, meant):
+        if meant is None or agree(value, meant) or _cannot_say(robot, reading, fact):
             continue
         others = (other for other in readings if agree(other.view.plain.get(fact), meant))
         mine, theirs = _both(value, meant)
         yield _error(f"{fact.name} {fact.quantity}", reading, mine, theirs, next(others, None))
+
+
+def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
+    """Say whether a format has no word for a fact: MJCF tells a revolute joint from a continuous one by its range."""
+    if reading.artifact.backend != "mjcf" or (fact.kind, fact.quantity) != ("joint", "type"):
+        return False
+    joint = robot.joint[fact.name]
+    return joint.type == "revolute" and position_range(joint) is None
 
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
@@ -192,7 +211,9 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     every = reading.artifact.backend in ("urdf", "mjcf") and bool(told)
     for link in sorted(reading.view.names) if every else sorted(told):
-        solids, meant = told.get(link, ()), _meant(robot, link, reading)
+        # Names of shapes and the like are not in every artifact.
+        solids = [solid._replace(words=()) for solid in told.get(link, ())]
+        meant = _meant(robot, link, reading)
         if meant is None or same_set(solids, meant):
             continue
         wrong = len(remainder(solids, meant).removed)
@@ -208,12 +229,21 @@ def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
         return None
     own: Sequence[Shape] = robot.link[link].collision
     if reading.artifact.backend == "urdf":
-        own = [_cylinder(shape) for shape in gathered(robot, link, reading.view.names, COLLISION)[0]]
+        own = list(gathered(robot, link, reading.view.names, COLLISION)[0])
+        own = own if _has_capsules(robot, reading) else [_cylinder(shape) for shape in own]
+    elif reading.artifact.backend == "mjcf":
+        own = [solid for shape in own for solid in shape.solids() if has_volume(solid.geometry)]
     elif reading.artifact.backend == "robot_model":
         own = [shape for shape in own if not isinstance(shape.geometry, HeightMap)]
     if any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
     return [solid_from(solid, _ROOM) for shape in own for solid in shape.solids()]
+
+
+def _has_capsules(robot: Robot, reading: _Reading) -> bool:
+    """Say whether a URDF is of a version that has a word for capsules."""
+    options = next((output.options for output in robot.outputs if output.name == reading.artifact.output), {})
+    return str(options.get("version", "1.0")) != "1.0"
 
 
 def _cylinder(shape: Shape) -> Shape:

@@ -12,7 +12,6 @@ from collections.abc import Mapping, Sequence
 from ..emit import Fact
 from ..model import HeightMap, Joint, Link, Robot, Shape, Transform
 from ..model.geometry import pose_of
-from ..model.robot import MOVING_TYPES
 from .entities import Pair, joints_by_child
 from .shapes import Solid, remainder, same_set, shape_of, solid_from
 from .view import View, transform_of
@@ -21,6 +20,8 @@ from .words import Change
 COLLISION = "collision"
 # A damaged height beyond this (m) is not cut into steps.
 _SKY = 1e6
+_LOOK = ("red", "green", "blue", "alpha", "texture")
+_STILL = ("", "fixed")
 _OF_BOXES = ("cells", "cell", "origin x", "origin y")
 
 
@@ -56,6 +57,10 @@ def causes(
     maps = [at for at, change in enumerate(found) if _is_map(change) and change.name == link]
     if maps and purpose == COLLISION and _made_of_map(robot, pair, link, pairs):
         return maps
+    painted = _painted(robot, pair, thing)
+    materials = [at for at, change in enumerate(found) if change.kind == "material" and change.name in painted]
+    if materials and painted <= {found[at].name for at in materials}:
+        return materials
     if whole is None or whole.output == pair.output:
         return []
     trees = _tree(whole.old, purpose), _tree(whole.new, purpose)
@@ -73,6 +78,25 @@ def causes(
     return [at for at, change in enumerate(found) if members and _moves(change, pair, thing, members, trees)]
 
 
+def _painted(robot: Robot, pair: Pair, thing: tuple[str, str]) -> set[str]:
+    """Return the materials of the shapes that differ, if they differ in their look alone; empty if not."""
+    link, purpose = thing
+    old, new = (view.shapes.get(thing, ()) for view in (pair.old, pair.new))
+    visuals = robot.link[link].visual if link in robot.link and purpose == "visual" else ()
+    solids = [solid for shape in visuals for solid in shape.solids()]
+    if not len(old) == len(new) == len(solids):
+        return set()
+    found = set()
+    for before, after, solid in zip(old, new, solids, strict=True):
+        if before != after:
+            found.add(solid.material if _without_look(before) == _without_look(after) else "")
+    return found
+
+
+def _without_look(solid: Solid) -> Solid:
+    return solid._replace(words=tuple(word for word in solid.words if word.split(" ")[0] not in _LOOK))
+
+
 def _made_of_map(robot: Robot, pair: Pair, link: str, pairs: Sequence[Pair]) -> bool:
     """Say whether the shapes of a link differ only because its height map does."""
     shapes = robot.link[link].collision if link in robot.link else ()
@@ -82,7 +106,8 @@ def _made_of_map(robot: Robot, pair: Pair, link: str, pairs: Sequence[Pair]) -> 
         return False
     rest = []
     for view, told in ((pair.old, teller.old), (pair.new, teller.new)):
-        left = remainder(view.shapes.get((link, COLLISION), ()), _boxes(told, link, step))
+        solids = [solid._replace(words=()) for solid in view.shapes.get((link, COLLISION), ())]
+        left = remainder(solids, _boxes(told, link, step))
         if left.added:
             return False
         rest.append(left.removed)
@@ -112,7 +137,7 @@ def _tree(view: View, purpose: str) -> Robot:
     names = sorted(view.names)
     frames = {name: view.parent(name) for name in names}
     moving = {
-        child for child, joint in joints_by_child(view).items() if view.text("joint", joint, "type") in MOVING_TYPES
+        child for child, joint in joints_by_child(view).items() if view.text("joint", joint, "type") not in _STILL
     }
     shapes = {name: map(shape_of, view.shapes.get((name, purpose), ())) for name in names}
     solids = {name: tuple(filter(None, shapes[name])) for name in names}

@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from ..emit import Fact, Value
-from ..model import UNPUBLISHED, Robot
-from ..model.robot import MOVING_TYPES
+from ..model import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED, Robot
 from .view import View
 from .words import Change
 
 # What stands for a joint of a fixed frame in an artifact that lists moving joints alone.
 _FIXED = Value("fixed")
+_MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
 _INERTIAL = ("mass", "centre of mass", "inertia")
 
 
@@ -99,7 +99,7 @@ class Entities:
         fact = Fact("joint", joint, "type")
         old = pair.old.plain.get(fact, _FIXED) if before else _FIXED
         new = pair.new.plain.get(fact, _FIXED) if after else _FIXED
-        if (old.value in MOVING_TYPES) != (new.value in MOVING_TYPES):
+        if (old.value in _MOVING) != (new.value in _MOVING):
             self.types.setdefault(fact, []).append(Entry(pair.output, old, new))
             self._hide(pair, joint)
 
@@ -109,7 +109,7 @@ class Entities:
             for name in sorted(names):
                 if (pair.output, "link", name) not in self.hidden:
                     self._note(pair, "inertial", name, what)
-        for kind in ("pose", "height map"):
+        for kind in ("pose", "height map", "material"):
             old, new = _named(pair.old, kind), _named(pair.new, kind)
             for what, names in (("new", new - old), ("removed", old - new)):
                 for name in sorted(names):
@@ -134,7 +134,7 @@ class Entities:
         joints = ((view, joints_by_child(view).get(name, "")) for view in views)
         for view, joint in joints:
             kind = view.text("joint", joint, "type")
-            if kind in MOVING_TYPES:
+            if kind in _MOVING:
                 text += f" by joint {joint} ({kind})"
                 break
         publisher = next((p for p in (view.text("frame", name, "publisher") for view in views) if p), "")

@@ -222,7 +222,8 @@ def _add(found: list[Change], change: Change) -> None:
 def _attach(found: list[Change], reasons: Sequence[int], pair: Pair, link: str) -> None:
     for at in reasons:
         change = found[at]
-        outputs, links = (*change.artifacts, pair.output), (*change.therefore, link)
+        own = (change.kind, change.name) == ("link", link)  # the very shapes, as another artifact has them
+        outputs, links = (*change.artifacts, pair.output), (*change.therefore, *(() if own else (link,)))
         found[at] = change._replace(artifacts=tuple(dict.fromkeys(outputs)), therefore=tuple(dict.fromkeys(links)))
 
 

@@ -21,7 +21,7 @@ AXES = ("x", "y", "z")
 # What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
 NOISE = 1e-12
 # The order in which artifacts are listed, by backend; others follow.
-ORDER = ("urdf", "mjcf", "static_tf", "static_tf_json", "robot_model", "frames")
+ORDER = ("urdf", "mjcf", "static_tf", "static_tf_json", "robot_model", "frames", "frames_picture")
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
 _CELL = re.compile(r"cell (\d+) (\d+)")

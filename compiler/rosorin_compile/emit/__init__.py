@@ -23,6 +23,7 @@ BACKENDS: Mapping[str, str] = {
     "static_tf_json": "static_tf_json",
     "robot_model": "robot_model",
     "frames": "frames",
+    "frames_picture": "frames_picture",
     "template": "template",
 }
 

@@ -4,12 +4,23 @@ from __future__ import annotations
 
 import math
 import re
+import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ..diagnostic import Diagnostic
 from ..formatting import NUMBER_FORMATS, NumberFormat, fixed, six
-from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Output, Pose, Publisher, Robot, Vector
+from ..model import (
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Edge,
+    Output,
+    Pose,
+    Publisher,
+    Robot,
+    Vector,
+)
+from ..rules.proof import in_words, prove
 from ..templating import BUILTIN, Templates
 from . import Fact, Facts, Value
 from .static_tf import describe, frame_facts
@@ -33,6 +44,7 @@ _DEGREE_DIGITS = 4
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
 _ESCAPED = re.compile(r"\\(.)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_ALONE = re.compile(r"^The robot has one frame, .*\.$", re.MULTILINE)
 _SEPARATOR = re.compile(r"(?<!\\)\|")
 
 
@@ -57,6 +69,8 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "frames": _table(_FRAME_HEADERS, _frame_rows(frames, number)),
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "stand_ins": _stand_ins(robot),
+        "proof": _wrapped(_escape(in_words(prove(robot)))),
+        "stamps": list(_stamps(robot)),
         "poses": _table(_POSE_HEADERS, list(_pose_rows(robot, number))),
         "source": describe,
         "escape": _escape,
@@ -66,8 +80,25 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
 
 def _frames(robot: Robot) -> list[_Frame]:
     """Return the joints in the order of the description, then the transforms of other nodes."""
-    frames = [_Frame(j.parent, j.child, j.publisher, j.type != "fixed", "", j.origin) for j in robot.joints_down()]
-    return frames + [_Frame(e.parent, e.child, e.publisher, e.moving, e.when, e.pose) for e in robot.edges]
+    frames: list[_Frame] = []
+    for joint in robot.joints_down():
+        turns = robot.turns.get(joint.name, ())
+        if joint.publisher.kind != UNPUBLISHED or not turns:
+            ends, pose = (joint.parent, joint.child), joint.origin
+            frames.append(_Frame(*ends, joint.publisher, joint.moves_on_tf, "", pose))
+        frames += map(_of_edge, turns)
+    return frames + [_of_edge(edge) for edge in robot.edges if not edge.joint]
+
+
+def _of_edge(edge: Edge) -> _Frame:
+    return _Frame(edge.parent, edge.child, edge.publisher, edge.moving, edge.when, edge.pose)
+
+
+def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
+    """Yield what stamps messages, and the frames that it stamps them with."""
+    named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
+    named += [(node.name, node.stamps) for node in robot.publishers]
+    yield from ((name, ", ".join(frames)) for name, frames in named if frames)
 
 
 def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
@@ -93,7 +124,7 @@ def _publishing(frame: _Frame) -> tuple[str, str, str]:
     """Return who publishes a frame, on which topic, and when."""
     publisher = frame.publisher
     if publisher.kind == UNPUBLISHED:
-        return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", "never"
+        return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", frame.when or "never"
     moving = frame.moving and publisher.kind != STATIC_TRANSFORM_PUBLISHER
     return publisher.name, "/tf" if moving else "/tf_static", frame.when or "always"
 
@@ -150,6 +181,11 @@ def _escape(text: str) -> str:
     return _MARKS.sub(r"\\\g<0>", " ".join(text.split()))
 
 
+def _wrapped(text: str) -> str:
+    """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
+    return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
+
+
 def _table(headers: Sequence[str], rows: list[list[str]]) -> str:
     """Return a table whose columns stand below each other; empty without rows."""
     if not rows:
@@ -164,12 +200,14 @@ def _line(cells: Iterable[str], widths: list[int]) -> str:
 
 
 def read(text: str) -> Facts:
-    """Return what the tables say about frames and poses. Raises ValueError if there is no table of frames.
+    """Return what the tables say about frames and poses. Raises ValueError if a robot of several frames has no table.
 
     A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
     "publisher when slam" for a publisher that takes turns.
     """
     frames = list(_parse(text, _FRAME_HEADERS))
+    if not frames and _ALONE.search(text):
+        return {}
     if not frames:
         raise ValueError("there is no table of frames")
     width = _half_width([number for row in frames for number in _numbers(row)])

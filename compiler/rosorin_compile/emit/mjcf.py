@@ -8,7 +8,8 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 - Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
 - A geom without mass of its own would get the mass of water, so every geom has density 0: the only masses are those of
-  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here.
+  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here; if it
+  carries mass by further joints, it has the least that MuJoCo takes.
 - The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
 - There is no word for a velocity limit. A range whose ends are equal means no range.
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
@@ -43,32 +44,34 @@ from ..model import (
     Robot,
     Shape,
     Sphere,
+    principal_moments,
 )
 from ..templating import BUILTIN, Templates, attributes, comment
-from .mjcf_checks import mesh_path, position_range, refused, unsaid, weld_groups
+from .mjcf_checks import body_name, has_volume, mesh_path, position_range, refused, unsaid
+from .mjcf_joints import followers, joints_of, keys
+from .mjcf_masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless, weld_groups
 from .mjcf_reader import read
 from .mjcf_sensors import Element, elements_of
-from .xml_facts import Six, along_link
 
 __all__ = ["emit", "read"]
 
-_TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
-
-
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
+
+# What a body without mass has where MuJoCo asks for one (see ``mjcf_masses.weightless``).
+_LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
 
 
 class Body(NamedTuple):
     """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first.
 
-    ``inertial`` and ``joint`` are empty where there is none; ``geoms`` and ``elements`` are lists.
+    ``inertial`` is empty where there is none; ``joints``, ``geoms`` and ``elements`` are lists.
     """
 
     indent: str
     names: Markup
     inertial: Markup | str
-    joint: Markup | str
+    joints: list[Markup]
     geoms: list[Markup]
     site: Markup
     elements: Sequence[Element]
@@ -93,7 +96,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
     elements = elements_of(robot, templates, number)
-    printer = _Printer(robot, number, elements.bodies)
+    printer = _Printer(robot, number, elements.bodies, free)
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [frame.joint for frame in frames if frame.joint]
@@ -104,12 +107,12 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
         "meshes": [(name, mesh, mesh_path(mesh)) for mesh, name in printer.meshes.items()],
         "bodies": bodies,
-        "followers": [joint for joint in joints if joint.mimic],
-        "actuated": [joint for joint in joints if joint.actuator],
+        "followers": followers(robot, joints, number),
+        "actuated": [joint for joint in joints if joint.actuator and joint.moves],
         "sensors": elements.sensors,
         "sections": elements.sections,
         "excludes": excluded_contacts(robot),
-        "keys": _keys(robot, joints, free),
+        "keys": keys(robot, joints, free),
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
         "range": position_range,
@@ -134,7 +137,9 @@ def walk(robot: Robot) -> Iterator[Frame]:
         frame = waiting.pop()
         yield frame
         below = [
-            Frame(joint.child, frame.depth + 1, joint.origin, joint if joint.moves else None, robot.link[joint.child])
+            Frame(
+                joint.child, frame.depth + 1, joint.origin, None if joint.is_fixed else joint, robot.link[joint.child]
+            )
             for joint in robot.joints_from.get(frame.name, ())
         ]
         below += [Frame(name, frame.depth + 1, pose, None, None) for name, pose in edges.get(frame.name, ())]
@@ -144,11 +149,14 @@ def walk(robot: Robot) -> Iterator[Frame]:
 class _Printer:
     """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
 
-    def __init__(self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]]) -> None:
+    def __init__(
+        self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]], free: bool
+    ) -> None:
         self.robot = robot
         self.number = number
         self.elements = elements
         self.meshes: dict[Mesh, str] = {}
+        self.weightless = frozenset(weightless(robot, free))
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -165,36 +173,30 @@ class _Printer:
         link = frame.link or Link(frame.name)
         return Body(
             _indent(frame.depth),
-            attributes(name=frame.name, **self.place(frame.pose)),
-            self.inertial(link.inertial) if link.inertial else "",
-            self.joint(frame.joint) if frame.joint else "",
+            attributes(name=body_name(self.robot, frame.name), **self.place(frame.pose)),
+            self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
+            joints_of(frame.joint, self.robot, self.number) if frame.joint else [],
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
             attributes(name=frame.name),
             self.elements.get(frame.name, ()),
             [_indent(depth) for depth in ends],
         )
 
-    def inertial(self, inertial: Inertial) -> Markup:
-        pos, mass = self.vector(inertial.pose.xyz), self.number(inertial.mass)
-        return attributes(pos=pos, mass=mass, fullinertia=self.vector(_inertia(inertial)))
-
-    def joint(self, joint: Joint) -> Markup:
-        values = {"name": joint.name, "type": _TYPES[joint.type], "axis": self.vector(joint.axis)}
-        ends = position_range(joint)
-        if ends:
-            values["range"] = self.vector(ends)
-        if joint.dynamics is not None:
-            said = joint.dynamics
-            words = {"damping": said.damping, "frictionloss": said.friction, "armature": said.armature}
-            values |= {word: self.number(value) for word, value in words.items() if value}
-        if joint.limit is not None and joint.limit.effort:
-            values["actuatorfrcrange"] = self.vector([-joint.limit.effort, joint.limit.effort])
-        return attributes(**values)
+    def inertial(self, inertial: Inertial | None) -> Markup | str:
+        """Return the attributes of an inertial; empty where there is no mass."""
+        if inertial is None or not has_mass(inertial):
+            return ""
+        pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
+        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
+            return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
+        return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
 
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
         for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
             geometry = solid.geometry
+            if not has_volume(geometry):
+                continue
             values = {"class": f"{self.robot.name}_{purpose}", "name": f"{link.name}_{purpose}_{index}"}
             values["type"] = type(geometry).__name__.lower()
             if isinstance(geometry, Mesh):
@@ -204,14 +206,10 @@ class _Printer:
             else:
                 values["size"] = self.vector(_half_sizes(geometry))
             values |= self.place(solid.origin())
-            if solid.rgba:
-                values["rgba"] = self.vector(solid.rgba)
+            colour = self.robot.colour(solid) if purpose == "visual" else None
+            if colour:
+                values["rgba"] = self.vector(colour)
             yield attributes(**values)
-
-
-def _inertia(inertial: Inertial) -> Six:
-    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
-    return along_link(six, inertial.pose.transform())
 
 
 def _indent(depth: int) -> str:
@@ -245,17 +243,7 @@ def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
                 pairs.setdefault(frozenset((above, below)), (above, below))
     for pair in robot.disabled_contacts:
         pairs.setdefault(frozenset(pair), pair)
-    return list(pairs.values())
-
-
-def _keys(robot: Robot, joints: list[Joint], free: bool) -> list[tuple[str, list[float], list[float]]]:
-    """Return name, qpos and ctrl of each pose: the free base at the origin of the world, then the joints in order."""
-    base = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] if free else []
-    keys = []
-    for pose in robot.poses:
-        at = {joint.name: robot.position(joint, pose.positions) for joint in joints}
-        keys.append((pose.name, base + list(at.values()), [at[joint.name] for joint in joints if joint.actuator]))
-    return keys
+    return [(body_name(robot, one), body_name(robot, other)) for one, other in pairs.values()]
 
 
 def _free_joint(robot: Robot) -> str:

@@ -5,7 +5,21 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic
-from ..model import SENSOR_ELEMENT, Joint, Mesh, Robot, Simulated
+from ..model import (
+    SENSOR_ELEMENT,
+    Box,
+    Geometry,
+    HeightMap,
+    Joint,
+    Mesh,
+    Robot,
+    Simulated,
+    Sphere,
+)
+from .mjcf_masses import masses
+
+# The body that everything else stands in.
+WORLD = "world"
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 
@@ -19,36 +33,35 @@ def mesh_path(mesh: Mesh) -> str:
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
     """Return the limits of the position of a joint (rad or m); None where it has none."""
-    limit = joint.limit
+    limit = joint.limit if joint.moves else None
     if joint.type == "continuous" or limit is None or limit.lower is None or limit.upper is None:
         return None
     return (limit.lower, limit.upper)
 
 
-def weld_groups(robot: Robot) -> dict[str, list[str]]:
-    """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
-    top: dict[str, str] = {}
-    groups: dict[str, list[str]] = {}
-    for link in robot.walk():
-        joint = robot.joint_to.get(link.name)
-        top[link.name] = link.name if joint is None or joint.moves else top[joint.parent]
-        groups.setdefault(top[link.name], []).append(link.name)
-    return groups
+def body_name(robot: Robot, link: str) -> str:
+    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    name = link if link != WORLD else f"{WORLD}_link"
+    known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
+    while name in known:
+        name += "_"
+    return name
+
+
+def has_volume(geometry: Geometry) -> bool:
+    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    if isinstance(geometry, HeightMap):
+        return True
+    if isinstance(geometry, Mesh):
+        return all(geometry.scale)
+    if isinstance(geometry, Box):
+        return all(size > 0 for size in geometry.size)
+    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
 
 
 def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     """Yield an error for each thing that MuJoCo does not load."""
-    for top, names in weld_groups(robot).items():
-        joint = robot.joint_to.get(top)
-        if (joint is None and not free) or any(robot.link[name].inertial for name in names):
-            continue
-        what = f'joint "{joint.name}" moves link "{top}"' if joint else f'"base: free" lets link "{top}" move'
-        message = f"{what}, but neither it nor a link fixed to it has a mass: MuJoCo does not load that"
-        way_out = "make the joint fixed" if joint else 'say "base: fixed"'
-        yield Diagnostic("mjcf-needs-mass", ERROR, message, help=f'give "{top}" an inertial, or {way_out}')
-    if "world" in robot.link:
-        message = 'MuJoCo keeps the name "world" for its own root body: link "world" cannot be told in MJCF'
-        yield Diagnostic("mjcf-reserved-name", ERROR, message, help='call the link something else, such as "base"')
+    yield from masses(robot, free)
     for sensor in robot.sensors:
         for part in sensor.simulated:
             site = _site_name(part)
@@ -71,25 +84,61 @@ def _site_name(part: Simulated) -> str:
 def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
     for joint in joints:
+        if not joint.moves:
+            yield from _several(joint)
+            continue
         ends = position_range(joint)
-        if ends and ends[0] == ends[1]:
-            message = f'joint "{joint.name}" is held at {ends[0]:g}: MuJoCo takes a range of no width for no limit'
+        if ends and ends[0] >= ends[1]:
+            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-        if joint.limit and joint.limit.effort == 0:
-            message = f'joint "{joint.name}" has an effort of 0: MuJoCo takes a force range of no width for no limit'
+        if joint.limit and joint.limit.effort is not None and joint.limit.effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {joint.limit.effort:g}: MuJoCo takes a force range of no'
+            message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
     fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
     if fast:
         message = f"MJCF has no velocity limit: that of {fast} joint{'' if fast == 1 else 's'} is left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
+    textured += sum(bool(material.texture) for material in robot.materials)
+    if textured:
+        message = (
+            f"the MJCF has colours alone: {textured} texture{'' if textured == 1 else 's'} of visuals are left out"
+        )
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
+    if WORLD in robot.link:
+        message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
+        message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def _several(joint: Joint) -> Iterator[Diagnostic]:
+    """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
+    has = {"limit": joint.limit is not None and joint.type == "planar", "dynamics": joint.dynamics is not None}
+    words = [word for word, there in has.items() if there]
+    if words:
+        message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
+        message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
+        yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
 
 
 def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
-    """Yield a warning for each shape that is left out because MuJoCo cannot open its mesh."""
+    """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
+    meshes: list[tuple[str, str]] = []
     for link in robot.walk():
         for shape in (*link.collision, *link.visual):
-            if isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry):
-                message = f'mesh {shape.geometry.file} of link "{link.name}" is left out of the MJCF: MuJoCo opens'
-                message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
-                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")
+            if not all(has_volume(solid.geometry) for solid in shape.solids()):
+                kind = type(shape.geometry).__name__.lower()
+                message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
+                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
+            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry):
+                meshes.append((shape.geometry.file, link.name))
+    if meshes:
+        (file, link_name), *more = meshes
+        what = f'mesh {file} of link "{link_name}"'
+        what += f" and {len(more)} more are" if more else " is"
+        message = f"{what} left out of the MJCF: MuJoCo opens"
+        message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")

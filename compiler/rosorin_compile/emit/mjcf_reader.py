@@ -12,8 +12,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ..model.geometry import transform_of_quaternion
 from . import Fact, Facts
-from .xml_facts import AXES, FactSheet, Six, number_of, transform_of_quaternion
+from .mjcf_joints import FLOATING, PLANAR
+from .mjcf_masses import LEAST
+from .xml_facts import AXES, FactSheet, Six, number_of
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -21,7 +24,10 @@ if TYPE_CHECKING:
     from ..model import Transform
 
 _FREE = 7
+_BALL = 4
 _WORLD = "world"
+# Where the top of the tree stands.
+_TOP = "the world of MuJoCo"
 _COLOUR = ("red", "green", "blue", "alpha")
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 # What a body has beside what sensors are made of.
@@ -48,7 +54,8 @@ def read(text: str) -> Facts:
     for actuator in sheet.root.iterfind("actuator/position"):
         _actuator(sheet, actuator, joints)
     for pair in sheet.root.iterfind("contact/exclude"):
-        sheet.add(Fact("link", sheet.text(pair, "body1"), f"contact with {sheet.text(pair, 'body2')}"), "excluded")
+        one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
+        sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
     return sheet.facts
@@ -62,17 +69,21 @@ def _bodies(
     ``owners`` collects the link of each named thing that a sensor may measure at.
     """
     free = False
-    waiting = [(body, _WORLD) for body in reversed(top.findall("body"))]
+    waiting = [(body, _TOP) for body in reversed(top.findall("body"))]
     while waiting:
         body, parent = waiting.pop()
-        name = sheet.text(body, "name")
+        called = sheet.text(body, "name")
+        # The body of a link "world" has another name, for MuJoCo has a body of that name.
+        moved = called.startswith(f"{_WORLD}_link") and any(s.get("name") == _WORLD for s in body.iterfind("site"))
+        name = _WORLD if moved else called
+        owners[called] = name
         sheet.add_frame(name, parent, _transform(sheet, body))
         if body.find("freejoint") is not None:
             free = True
             sheet.add(Fact("link", name, "base"), "free")
-        for joint in body.iterfind("joint"):
-            joints[sheet.text(joint, "name")] = joint
-            _joint(sheet, joint, name)
+        found = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
+        joints |= found
+        _joints(sheet, found, name)
         owners[name] = name
         for part in body:
             if part.tag == "site" and part.get("name") == name:
@@ -129,6 +140,26 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
     return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
 
 
+def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
+    """Take down the joints of a body: those that together are a planar or a floating joint as that."""
+    first = next(iter(joints), "")
+    base = first.removesuffix(PLANAR[0])
+    for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
+        if list(joints) == [base + end for end in ends] and joints[base + ends[-1]].get("type", "hinge") == last:
+            sheet.add(Fact("joint", base, "type"), kind)
+            sheet.add(Fact("joint", base, "child"), child)
+            if kind == "planar":
+                _axis(sheet, base, joints[base + ends[-1]])
+            return
+    for joint in joints.values():
+        _joint(sheet, joint, child)
+
+
+def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
+    for axis, value in zip(AXES, sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)), strict=True):
+        sheet.add(Fact("joint", name, f"axis {axis}"), value)
+
+
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
     name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
     slides = kind == "slide"
@@ -138,8 +169,7 @@ def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
         kind = "revolute" if ends else "continuous"
     sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
     sheet.add(Fact("joint", name, "child"), child)
-    for axis, value in zip(AXES, sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)), strict=True):
-        sheet.add(Fact("joint", name, f"axis {axis}"), value)
+    _axis(sheet, name, joint)
     for quantity, value in zip(("lower", "upper"), ends, strict=False):
         sheet.add(Fact("joint", name, quantity), value, unit)
     for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
@@ -155,10 +185,14 @@ def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
+    mass = sheet.number(inertial, "mass")
+    if mass <= LEAST:  # what a link without mass has
+        return
     frame = _transform(sheet, inertial)
-    xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (0.0,) * 6)
+    diagonal = sheet.vector3(inertial, "diaginertia")
+    xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (*diagonal, 0.0, 0.0, 0.0))
     inertia: Six = (xx, yy, zz, xy, xz, yz)
-    sheet.add_inertial(name, sheet.number(inertial, "mass"), frame, inertia)
+    sheet.add_inertial(name, mass, frame, inertia)
 
 
 def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
@@ -193,8 +227,9 @@ def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, El
 def _mimic(sheet: FactSheet, follower: Element, joints: dict[str, Element]) -> None:
     name = sheet.text(follower, "joint1")
     offset, multiplier, *_ = sheet.vector(follower, "polycoef", 5, (0.0, 1.0, 0.0, 0.0, 0.0))
-    sheet.add(Fact("joint", name, "mimic joint"), sheet.text(follower, "joint2"))
-    sheet.add(Fact("joint", name, "mimic multiplier"), multiplier)
+    if "joint2" in follower.attrib:  # without it the joint is held at an angle
+        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(follower, "joint2"))
+        sheet.add(Fact("joint", name, "mimic multiplier"), multiplier)
     sheet.add(Fact("joint", name, "mimic offset"), offset, _unit(joints, name))
 
 
@@ -210,10 +245,14 @@ def _actuator(sheet: FactSheet, actuator: Element, joints: dict[str, Element]) -
 
 
 def _key(sheet: FactSheet, key: Element, joints: dict[str, Element], free: bool) -> None:
-    start = _FREE if free else 0
-    positions = sheet.vector(key, "qpos", start + len(joints), (0.0,) * (start + len(joints)))
-    for name, value in zip(joints, positions[start:], strict=True):
-        sheet.add(Fact("pose", sheet.text(key, "name"), name), value, _unit(joints, name))
+    sizes = [_BALL if joint.get("type") == "ball" else 1 for joint in joints.values()]
+    length = sum(sizes) + (_FREE if free else 0)
+    positions = iter(sheet.vector(key, "qpos", length, (0.0,) * length)[length - sum(sizes) :])
+    for name, size in zip(joints, sizes, strict=True):
+        for index in range(size):
+            which = name if size == 1 else f"{name} {'wxyz'[index]}"
+            unit = _unit(joints, name) if size == 1 else ""
+            sheet.add(Fact("pose", sheet.text(key, "name"), which), next(positions), unit)
 
 
 def _unit(joints: dict[str, Element], name: str) -> str:

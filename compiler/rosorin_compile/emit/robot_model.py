@@ -10,7 +10,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..diagnostic import WARNING, Diagnostic, did_you_mean, error
-from ..model import IDENTITY, Box, HeightMap, Joint, Output, Pose, Robot, ServoGroup, Transform
+from ..model import IDENTITY, SEVERAL_COORDINATES, Box, HeightMap, Joint, Output, Pose, Robot, ServoGroup, Transform
 from ..templating import Templates
 from . import Fact, Facts, Value
 from .static_tf import frame_facts
@@ -29,6 +29,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     options = output.options
     diagnostics = _unknown_names(robot, options)
     joints = [robot.joint[name] for name in options.get("joints", robot.joint) if name in robot.joint]
+    joints = [joint for joint in joints if _has_word(joint, diagnostics)]
     rename: Mapping[str, str] = options.get("rename", {})
     links = _links(joints) or [robot.root]
     diagnostics += _same_names(links, rename)
@@ -65,6 +66,16 @@ def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]
         for name in names
         if name not in known
     ]
+
+
+def _has_word(joint: Joint, diagnostics: list[Diagnostic]) -> bool:
+    """Say whether the format knows the type of a joint; if not, a warning is added."""
+    if joint.type not in SEVERAL_COORDINATES:
+        return True
+    message = f"robot_model has no word for {joint.type}: joint {joint.name} is left out"
+    way_out = "let its reader know how the two parts of the robot hang together"
+    diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=way_out))
+    return False
 
 
 def _links(joints: list[Joint]) -> list[str]:

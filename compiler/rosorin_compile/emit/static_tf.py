@@ -9,38 +9,51 @@ from __future__ import annotations
 
 import math
 import posixpath
+import re
+from functools import partial
 from typing import Any, NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
 from . import Fact, Facts, Value
 from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
 
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
+_URDF_FILE = "urdf_file"  # a launch argument of ours
+_WORD = re.compile(r"[^\W\d]\w*")
+_WORDS_ALONE = re.compile(r"[\w() ]+")
+_OPERATORS = ("and", "or", "not")
 _PARENT, _CHILD = "--frame-id", "--child-frame-id"
 _EXACT: Vector = (0.0, 0.0, 0.0)
 
 
 class StaticTransform(NamedTuple):
-    """One static_transform_publisher: the name of its node, its frames, and its command line arguments."""
+    """One static_transform_publisher: the name of its node, its frames, and its command line arguments.
+
+    ``when`` is the condition over modes under which it is started, empty for always.
+    """
 
     name: str
     parent: str
     child: str
     arguments: tuple[str, ...]
     source: Source
+    when: str = ""
 
 
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the launch file of a robot.
 
     robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
-    in the outputs folder; the launch argument ``urdf_file`` names another.
+    in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
+    are launch arguments.
     """
     transforms, diagnostics = static_transforms(robot)
+    in_modes = static_in_modes(robot)
     urdf = _urdf_file(robot)
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
@@ -49,6 +62,8 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
             Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
         )
     values: dict[str, Any] = {"robot": robot, "transforms": transforms, "literal": repr, "source": describe}
+    modes = modes_in(robot, [transform.when for transform in in_modes])
+    values |= {"modes": [_mode(name) for name in modes], "in_modes": in_modes, "condition": partial(condition, robot)}
     values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
     values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
     return templates.render(f"{BUILTIN}static_tf.launch.py.jinja", values), diagnostics
@@ -61,7 +76,7 @@ def _urdf_file(robot: Robot) -> str | None:
 
 
 def static_transforms(robot: Robot) -> tuple[list[StaticTransform], list[Diagnostic]]:
-    """Return the edges that static_transform_publisher nodes publish, in the order of the description."""
+    """Return the edges that static_transform_publisher nodes publish always, in the order of the description."""
     transforms, diagnostics = [], []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
@@ -71,6 +86,39 @@ def static_transforms(robot: Robot) -> tuple[list[StaticTransform], list[Diagnos
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
     return transforms, diagnostics
+
+
+def static_in_modes(robot: Robot) -> list[StaticTransform]:
+    """Return the edges that static_transform_publisher nodes publish in some modes alone, by joint."""
+    found = []
+    for edges in robot.turns.values():
+        for edge in edges:
+            if edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+                joint = robot.joint[edge.joint]
+                arguments = _arguments(joint)
+                found.append(
+                    StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, joint.source, edge.when)
+                )
+    return found
+
+
+def _mode(name: str) -> tuple[str, str]:
+    """Return a mode and the launch argument that turns it on."""
+    return name, f"mode_{name}" if name == _URDF_FILE else name
+
+
+def condition(robot: Robot, when: str) -> str:
+    """Return a condition over modes as Python over the table ``on``, such as "not on['slam']"."""
+    modes = modes_in(robot, [when])
+    words = _WORD.findall(when)
+    if _WORDS_ALONE.fullmatch(when) and set(words) <= {*modes, *_OPERATORS}:
+        return _WORD.sub(lambda found: found[0] if found[0] in _OPERATORS else f"on[{found[0]!r}]", when.strip())
+    # Expressions know more than Python's "and": every combination of modes in which it holds is named.
+    ways = [states for states in combinations(modes) if holds(when, states)]
+    return " or ".join(
+        "(" + " and ".join(f"{'' if state else 'not '}on[{mode!r}]" for mode, state in states.items()) + ")"
+        for states in ways
+    )
 
 
 def describe(source: Source) -> str:

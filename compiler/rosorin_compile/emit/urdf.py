@@ -1,20 +1,22 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-It carries the links and joints that robot_state_publisher publishes, and no other: each edge has one publisher.
+It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
+floating joints, which robot_state_publisher cannot move: other readers of URDF can. Elements that only a URDF has
+(``urdf_elements``) stand where the description has them, letter by letter.
 Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Iterable, Sequence
+from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from ..diagnostic import NOTE, WARNING, Diagnostic
+from ..elements_text import indented
 from ..formatting import NUMBER_FORMATS, NumberFormat, vector
 from ..model import (
-    ROBOT_STATE_PUBLISHER,
     Box,
     Capsule,
     Cylinder,
@@ -33,17 +35,36 @@ from .urdf_reader import read
 
 __all__ = ["emit", "read"]
 
-ELEMENTS = ["inertial", "visual", "collision", "dynamics"]
+ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
+
+
+class _Format(NamedTuple):
+    """How the URDF is asked for: how numbers are printed, which elements it has, its version."""
+
+    number: NumberFormat
+    elements: Sequence[str]
+    version: str
+
+    def vector(self, numbers: Iterable[float]) -> str:
+        return vector(numbers, self.number)
+
+    def kept(self, texts: Iterable[str], indent: str) -> list[Markup]:
+        """Return elements that the description has for the URDF."""
+        if "urdf_elements" not in self.elements:
+            return []
+        return [Markup(indented(text, indent)) for text in texts]  # noqa: S704 - the rules found it well formed
 
 
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the URDF of a robot.
 
-    Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision and dynamics; default all).
+    Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
+    default all), ``version`` (1.0 or 1.2, which has capsules).
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     elements = output.options.get("elements", ELEMENTS)
-    groups = link_groups(robot, robot.published_by(ROBOT_STATE_PUBLISHER))
+    form = _Format(number, elements, output.options.get("version", "1.0"))
+    groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
     diagnostics: list[Diagnostic] = []
     stand_ins: set[str] = set()
@@ -54,13 +75,17 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
             link = robot.link[name]
             visual = moved_here(robot, name, carried, "visual") if "visual" in elements else []
             collision = collisions(robot, name, carried) if "collision" in elements else []
-            diagnostics += _unsaid(name, [*visual, *collision])
+            diagnostics += _unsaid(name, [*visual, *collision], form)
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
-            rows.append((attributes(name=name), inertial, _rows(name, visual, number), _rows(name, collision, number)))
-        steps.append((rows, [] if joint is None else [_joint(joint, number, "dynamics" in elements)]))
+            shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
+            rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
+        steps.append((rows, [] if joint is None else [_joint(joint, form)]))
     diagnostics += _left_out(robot, carried, elements)
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
+    values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
+    values["materials"] = _materials(robot, form) if "visual" in elements else []
+    values["elements"] = form.kept(robot.urdf_elements, "  ")
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
 
 
@@ -103,29 +128,51 @@ def _solids(shapes: Sequence[Shape]) -> list[Shape]:
     return [solid for shape in shapes for solid in shape.solids()]
 
 
-def _rows(link: str, solids: list[Shape], number: NumberFormat) -> list[tuple[Any, ...]]:
-    """Return each solid as the attributes of its elements: origin, kind and sizes, material and colour."""
+def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
+    """Return the materials of the robot: the attributes of each, and what is in it."""
+    return [(attributes(name=found.name), _look(found.rgba, found.texture, form)) for found in robot.materials]
+
+
+def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> Markup:
+    """Return the elements of a material."""
+    colour = Markup("<color{}/>").format(attributes(rgba=form.vector(rgba))) if rgba is not None else Markup()
+    return colour + Markup("<texture{}/>").format(attributes(filename=texture)) if texture else colour
+
+
+def _rows(robot: Robot, link: str, solids: list[Shape], form: _Format) -> list[tuple[Any, ...]]:
+    """Return each solid as attributes of its elements: name, origin, kind and sizes, material; and what is in them."""
     rows = []
     for index, solid in enumerate(solids, 1):
-        kind, sizes = _geometry(solid, number)
-        colour = attributes(rgba=vector(solid.rgba, number)) if solid.rgba else ""
-        material = solid.material or (f"{link}_{index}" if colour else "")
-        named = attributes(name=material) if material else ""
-        rows.append((_origin(solid.origin(), number), kind, attributes(**sizes), named, colour))
+        kind, sizes = _geometry(solid, form)
+        look = _look(solid.rgba, solid.texture, form)
+        material = solid.material or (_own_material(robot, f"{link}_{index}") if look else "")
+        names = attributes(name=solid.name) if solid.name else ""
+        surface = attributes(name=material) if material else ""
+        kept = form.kept(solid.urdf_elements, "      ")
+        rows.append((names, _origin(solid.origin(), form.number), kind, attributes(**sizes), surface, look, kept))
     return rows
+
+
+def _own_material(robot: Robot, name: str) -> str:
+    """Return a name for the material of one visual that no other material has."""
+    while name in robot.material:
+        name += "_"
+    return name
 
 
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
 
 
-def _geometry(solid: Shape, number: NumberFormat) -> tuple[str, dict[str, str]]:
+def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
-    shape = solid.geometry
+    shape, number = solid.geometry, form.number
     if isinstance(shape, Box):
         return "box", {"size": vector(shape.size, number)}
     if isinstance(shape, Cylinder):
         return "cylinder", {"radius": number(shape.radius), "length": number(shape.length)}
+    if isinstance(shape, Capsule) and form.version != "1.0":
+        return "capsule", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Capsule):
         return "cylinder", {"radius": number(shape.radius), "length": number(shape.length + 2 * shape.radius)}
     if isinstance(shape, Sphere):
@@ -144,24 +191,34 @@ def _inertial(link: Link, number: NumberFormat) -> list[tuple[Markup, ...]]:
     return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), attributes(**moments))]
 
 
-def _joint(joint: Joint, number: NumberFormat, with_dynamics: bool) -> tuple[Markup | str, ...]:
-    """Return a joint as the attributes of its elements: names, links, origin, axis, limit, dynamics and mimic."""
-    dynamics, mimic = joint.dynamics, joint.mimic
-    limit: Markup | str = ""
-    damped: Markup | str = ""
-    follows: Markup | str = ""
-    if joint.moves and joint.limit is not None:
-        given = {key: getattr(joint.limit, key) for key in ("lower", "upper", "effort", "velocity")}
-        limit = attributes(**{key: number(value) for key, value in given.items() if value is not None})
-    if with_dynamics and dynamics is not None and (dynamics.damping or dynamics.friction):
-        damped = attributes(damping=number(dynamics.damping), friction=number(dynamics.friction))
+def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
+    """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
+    number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
+    inner: list[tuple[str, Markup]] = []
+    along = joint.type not in ("fixed", "floating")
+    if along:
+        inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
+    if along and joint.calibration is not None:
+        inner.append(("calibration", _given(joint.calibration, ("rising", "falling", "reference_position"), number)))
+    if along and joint.limit is not None:
+        inner.append(("limit", _given(joint.limit, ("lower", "upper", "effort", "velocity"), number)))
+    if "dynamics" in form.elements and dynamics is not None and (dynamics.damping or dynamics.friction):
+        inner.append(("dynamics", _given(dynamics, ("damping", "friction"), number)))
     if mimic is not None:
         factor, offset = number(mimic.multiplier), number(mimic.offset)
-        follows = attributes(joint=mimic.joint, multiplier=factor, offset=offset)
+        inner.append(("mimic", attributes(joint=mimic.joint, multiplier=factor, offset=offset)))
+    if along and joint.safety is not None:
+        keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
+        inner.append(("safety_controller", _given(joint.safety, keys, number)))
     names = attributes(name=joint.name, type=joint.type)
     ends = attributes(link=joint.parent), attributes(link=joint.child)
-    axis = attributes(xyz=vector(joint.axis, number)) if joint.moves else ""
-    return (names, *ends, _origin(joint.origin, number), axis, limit, damped, follows)
+    return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
+
+
+def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
+    """Return the numbers of an entry as attributes, those that are given."""
+    values = {key: getattr(entry, key) for key in keys}
+    return attributes(**{key: number(value) for key, value in values.items() if value is not None})
 
 
 def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:
@@ -173,10 +230,13 @@ def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> lis
         fixed = _reaches_by_fixed_joints(robot, link.name, carried)
         shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]
         inertial = ["inertial"] if "inertial" in elements and link.inertial else []
-        lost += [f"{link.name} ({', '.join(shapes + inertial)})"] if shapes or inertial else []
+        kept = ["urdf_elements"] if "urdf_elements" in elements and link.urdf_elements else []
+        lost += [f"{link.name} ({', '.join(shapes + inertial + kept)})"] if shapes or inertial or kept else []
+    ours = robot.in_urdf()
+    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j not in ours]
     if not lost:
         return []
-    message = f"not in the URDF, because robot_state_publisher does not publish their links: {', '.join(lost)}"
+    message = f"not in the URDF, because robot_state_publisher does not publish them: {', '.join(lost)}"
     return [Diagnostic("urdf-cannot-say", NOTE, message)]
 
 
@@ -192,10 +252,11 @@ def _reaches_by_fixed_joints(robot: Robot, link: str, carried: frozenset[str]) -
     return False
 
 
-def _unsaid(link: str, solids: list[Shape]) -> list[Diagnostic]:
+def _unsaid(link: str, solids: list[Shape], form: _Format) -> list[Diagnostic]:
     """Return a warning for the shapes that URDF 1.0 has no word for."""
-    capsules = sum(isinstance(solid.geometry, Capsule) for solid in solids)
+    capsules = sum(isinstance(solid.geometry, Capsule) for solid in solids) if form.version == "1.0" else 0
     if not capsules:
         return []
-    message = f"URDF has no capsule: {capsules} on link {link} are written as cylinders of the same full length"
-    return [Diagnostic("urdf-cannot-say", WARNING, message, help="use a cylinder and spheres to say it exactly")]
+    message = f"URDF 1.0 has no capsule: {capsules} on link {link} are written as cylinders of the same full length"
+    help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+    return [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]

@@ -46,17 +46,39 @@ Six = tuple[float, float, float, float, float, float]
 
 def parse(text: str, tag: str) -> Element:
     """Return the root element of an XML text. Raises ValueError if it is damaged or its root is not ``tag``."""
-    from xml.etree import ElementTree
-
     if "<!DOCTYPE" in text or "<!ENTITY" in text:
         raise ValueError("a generated artifact declares no entities")
-    try:
-        root = ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
-    except ElementTree.ParseError as problem:
-        raise ValueError(str(problem)) from None
+    root = tree_of(text)
     if root.tag != tag:
         raise ValueError(f"the root element is {root.tag}, not {tag}")
     return root
+
+
+def tree_of(text: str) -> Element:
+    """Return the tree of an XML text without entities. Names are names: a URDF need not say what a prefix means.
+
+    Raises ValueError if the text is not well formed.
+    """
+    from xml.etree import ElementTree
+    from xml.parsers import expat
+
+    if "xmlns" not in text:
+        try:
+            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
+        except ElementTree.ParseError as problem:
+            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
+                raise ValueError(str(problem)) from None
+    builder = ElementTree.TreeBuilder()
+    parser = expat.ParserCreate()
+    parser.buffer_text = True
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(text, True)
+    except (expat.ExpatError, UnicodeEncodeError) as problem:
+        raise ValueError(str(problem)) from None
+    return builder.close()
 
 
 def number_of(text: str) -> float:
@@ -199,20 +221,3 @@ def along_link(inertia: Six, frame: Transform) -> Six:
 
 def _times(rows: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
     return (dot(rows[0], v), dot(rows[1], v), dot(rows[2], v))
-
-
-def transform_of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
-    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length.
-
-    Raises ValueError for a quaternion of length zero.
-    """
-    length = math.hypot(*quaternion)
-    if length == 0:
-        raise ValueError("a quaternion of length zero is no rotation")
-    w, x, y, z = (c / length for c in quaternion)
-    rows = (
-        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
-    )
-    return Transform(rows, xyz)

@@ -10,7 +10,7 @@ from ..tree import Path
 from .frames import Frames
 from .values import Number, Shape
 
-_OF_JOINT = ("limit", "mimic", "dynamics", "actuator")
+_OF_JOINT = ("limit", "mimic", "dynamics", "actuator", "calibration", "safety_controller")
 _OF_SERVO = ("rad_per_pulse", "zero_pulse", "pulse_range")
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 
@@ -19,7 +19,7 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
     """Yield the limits of a joint, whom it follows, what a simulation knows of it, and its servo."""
     path = frames.places["joint", joint.name]
     for key in _OF_JOINT:
-        yield from frames.numbers((*path, key), joint.type == "prismatic")
+        yield from frames.numbers((*path, key), joint.type in ("prismatic", "planar"))
     for group in frames.robot.servos:
         if joint.name in group.joints:
             for key in _OF_SERVO:

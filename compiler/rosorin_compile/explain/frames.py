@@ -92,17 +92,17 @@ class Frames:
         path = self.places["joint", joint.name]
         where, stack = self.origins.at(path)
         numbers = list(self.pose(path, joint.origin, optical=path[-1:] == ("optical",)))
-        if joint.moves:
+        if joint.moves or joint.type == "planar":
             numbers += self.vector(path, "axis", joint.axis)
-        topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves else "/tf_static"
+        topic = "" if joint.publisher.kind == UNPUBLISHED else "/tf" if joint.moves_on_tf else "/tf_static"
         transform = transform_of(joint.transform())
-        words = publisher_words(joint.publisher)
+        words = "published in turns" if joint.name in self.robot.turns else publisher_words(joint.publisher)
         return Edge(
             joint.parent, joint.child, joint.name, joint.type, words, topic, "", transform, tuple(numbers), where, stack
         )
 
     def _of_node(self, index: int, edge: NodeEdge) -> Edge:
-        path: Path = ("edges", index)
+        path: Path = self.places["joint", edge.joint] if edge.joint else ("edges", index)
         where, stack = self.origins.at(path)
         topic = "/tf" if edge.moving else "/tf_static"
         transform = None if edge.pose is None else transform_of(edge.pose.transform())

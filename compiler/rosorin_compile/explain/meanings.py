@@ -114,7 +114,7 @@ class Meanings:
         """Return what gave a name its value, in words, and the scope of the expression that did."""
         if path[:1] == ("args",):
             return "argument, its default", owner
-        if path[:1] == ("include",):
+        if path[:1] == ("include",) and "for" not in path:
             return "argument, set by the include", owner
         if len(path) == 1 and name in self.given:
             return "argument, set by the file", owner

@@ -1,43 +1,44 @@
 """The model of a robot: frozen values in SI units that import nothing else of this package."""
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
-from .mass import inertial_of, volume_of
-from .robot import (
+from .joint import (
+    MOVING_TYPES,
     NODE,
     ROBOT_STATE_PUBLISHER,
+    SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
     Actuator,
+    Calibration,
     Dynamics,
-    Edge,
-    Inertial,
     Joint,
-    JointPose,
     Limit,
-    Link,
     Mimic,
-    Output,
     Publisher,
-    Robot,
-    Sensor,
-    ServoGroup,
-    Source,
+    SafetyController,
 )
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape, Sphere
+from .link import Inertial, Link, Source
+from .mass import inertial_of, principal_moments, volume_of
+from .motion import plane_axes
+from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
+from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Material, Mesh, Shape, Sphere
 from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Replicas, Simulated
 
 __all__ = [
     "BODY_ELEMENT",
     "IDENTITY",
+    "MOVING_TYPES",
     "NODE",
     "ROBOT_STATE_PUBLISHER",
     "SENSOR_ELEMENT",
+    "SEVERAL_COORDINATES",
     "STATIC_TRANSFORM_PUBLISHER",
     "TEMPLATE_ELEMENT",
     "UNPUBLISHED",
     "Actuator",
     "Attribute",
     "Box",
+    "Calibration",
     "Capsule",
     "Cylinder",
     "Dynamics",
@@ -49,6 +50,7 @@ __all__ = [
     "JointPose",
     "Limit",
     "Link",
+    "Material",
     "Mesh",
     "Mimic",
     "Output",
@@ -56,6 +58,7 @@ __all__ = [
     "Publisher",
     "Replicas",
     "Robot",
+    "SafetyController",
     "Sensor",
     "ServoGroup",
     "Shape",
@@ -65,6 +68,8 @@ __all__ = [
     "Transform",
     "Vector",
     "inertial_of",
+    "plane_axes",
     "pose_of",
+    "principal_moments",
     "volume_of",
 ]

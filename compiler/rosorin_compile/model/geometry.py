@@ -8,6 +8,7 @@ Representation").
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 Vector = tuple[float, float, float]
@@ -18,6 +19,8 @@ _UNIT_ROWS: Rows = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _ORIGIN: Vector = (0.0, 0.0, 0.0)
 # Below this, a sine or cosine is rounding: pi itself is stored to 1.2e-16, a product of three rotations to about 1e-15.
 _ROUNDING = 4e-15
+# The cosine of a pitch within about half a degree of +-90 degrees: the atan2 of numbers so small loses digits.
+_STEEP = 1e-2
 
 
 def dot(a: Vector, b: Vector) -> float:
@@ -116,10 +119,16 @@ class Transform:
 
     def rpy(self) -> Vector:
         """Return the rotation as fixed-axis roll, pitch, yaw in radians; at pitch +-90 degrees the yaw is zero."""
-        (a, _, _), (d, e, f), (g, h, i) = self.rows
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
         horizontal = math.hypot(h, i)
         if horizontal < 1e-12:
             return (math.atan2(-f if g < 0 else f, e) * (1 if g < 0 else -1) + 0.0, math.atan2(-g, horizontal), 0.0)
+        if horizontal < _STEEP:
+            # Roll and yaw are hardly told apart: the yaw is what the roll leaves, in numbers that are not small.
+            roll = math.atan2(h, i)
+            sine, cosine = math.sin(roll), math.cos(roll)
+            yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
+            return (roll, math.atan2(-g, horizontal), yaw)
         return (math.atan2(h, i), math.atan2(-g, horizontal), math.atan2(d, a))
 
 
@@ -141,3 +150,20 @@ IDENTITY = Pose()
 def pose_of(transform: Transform) -> Pose:
     """Return a transform as xyz and rpy; exact quarter turns give exact angles."""
     return Pose(transform.xyz, transform.rpy())
+
+
+def transform_of_quaternion(xyz: Vector, quaternion: Sequence[float]) -> Transform:
+    """Return the transform of a position (m) and a quaternion (w, x, y, z) of any length.
+
+    Raises ValueError for a quaternion of length zero.
+    """
+    length = math.hypot(*quaternion)
+    if length == 0:
+        raise ValueError("a quaternion of length zero is no rotation")
+    w, x, y, z = (c / length for c in quaternion)
+    rows = (
+        (1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)),
+        (2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)),
+        (2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)),
+    )
+    return Transform(rows, xyz)

@@ -7,152 +7,36 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
 
-from .geometry import IDENTITY, Pose, Transform, Vector, rotation_about
-from .shape import Shape
+from .geometry import Pose, Transform
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
+from .link import NO_SOURCE, Link, Source
+from .shape import Material, Rgba, Shape
 from .simulated import Simulated
-
-ROBOT_STATE_PUBLISHER = "robot_state_publisher"
-STATIC_TRANSFORM_PUBLISHER = "static_transform_publisher"
-UNPUBLISHED = "none"
-NODE = "node"
-
-MOVING_TYPES = ("revolute", "continuous", "prismatic")
-
-
-@dataclass(frozen=True)
-class Source:
-    """Where a value comes from: ``status`` is factory, measured, calculated, chosen or stand_in."""
-
-    status: str = ""
-    note: str = ""
-    measured: str = ""
-
-
-@dataclass(frozen=True)
-class Inertial:
-    """Mass (kg), the pose of the centre of mass, and the inertia (kg*m^2) about it along the axes of that pose."""
-
-    mass: float
-    pose: Pose
-    ixx: float
-    iyy: float
-    izz: float
-    ixy: float = 0.0
-    ixz: float = 0.0
-    iyz: float = 0.0
-
-
-@dataclass(frozen=True)
-class Link:
-    """A rigid part, or a mere frame if it has no inertial and no shape."""
-
-    name: str
-    inertial: Inertial | None = None
-    visual: tuple[Shape, ...] = ()
-    collision: tuple[Shape, ...] = ()
-    source: Source = Source()
-
-
-@dataclass(frozen=True)
-class Limit:
-    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given."""
-
-    lower: float | None = None
-    upper: float | None = None
-    effort: float | None = None
-    velocity: float | None = None
-
-
-@dataclass(frozen=True)
-class Mimic:
-    """A joint that follows another: position = multiplier * leader + offset."""
-
-    joint: str
-    multiplier: float = 1.0
-    offset: float = 0.0
-
-
-@dataclass(frozen=True)
-class Dynamics:
-    """Damping (N*m*s/rad), friction (N*m) and the inertia of the rotor seen at the joint (kg*m^2)."""
-
-    damping: float = 0.0
-    friction: float = 0.0
-    armature: float = 0.0
-
-
-@dataclass(frozen=True)
-class Actuator:
-    """A position servo in simulation: gain ``kp`` (N*m/rad) and velocity gain ``kv`` (N*m*s/rad)."""
-
-    kp: float
-    kv: float = 0.0
-
-
-@dataclass(frozen=True)
-class Publisher:
-    """Who puts an edge on /tf or /tf_static.
-
-    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
-    name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it.
-    """
-
-    kind: str
-    name: str = ""
-    package: str = ""
-    about: str = ""
-
-
-@dataclass(frozen=True)
-class Joint:
-    """How the child link is attached to the parent link; ``origin`` is the child in the parent at position zero."""
-
-    name: str
-    type: str
-    parent: str
-    child: str
-    origin: Pose = IDENTITY
-    axis: Vector = (1.0, 0.0, 0.0)
-    limit: Limit | None = None
-    mimic: Mimic | None = None
-    dynamics: Dynamics | None = None
-    actuator: Actuator | None = None
-    publisher: Publisher = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
-    source: Source = Source()
-
-    @property
-    def moves(self) -> bool:
-        """Whether the joint has a position."""
-        return self.type in MOVING_TYPES
-
-    def transform(self, position: float = 0.0) -> Transform:
-        """Return the child in the parent at a position (radians or metres)."""
-        origin = self.origin.transform()
-        if self.type in ("revolute", "continuous"):
-            return origin.then(Transform(rotation_about(self.axis, position)))
-        if self.type == "prismatic":
-            length = sum(a * a for a in self.axis) ** 0.5
-            x, y, z = (a / length * position for a in self.axis)
-            return origin.then(Transform(xyz=(x, y, z)))
-        return origin
 
 
 @dataclass(frozen=True)
 class Sensor:
-    """A sensor and its frames; ``joint`` mounts ``frame``, ``optical_frame`` is empty for sensors without an image."""
+    """A sensor and its frames; ``joint`` mounts ``frame``, ``optical_frame`` is empty for sensors without an image.
+
+    ``stamps`` are the frames that its driver writes into the headers of its messages.
+    """
 
     name: str
     type: str
     frame: str
     joint: str
     optical_frame: str = ""
-    source: Source = Source()
+    source: Source = NO_SOURCE
     simulated: tuple[Simulated, ...] = ()
+    stamps: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
 class Edge:
-    """A transform that another node owns. ``pose`` is None where only that node knows the numbers."""
+    """A transform that another node owns. ``pose`` is None where only that node knows the numbers.
+
+    ``joint`` is the name of the joint whose publishers take turns by mode: the edge is one of these turns.
+    """
 
     parent: str
     child: str
@@ -160,7 +44,8 @@ class Edge:
     moving: bool
     when: str = ""
     pose: Pose | None = None
-    source: Source = Source()
+    source: Source = NO_SOURCE
+    joint: str = ""
 
 
 @dataclass(frozen=True)
@@ -173,7 +58,7 @@ class ServoGroup:
     zero_pulse: int
     flipped: bool
     pulse_range: tuple[int, int]
-    source: Source = Source()
+    source: Source = NO_SOURCE
 
     def radians(self, pulse: int) -> float:
         """Return the joint angle of a pulse; a flipped servo turns against its pulses."""
@@ -188,7 +73,7 @@ class JointPose:
     name: str
     positions: Mapping[str, float]
     pulses: Mapping[str, int] = field(default_factory=dict)
-    source: Source = Source()
+    source: Source = NO_SOURCE
 
 
 @dataclass(frozen=True)
@@ -216,7 +101,9 @@ class Robot:
     outputs: tuple[Output, ...] = ()
     modes: tuple[str, ...] = ()
     disabled_contacts: tuple[tuple[str, str], ...] = ()
-    source: Source = Source()
+    source: Source = NO_SOURCE
+    materials: tuple[Material, ...] = ()
+    urdf_elements: tuple[str, ...] = ()
 
     @cached_property
     def link(self) -> Mapping[str, Link]:
@@ -245,6 +132,22 @@ class Robot:
     def root(self) -> str:
         """The name of the link that is no joint's child."""
         return next(link.name for link in self.links if link.name not in self.joint_to)
+
+    @cached_property
+    def material(self) -> Mapping[str, Material]:
+        """The materials by name, those that a visual defines too; where two define one, the first."""
+        found = {material.name: material for material in self.materials}
+        for link in self.links:
+            for visual in link.visual:
+                if visual.material and (visual.rgba or visual.texture):
+                    found.setdefault(visual.material, Material(visual.material, visual.rgba, visual.texture))
+        return found
+
+    def colour(self, visual: Shape) -> Rgba | None:
+        """Return the colour of a visual: its own, or that of its material; None if neither says."""
+        if visual.rgba is not None or visual.texture or visual.material not in self.material:
+            return visual.rgba
+        return self.material[visual.material].rgba
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
@@ -286,15 +189,32 @@ class Robot:
         """Return where ``target`` sits in ``source``, as tf2_echo SOURCE TARGET does."""
         return self.pose_in_root(source, positions).inverse().then(self.pose_in_root(target, positions))
 
+    @cached_property
+    def turns(self) -> Mapping[str, tuple[Edge, ...]]:
+        """The edges that are turns of a joint's publishers, in the order of the description, by joint name."""
+        found: dict[str, list[Edge]] = {}
+        for edge in self.edges:
+            if edge.joint:
+                found.setdefault(edge.joint, []).append(edge)
+        return {name: tuple(edges) for name, edges in found.items()}
+
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
 
+    def in_urdf(self) -> tuple[Joint, ...]:
+        """Return the joints of the URDF: those of robot_state_publisher, and those that it cannot move.
+
+        A planar or a floating joint is in the URDF for other readers, whoever publishes it.
+        """
+        ours = (ROBOT_STATE_PUBLISHER,)
+        return tuple(j for j in self.joints if j.publisher.kind in ours or j.type in SEVERAL_COORDINATES)
+
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""
         for joint in self.joints_from.get(link, ()):
-            if not joint.moves:
+            if joint.is_fixed:
                 yield joint.child, joint.origin.transform()
         above = self.joint_to.get(link)
-        if above is not None and not above.moves:
+        if above is not None and above.is_fixed:
             yield above.parent, above.origin.transform().inverse()

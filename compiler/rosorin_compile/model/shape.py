@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from itertools import count
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 
@@ -99,21 +100,40 @@ def _steps(height: float, step: float) -> int:
 Geometry = Box | Cylinder | Capsule | Sphere | Mesh | HeightMap
 
 
+Rgba = tuple[float, float, float, float]
+
+
+@dataclass(frozen=True)
+class Material:
+    """How a surface looks: red, green, blue and opacity, each 0 to 1, and an image by reference."""
+
+    name: str
+    rgba: Rgba | None = None
+    texture: str = ""
+
+
 @dataclass(frozen=True)
 class Shape:
-    """A geometry at a pose in its link's frame; ``rgba`` and ``material`` matter to visuals only."""
+    """A geometry at a pose in its link's frame; ``rgba``, ``texture`` and ``material`` matter to visuals only.
+
+    ``urdf_elements`` are elements of XML that the URDF has in this shape.
+    """
 
     geometry: Geometry
     pose: Pose = IDENTITY
     name: str = ""
-    rgba: tuple[float, float, float, float] | None = None
+    rgba: Rgba | None = None
     material: str = ""
     stand_in: str = field(default="", compare=False)
+    texture: str = ""
+    urdf_elements: tuple[str, ...] = ()
 
     def solids(self) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes its boxes, anything else is itself."""
+        """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself."""
         if isinstance(self.geometry, HeightMap):
-            return tuple(replace(self, geometry=box) for box in self.geometry.boxes())
+            names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
+            boxes = self.geometry.boxes()
+            return tuple(replace(self, geometry=box, name=name) for box, name in zip(boxes, names, strict=False))
         return (self,)
 
     def origin(self) -> Pose:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
+from ..accepting import ACCEPTABLE
 from ..diagnostic import Diagnostic
 from ..model import Robot
 from ..tree import Map, Path
@@ -17,16 +18,21 @@ from . import (
     inertia,
     joints,
     kinematics,
+    materials,
     mimic,
     outputs,
     poses,
     publishers,
+    stamps,
     stand_ins,
     tf_tree,
     values,
+    xml_elements,
 )
 from .case import USED, Case
 from .remarkable import collect
+
+__all__ = ["ACCEPTABLE", "RULES", "check"]
 
 Rule = Callable[[Case], Iterator[Diagnostic]]
 
@@ -47,19 +53,26 @@ RULES: tuple[Rule, ...] = (
     inertia.physical,
     conditions.legal,
     publishers.one_publisher,
+    publishers.urdf_always,
     publishers.some_publisher,
     publishers.started,
+    publishers.planar,
     publishers.node_names,
     tf_tree.known_frames,
     tf_tree.no_cycle,
     tf_tree.one_urdf,
     tf_tree.one_tree,
+    tf_tree.one_tree_in_modes,
+    stamps.known,
     poses.servos,
     poses.positions,
     outputs.backends,
     outputs.files,
     values.magnitudes,
     values.characters,
+    materials.once,
+    materials.known,
+    xml_elements.well_formed,
     stand_ins.listed_once,
 )
 

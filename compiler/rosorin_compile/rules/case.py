@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
+from ..accepting import names_at
 from ..diagnostic import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..model import Joint, Robot
 from ..tree import Map, Path, Place, Seq, locate
@@ -14,7 +15,7 @@ USED = "used here"
 
 
 class Case(NamedTuple):
-    """A robot, the tree that it was built from, and the paths in it of joints and links, by kind and name.
+    """A robot, the tree that it was built from, and the paths in it of joints, links and turns, by kind and name.
 
     ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``).
     """
@@ -40,6 +41,16 @@ class Case(NamedTuple):
         if path[-1] == "optical":
             return (*path[:-1], "frame") if which == "parent" else (*path, "frame")
         return (*path, "parent" if which == "parent" else "frame")
+
+    def edge(self, index: int, key: str) -> Path:
+        """Return the path of a value of an edge: its ``parent``, ``child``, ``publisher`` or ``when``.
+
+        For the turn of a joint's publisher that is the entry that says who it is, or when.
+        """
+        turn = self.places.get(("edge", str(index)))
+        if turn is None:
+            return ("edges", index, key)
+        return (*turn, "when") if key == "when" and exists(self.tree, (*turn, "when")) else (*turn, "by")
 
     def publisher(self, joint: Joint) -> Path:
         """Return the path of the publisher of a joint, or of the joint where it is not said."""
@@ -68,7 +79,8 @@ class Case(NamedTuple):
         """
         place, use = written(self.tree, path, key, within)
         uses = [Related(USED, use)] if use else []
-        return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help)
+        names = names_at(self.tree, path)
+        return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help, names)
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""

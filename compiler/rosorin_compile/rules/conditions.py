@@ -8,7 +8,7 @@ from itertools import product
 
 from ..diagnostic import WARNING, Diagnostic
 from ..expression import ExpressionError, evaluate
-from ..model import Edge
+from ..model import Edge, Robot
 from ..tree import Path, Text
 from .case import Case, at, suggest
 
@@ -34,8 +34,8 @@ def is_legal(case: Case, edge: Edge) -> bool:
 
 def problem(case: Case, index: int, edge: Edge) -> Diagnostic | None:
     """Return what is wrong with the condition of an edge, the ``index``-th of the description."""
-    path: Path = ("edges", index, "when")
-    names = modes_in(case, [edge])
+    path = case.edge(index, "when")
+    names = modes_in(case.robot, [edge.when])
     if len(names) > MAX_MODES:
         message = f"the condition of {edge.parent} -> {edge.child} depends on {len(names)} modes: too many to check"
         return case.problem("too-many-modes", message, path, f"at most {MAX_MODES} modes in one condition")
@@ -86,10 +86,10 @@ def holds(when: str, combination: Combination) -> bool:
     return not when or bool(_value(when, combination))
 
 
-def modes_in(case: Case, edges: Iterable[Edge]) -> list[str]:
-    """Return the modes that the conditions of edges name, sorted."""
-    named = {name for edge in edges for name in _NAME.findall(edge.when)}
-    return [mode for mode in case.robot.modes if mode in named]
+def modes_in(robot: Robot, whens: Iterable[str]) -> list[str]:
+    """Return the modes that conditions name, sorted."""
+    named = {name for when in whens for name in _NAME.findall(when)}
+    return [mode for mode in robot.modes if mode in named]
 
 
 def combinations(modes: list[str]) -> Iterator[Combination]:

@@ -34,7 +34,9 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         if at is not None:
             message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
             help = f'begin the robot at "base_link" and say who publishes "{frame}" under edges'
-            yield case.problem("owns-world-frame", message, at, help, key=key)
+            found = case.problem("owns-world-frame", message, at, help, key=key)
+            # Without a link of that name there is nothing that could be accepted.
+            yield found if frame in robot.link else found._replace(of=())
 
 
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
@@ -45,7 +47,7 @@ def optical_frames(case: Case) -> Iterator[Diagnostic]:
         if joint.child in declared or joint.child.endswith(SUFFIXES):
             yield from _turned(case, joint.parent, joint.child, joint.origin, case.joint(joint), declared)
     for index, edge in enumerate(robot.edges):
-        if edge.pose is not None and edge.child.endswith(SUFFIXES):
+        if edge.pose is not None and not edge.joint and edge.child.endswith(SUFFIXES):
             yield from _turned(case, edge.parent, edge.child, edge.pose, ("edges", index), declared)
 
 

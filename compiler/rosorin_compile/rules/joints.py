@@ -16,11 +16,17 @@ from .case import Case, at, exists, listed, number
 AXIS_TOLERANCE = 1e-3
 ZERO_AXIS = 1e-9
 
+_WITHOUT_EFFECT = {
+    "fixed": ("axis", "limit", "dynamics", "actuator", "calibration", "safety_controller"),
+    "floating": ("axis", "limit", "actuator", "calibration", "safety_controller"),
+    "planar": ("actuator",),
+}
+
 
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
     for joint in case.robot.joints:
-        if not joint.moves:
+        if joint.type in ("fixed", "floating"):
             continue
         length = norm(joint.axis)
         path = case.joint(joint, "axis")
@@ -42,7 +48,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
                 help += ", or make it continuous"
             message = f'joint "{joint.name}" is {joint.type} and has no limit'
             yield case.problem("limit-missing", message, case.joint(joint, "limit"), help)
-        elif joint.moves and joint.limit is not None:
+        elif (joint.moves or joint.type == "planar") and joint.limit is not None:
             yield from _missing(case, joint, joint.limit)
             yield from _span(case, joint, joint.limit)
             yield from _strength(case, joint, joint.limit)
@@ -50,7 +56,7 @@ def limits(case: Case) -> Iterator[Diagnostic]:
 
 def _missing(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
     path = case.joint(joint, "limit")
-    ends = [] if joint.type == "continuous" else ["lower", "upper"]
+    ends = ["lower", "upper"] if joint.type in ("revolute", "prismatic") else []
     missing = [key for key in (*ends, "effort", "velocity") if getattr(limit, key) is None]
     if not missing:
         return
@@ -63,7 +69,7 @@ def _missing(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 
 
 def _span(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
-    path, unit = case.joint(joint, "limit"), "m" if joint.type == "prismatic" else "rad"
+    path, unit = case.joint(joint, "limit"), "rad" if joint.type in ("revolute", "continuous") else "m"
     if joint.type == "continuous":
         for key in ("lower", "upper"):
             if getattr(limit, key) is not None:
@@ -96,7 +102,7 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
         value: float | None = getattr(limit, key)
         path = case.joint(joint, "limit", key)
         if value is not None and value < 0:
-            unit = sliding if joint.type == "prismatic" else turning
+            unit = sliding if joint.type in ("prismatic", "planar") else turning
             message = f'the {key} limit of joint "{joint.name}" is {number(value)} {unit}, below zero'
             yield case.problem("limit-negative", message, path, "it is a size: write it without the sign")
         elif value == 0:
@@ -108,7 +114,7 @@ def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
     for joint in case.robot.joints:
         entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
-        for part in ("limit", "dynamics", "actuator", "mimic"):
+        for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
             for key, value in (entry.get(part) or {}).items():
                 if isinstance(value, Quantity):
                     yield from _unit(case, joint, case.joint(joint, part, key))
@@ -139,13 +145,13 @@ def unit_of(joint: Joint, path: Path) -> str | None:
 
 
 def without_effect(case: Case) -> Iterator[Diagnostic]:
-    """Find what is said of a fixed joint and means nothing there."""
+    """Find what is said of a joint and means nothing on one of its type."""
     for joint in case.robot.joints:
         path = case.joint(joint)
-        if joint.moves or path[0] != "joints":
+        if path[0] != "joints":
             continue
-        for key in ("axis", "limit", "dynamics", "actuator"):
+        for key in _WITHOUT_EFFECT.get(joint.type, ()):
             if exists(case.tree, (*path, key)):
-                message = f'joint "{joint.name}" is fixed: its {key} has no effect'
+                message = f'joint "{joint.name}" is {joint.type}: its {key} has no effect'
                 help = f"remove {key}, or correct the type of the joint"
                 yield case.problem("ignored-key", message, (*path, key), help, severity=WARNING, key=True)

@@ -18,7 +18,7 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
         path = case.joint(joint, "mimic", "joint")
         leader = robot.joint.get(joint.mimic.joint)
         if not joint.moves:
-            message = f'joint "{joint.name}" is fixed and cannot follow "{joint.mimic.joint}"'
+            message = f'joint "{joint.name}" is {joint.type} and cannot follow "{joint.mimic.joint}"'
             help = "remove mimic, or correct the type of the joint"
             yield case.problem("mimic-fixed", message, case.joint(joint, "mimic"), help, key=True)
         elif leader is None:
@@ -28,7 +28,8 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
                 "mimic-unknown", message, path, suggest(joint.mimic.joint, moving, "name a joint that moves")
             )
         elif not leader.moves:
-            message = f'joint "{joint.name}" follows "{leader.name}", which is fixed and never moves'
+            what = "fixed and never moves" if leader.is_fixed else f"{leader.type} and has no single position"
+            message = f'joint "{joint.name}" follows "{leader.name}", which is {what}'
             related = [case.related("the leader", case.joint(leader), key=True)]
             yield case.problem("mimic-fixed", message, path, "name a joint that moves", related=related)
     for circle in _circles(case):

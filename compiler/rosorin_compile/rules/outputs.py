@@ -14,12 +14,13 @@ from .case import Case, exists, suggest
 
 # What each backend reads of its entry in outputs, beside file and backend.
 OPTIONS: Mapping[str, tuple[str, ...]] = {
-    "urdf": ("elements", "number_format"),
+    "urdf": ("elements", "number_format", "version"),
     "mjcf": ("base", "number_format"),
     "static_tf": (),
     "static_tf_json": (),
     "robot_model": ("joints", "rename", "servos", "source"),
     "frames": ("number_format",),
+    "frames_picture": ("modes",),
     "template": ("options", "template"),
 }
 
@@ -41,6 +42,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
                 help += "; an artifact of your own names its template"
             yield case.problem("unknown-backend", f'there is no backend "{output.backend}"', at, help, key=key)
             continue
+        if output.backend == "frames_picture":
+            yield from _picture(case, output)
         known = OPTIONS[output.backend]
         for option in output.options:
             if option not in known:
@@ -51,6 +54,22 @@ def backends(case: Case) -> Iterator[Diagnostic]:
         if output.backend == "robot_model" and group is not None and group not in groups:
             message = f'there is no servo group "{group}", asked for by output "{output.name}"'
             yield case.problem("unknown-servo", message, (*path, "servos"), suggest(group, groups, "name a group"))
+
+
+def _picture(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a kind of picture that there is not, and modes that do not exist."""
+    from ..drawing import SUFFIXES, suffix
+
+    path: Path = ("outputs", output.name)
+    if not suffix(output.file):
+        message = f'"{output.file}" does not say which kind of picture it is'
+        help = f"end its name in {', '.join(SUFFIXES)}"
+        yield case.problem("picture-kind", message, (*path, "file"), help)
+    for index, mode in enumerate(output.options.get("modes", ())):
+        if mode not in case.robot.modes:
+            message = f'there is no mode "{mode}"'
+            help = suggest(mode, case.robot.modes, f'add "{mode}" to modes')
+            yield case.problem("unknown-mode", message, (*path, "modes", index), help)
 
 
 def files(case: Case) -> Iterator[Diagnostic]:

@@ -33,6 +33,10 @@ def servos(case: Case) -> Iterator[Diagnostic]:
 
 def _fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -> Diagnostic:
     related = [case.related("the joint", case.joint(joint), key=True)]
+    if not joint.is_fixed:
+        message = f'{what} joint "{joint.name}", which is {joint.type} and has no single position'
+        help = "leave it out: it is at its origin in every pose"
+        return case.problem("joint-has-no-position", message, path, help, related=related, key=key)
     message = f'{what} joint "{joint.name}", which is fixed'
     return case.problem("joint-is-fixed", message, path, "name a joint that moves", related=related, key=key)
 

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, nearest
-from ..model import ROBOT_STATE_PUBLISHER, UNPUBLISHED, Edge
+from ..model import SEVERAL_COORDINATES, UNPUBLISHED, Edge
 from ..tree import Path
 from . import conditions
 from .case import Case, listed, quoted, suggest
@@ -27,8 +27,14 @@ def steps(case: Case) -> list[Step]:
     joints = [joint for joint in case.robot.joints if joint.publisher.kind != UNPUBLISHED]
     found = [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
-        found.append(Step(edge.parent, edge.child, ("edges", index, "parent"), edge))
+        if not (edge.joint and edge.publisher.kind == UNPUBLISHED):
+            found.append(Step(edge.parent, edge.child, case.edge(index, "parent"), edge))
     return found
+
+
+def legal_steps(case: Case) -> list[Step]:
+    """Return the transforms that are published in some combination of modes and whose conditions mean something."""
+    return [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
 
 
 def known_frames(case: Case) -> Iterator[Diagnostic]:
@@ -42,7 +48,7 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
         known = {*robot.link, *(name for pair in pairs for name in pair)} - piece
         ends: list[tuple[str, Path]] = []
         for index, edge in inside:
-            ends += [(edge.parent, ("edges", index, "parent")), (edge.child, ("edges", index, "child"))]
+            ends += [(edge.parent, case.edge(index, "parent")), (edge.child, case.edge(index, "child"))]
         near = [end for end in ends if end[0] not in WORLD_FRAMES and nearest(end[0], known)]
         name, path = (near or ends)[0]
         edges = listed(f"{edge.parent} -> {edge.child}" for _, edge in inside)
@@ -54,7 +60,7 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges that lead, with the joints between, back to where they began, in some combination of modes."""
     if not is_tree(case):
         return
-    published = [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
+    published = legal_steps(case)
     if not _circle(published):
         return
     circle = _circle_at_once(case, published)
@@ -69,15 +75,19 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 def _circle_at_once(case: Case, published: list[Step]) -> list[Step]:
     """Return the first circle whose transforms are published at one time; empty if they never are."""
-    modes = conditions.modes_in(case, [step.edge for step in published if step.edge])
+    modes = conditions.modes_in(case.robot, [step.edge.when for step in published if step.edge])
     if len(modes) > conditions.MAX_MODES:
         return _circle(published)
     for combination in conditions.combinations(modes):
-        active = [step for step in published if step.edge is None or conditions.holds(step.edge.when, combination)]
-        circle = _circle(active)
+        circle = _circle(active_in(published, combination))
         if circle:
             return circle
     return []
+
+
+def active_in(published: Iterable[Step], combination: conditions.Combination) -> list[Step]:
+    """Return the transforms that are published in a combination of modes."""
+    return [step for step in published if step.edge is None or conditions.holds(step.edge.when, combination)]
 
 
 def _circle(published: list[Step]) -> list[Step]:
@@ -111,10 +121,12 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
     if is_tree(case) and any(output.backend == "urdf" for output in case.robot.outputs):
         main, *others = _urdf_roots(case) or [""]
         for root in others:
-            first = next(j for j in case.robot.joints_from[root] if j.publisher.kind == ROBOT_STATE_PUBLISHER)
+            ours = case.robot.in_urdf()
+            first = next(joint for joint in case.robot.joints_from[root] if joint in ours)
             above = case.robot.joint_to.get(root, first)
+            has = "it has" if first.type in SEVERAL_COORDINATES else "robot_state_publisher publishes"
             message = (
-                f'the URDF would have two roots, "{main}" and "{root}": robot_state_publisher publishes joint'
+                f'the URDF would have two roots, "{main}" and "{root}": {has} joint'
                 f' "{first.name}" on "{root}", but not joint "{above.name}", which carries it'
             )
             related = [case.related(f'joint "{first.name}"', case.joint(first), key=True)]
@@ -123,8 +135,8 @@ def one_urdf(case: Case) -> Iterator[Diagnostic]:
 
 
 def _urdf_roots(case: Case) -> list[str]:
-    """Return the roots of the joints that robot_state_publisher publishes, that of the most links first."""
-    joints = case.robot.published_by(ROBOT_STATE_PUBLISHER)
+    """Return the roots of the joints in the URDF, that of the most links first."""
+    joints = case.robot.in_urdf()
     reached = {joint.child for joint in joints}
     roots = list(dict.fromkeys(joint.parent for joint in joints if joint.parent not in reached))
     return sorted(roots, key=lambda root: -len(below(case.robot, root)))
@@ -160,6 +172,48 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
             )
             help = "publish it, or nothing that hangs on it"
             yield case.problem("split-tf", message, case.publisher(above), help, severity=WARNING)
+
+
+def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
+    """Links that are cut off in some combination of modes alone, because a frame changes its parent there."""
+    published = legal_steps(case)
+    modes = conditions.modes_in(case.robot, [step.edge.when for step in published if step.edge])
+    if not is_tree(case) or not modes or len(modes) > conditions.MAX_MODES:
+        return
+    links = set(case.robot.link)
+    whole = _with_links(published, links)
+    claimed = {step.child for step in published}
+    for combination in conditions.combinations(modes):
+        active = active_in(published, combination)
+        parts = _with_links(active, links)
+        main = max(parts, key=lambda piece: len(piece & links), default=set())
+        for piece in parts:
+            tops = piece - {step.child for step in active}
+            joined = any(piece < one and main < one for one in whole)
+            # A frame that somebody publishes in another mode is a gap, which is said; without a top there is a circle.
+            if piece is main or not joined or not tops or tops & claimed:
+                continue
+            yield _cut_off(case, published, piece, tops, combination)
+            return
+
+
+def _with_links(published: Iterable[Step], links: set[str]) -> list[set[str]]:
+    return [piece for piece in pieces((step.parent, step.child) for step in published) if piece & links]
+
+
+def _cut_off(
+    case: Case, published: list[Step], piece: set[str], tops: set[str], combination: conditions.Combination
+) -> Diagnostic:
+    """Return what is said of links that no transform joins to the others in a combination of modes."""
+    names = [name for name in case.robot.link if name in piece]
+    gone = [s for s in published if s.edge and (s.parent in piece) != (s.child in piece)]
+    lost = next(step for step in gone if not conditions.holds(step.edge.when if step.edge else "", combination))
+    message = (
+        f"{quoted(names)} would be cut off from the rest of the running robot{conditions.in_words(combination)}:"
+        f" {lost.parent} -> {lost.child} is not published then"
+    )
+    help = f'say who publishes "{sorted(tops)[0]}", or keep that transform in every mode'
+    return case.problem("split-tf", message, lost.path, help, severity=WARNING)
 
 
 def is_tree(case: Case) -> bool:

@@ -61,7 +61,7 @@ class Complaint:
         return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
 
     def _enum(self) -> list[Diagnostic]:
-        options = [str(option) for option in self.kind.options]
+        options = list(dict.fromkeys(str(option) for option in self.kind.options))
         help = did_you_mean(str(self.value), options)
         if help.startswith("did"):
             help += f" (one of {', '.join(options)})"
@@ -91,7 +91,7 @@ class Complaint:
     def _propertynames(self) -> list[Diagnostic]:
         name = self.kind.value.instance
         message = f'"{name}" cannot be a name in {self.where}'
-        return [self._make("bad-name", message, "use letters, digits and _ without spaces", [*self.path, name], True)]
+        return [self._make("bad-name", message, "use letters, digits and _", [*self.path, name], True)]
 
     def _minlength(self) -> list[Diagnostic]:
         return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]

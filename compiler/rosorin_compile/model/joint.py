@@ -1,0 +1,142 @@
+"""Joints: how a link is attached to another, what limits and moves it, and who publishes it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from .geometry import IDENTITY, Pose, Transform, Vector
+from .link import NO_SOURCE, Source
+from .motion import COORDINATES, motion
+
+ROBOT_STATE_PUBLISHER = "robot_state_publisher"
+STATIC_TRANSFORM_PUBLISHER = "static_transform_publisher"
+UNPUBLISHED = "none"
+NODE = "node"
+
+MOVING_TYPES = ("revolute", "continuous", "prismatic")
+SEVERAL_COORDINATES = ("planar", "floating")
+
+
+@dataclass(frozen=True)
+class Limit:
+    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given."""
+
+    lower: float | None = None
+    upper: float | None = None
+    effort: float | None = None
+    velocity: float | None = None
+
+
+@dataclass(frozen=True)
+class Mimic:
+    """A joint that follows another: position = multiplier * leader + offset."""
+
+    joint: str
+    multiplier: float = 1.0
+    offset: float = 0.0
+
+
+@dataclass(frozen=True)
+class Dynamics:
+    """Damping (N*m*s/rad), friction (N*m) and the inertia of the rotor seen at the joint (kg*m^2)."""
+
+    damping: float = 0.0
+    friction: float = 0.0
+    armature: float = 0.0
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """A position servo in simulation: gain ``kp`` (N*m/rad) and velocity gain ``kv`` (N*m*s/rad)."""
+
+    kp: float
+    kv: float = 0.0
+
+
+@dataclass(frozen=True)
+class Calibration:
+    """Where the edges of a reference of a joint are (rad or m); None is not given."""
+
+    rising: float | None = None
+    falling: float | None = None
+    reference_position: float | None = None
+
+
+@dataclass(frozen=True)
+class SafetyController:
+    """Soft limits of a joint (rad or m), and gains: 1/s, N*m*s/rad or N*s/m; None is not given."""
+
+    k_velocity: float
+    k_position: float | None = None
+    soft_lower_limit: float | None = None
+    soft_upper_limit: float | None = None
+
+
+@dataclass(frozen=True)
+class Publisher:
+    """Who puts an edge on /tf or /tf_static.
+
+    ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
+    name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it. ``stamps`` are
+    frames that the node writes into the headers of messages.
+    """
+
+    kind: str
+    name: str = ""
+    package: str = ""
+    about: str = ""
+    stamps: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Joint:
+    """How the child link is attached to the parent link; ``origin`` is the child in the parent at position zero.
+
+    ``axis`` of a planar joint is the normal of its plane.
+    """
+
+    name: str
+    type: str
+    parent: str
+    child: str
+    origin: Pose = IDENTITY
+    axis: Vector = (1.0, 0.0, 0.0)
+    limit: Limit | None = None
+    mimic: Mimic | None = None
+    dynamics: Dynamics | None = None
+    actuator: Actuator | None = None
+    publisher: Publisher = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
+    source: Source = NO_SOURCE
+    calibration: Calibration | None = None
+    safety: SafetyController | None = None
+    urdf_elements: tuple[str, ...] = ()
+
+    @property
+    def moves(self) -> bool:
+        """Whether the joint has a position: one number. A planar and a floating joint have more than one."""
+        return self.type in MOVING_TYPES
+
+    @property
+    def is_fixed(self) -> bool:
+        """Whether the child never moves in the parent."""
+        return self.type == "fixed"
+
+    @property
+    def moves_on_tf(self) -> bool:
+        """Whether those who listen see the child move: robot_state_publisher takes a planar joint for fixed."""
+        return not self.is_fixed and not (self.type == "planar" and self.publisher.kind == ROBOT_STATE_PUBLISHER)
+
+    @property
+    def coordinates(self) -> tuple[str, ...]:
+        """The names of the numbers that place the child, in the order of ``transform`` (see ``motion``)."""
+        return COORDINATES[self.type]
+
+    def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
+        """Return the child in the parent at a position (radians or metres).
+
+        Of a planar and a floating joint the position is one number for each of its ``coordinates``; 0 is at its origin.
+        Raises ValueError for another number of them.
+        """
+        origin = self.origin.transform()
+        return origin if self.is_fixed else origin.then(motion(self.type, self.axis, position))

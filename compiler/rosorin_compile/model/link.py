@@ -1,0 +1,49 @@
+"""Links: the parts of a robot, with mass and shapes, and where their values come from."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from .geometry import Pose
+from .shape import Shape
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where a value comes from: ``status`` is factory, measured, calculated, chosen, imported or stand_in."""
+
+    status: str = ""
+    note: str = ""
+    measured: str = ""
+
+
+NO_SOURCE = Source()
+
+
+@dataclass(frozen=True)
+class Inertial:
+    """Mass (kg), the pose of the centre of mass, and the inertia (kg*m^2) about it along the axes of that pose."""
+
+    mass: float
+    pose: Pose
+    ixx: float
+    iyy: float
+    izz: float
+    ixy: float = 0.0
+    ixz: float = 0.0
+    iyz: float = 0.0
+
+
+@dataclass(frozen=True)
+class Link:
+    """A rigid part, or a mere frame if it has no inertial and no shape.
+
+    ``urdf_elements``, here and elsewhere, are elements of XML that the URDF has in it and nothing else knows.
+    """
+
+    name: str
+    inertial: Inertial | None = None
+    visual: tuple[Shape, ...] = ()
+    collision: tuple[Shape, ...] = ()
+    source: Source = NO_SOURCE
+    urdf_elements: tuple[str, ...] = ()

@@ -1,0 +1,63 @@
+"""Materials: one meaning each, and a name that means something."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ..diagnostic import NOTE, Diagnostic
+from ..model import Material
+from ..tree import Path
+from .case import Case, number, quoted
+
+
+class _Defined(NamedTuple):
+    material: Material
+    path: Path
+
+
+def once(case: Case) -> Iterator[Diagnostic]:
+    """Materials of one name that look different in two places: readers of URDF take one of them for all."""
+    first: dict[str, _Defined] = {}
+    for found in _definitions(case):
+        name = found.material.name
+        taken = first.setdefault(name, found)
+        if taken.material == found.material:
+            continue
+        message = f'the material "{name}" is {_look(found.material)} here and {_look(taken.material)} elsewhere'
+        related = [case.related("the other one", taken.path)]
+        help = "give one of them another name; a name has one meaning in the whole URDF"
+        yield case.problem("material-twice", message, found.path, help, related=related)
+
+
+def known(case: Case) -> Iterator[Diagnostic]:
+    """Names of materials that nothing says the look of: legal, but seldom meant."""
+    unknown: dict[str, list[Path]] = {}
+    for link in case.robot.links:
+        for index, visual in enumerate(link.visual):
+            if visual.material and visual.material not in case.robot.material:
+                unknown.setdefault(visual.material, []).append(case.link(link.name, "visual", index, "material"))
+    if unknown:
+        names = list(unknown)
+        what = (
+            "a material that nothing describes" if len(names) == 1 else f"{len(names)} materials that nothing describes"
+        )
+        message = f"visuals are of {what}: {quoted(names[:8])}{', ...' if len(names) > 8 else ''}"
+        help = "add materials: {NAME: {rgba: [...]}} where readers do not know them"
+        yield case.problem("unknown-material", message, unknown[names[0]][0], help, severity=NOTE)
+
+
+def _definitions(case: Case) -> Iterator[_Defined]:
+    for material in case.robot.materials:
+        if material.rgba is not None or material.texture:
+            yield _Defined(material, ("materials", material.name))
+    for link in case.robot.links:
+        for index, visual in enumerate(link.visual):
+            if visual.material and (visual.rgba is not None or visual.texture):
+                path = case.link(link.name, "visual", index, "material")
+                yield _Defined(Material(visual.material, visual.rgba, visual.texture), path)
+
+
+def _look(material: Material) -> str:
+    colour = f"rgba [{', '.join(map(number, material.rgba))}]" if material.rgba is not None else ""
+    return " with ".join(filter(None, [colour, material.texture and f'texture "{material.texture}"']))

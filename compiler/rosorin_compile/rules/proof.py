@@ -1,0 +1,83 @@
+"""Proof: what the rules have shown about who publishes the frames of a robot, to be told with its frames."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from ..model import UNPUBLISHED, Robot
+from .conditions import MAX_MODES, combinations, holds, modes_in
+
+
+class Proof(NamedTuple):
+    """What was found in every combination of modes.
+
+    ``published`` are the frames with exactly one publisher in each combination, ``gaps`` those with none in some,
+    ``never`` those with none in any; ``doubled`` have several in some, which the rules refuse. ``unchecked`` depend on
+    too many modes.
+    """
+
+    modes: tuple[str, ...]
+    published: tuple[str, ...]
+    gaps: tuple[str, ...]
+    never: tuple[str, ...]
+    doubled: tuple[str, ...]
+    unchecked: tuple[str, ...]
+
+
+def prove(robot: Robot) -> Proof:
+    """Return what is so about the frames of a robot, by a count in every combination of modes."""
+    whens: dict[str, list[str]] = {}
+    for joint in robot.joints:
+        whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
+    for edge in robot.edges:
+        whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
+    found: dict[str, list[str]] = {}
+    for child, conditions in whens.items():
+        found.setdefault(_kind(robot, conditions), []).append(child)
+    names = [modes_in(robot, conditions) for conditions in whens.values()]
+    modes = tuple(mode for mode in robot.modes if any(mode in some for some in names))
+    kinds = ("published", "gaps", "never", "doubled", "unchecked")
+    return Proof(modes, *(tuple(found.get(kind, ())) for kind in kinds))
+
+
+def _kind(robot: Robot, conditions: list[str]) -> str:
+    """Return what a frame is whose publishers have these conditions."""
+    modes = modes_in(robot, conditions)
+    if not conditions:
+        return "never"
+    if len(modes) > MAX_MODES:
+        return "unchecked"
+    counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
+    if max(counts) > 1:
+        return "doubled"
+    return "published" if counts == {1} else "gaps" if 1 in counts else "never"
+
+
+def in_words(proof: Proof) -> str:
+    """Return the proof as a paragraph; empty if nothing was to be shown, or it does not hold."""
+    if not proof.published + proof.gaps or proof.doubled:
+        return ""
+    count = len(proof.published)
+    what = f"each of {count} frames has" if count != 1 else "one frame has"
+    said = [
+        f"{_checked(proof.modes)}: {what} one parent and exactly one publisher, and no way leads round in a circle."
+    ]
+    if proof.gaps:
+        said.append(f"In some of them nobody publishes {_listed(proof.gaps)}.")
+    if proof.never:
+        said.append(f"Nobody ever publishes {_listed(proof.never)}.")
+    if proof.unchecked:
+        said.append(f"Not checked, for too many modes decide: {_listed(proof.unchecked)}.")
+    return " ".join(said)
+
+
+def _checked(modes: tuple[str, ...]) -> str:
+    if not modes:
+        return "Checked"
+    if len(modes) == 1:
+        return f"Checked with {modes[0]} on and with it off"
+    return f"Checked in all {2 ** len(modes):,} combinations of {_listed(modes)}"
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

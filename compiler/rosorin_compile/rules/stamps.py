@@ -1,0 +1,81 @@
+"""Stamps: every frame that a message names in its header exists, and tf2 knows it in every mode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple
+
+from ..diagnostic import WARNING, Diagnostic
+from ..tree import Path
+from . import conditions
+from .case import Case, exists, suggest
+from .tf_tree import Step, active_in, is_tree, legal_steps
+
+
+class Stamp(NamedTuple):
+    """A frame that messages are stamped with, by whom, and where that is said; ``said`` is False for a default."""
+
+    frame: str
+    who: str
+    path: Path
+    said: bool
+
+
+def stamps(case: Case) -> Iterator[Stamp]:
+    """Yield the frames that sensors and other nodes stamp, in the order of the description."""
+    for sensor in case.robot.sensors:
+        path: Path = ("sensors", sensor.name)
+        said = exists(case.tree, (*path, "stamps"))
+        for index, frame in enumerate(sensor.stamps):
+            own = (*path, "frame") if index == 0 else (*path, "optical", "frame")
+            yield Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if said else own, said)
+    for name, entry in (case.tree.get("publishers") or {}).items():
+        for index, frame in enumerate((entry or {}).get("stamps", ())):
+            yield Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index), True)
+
+
+def known(case: Case) -> Iterator[Diagnostic]:
+    """Frames in the headers of messages that do not exist, or that tf2 does not know, always or in some mode.
+
+    A frame that somebody publishes in another mode is a gap, which is said.
+    """
+    robot = case.robot
+    frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
+    published = legal_steps(case)
+    modes = conditions.modes_in(robot, [step.edge.when for step in published if step.edge])
+    whole = is_tree(case) and len(modes) <= conditions.MAX_MODES
+    told: set[str] = set()
+    for stamp in stamps(case):
+        if stamp.frame not in frames:
+            message = f'there is no frame "{stamp.frame}", which {stamp.who} stamps its messages with'
+            help = suggest(stamp.frame, frames, "name a frame of the robot")
+            yield case.problem("unknown-frame-id", message, stamp.path, help)
+        elif whole and stamp.frame not in told and len(frames) > 1:
+            missing = _missing(stamp.frame, conditions.combinations(modes), published)
+            if missing is not None and not (missing and stamp.frame in {step.child for step in published}):
+                told.add(stamp.frame)
+                yield _not_on_tf(case, stamp, conditions.in_words(missing))
+
+
+def _missing(
+    frame: str, combinations: Iterable[conditions.Combination], published: list[Step]
+) -> conditions.Combination | None:
+    """Return the first combination of modes in which no transform has a frame; {} if none has it in any."""
+    absent: conditions.Combination | None = None
+    always = True
+    for combination in combinations:
+        there = any(frame in (step.parent, step.child) for step in active_in(published, combination))
+        always = always and not there
+        if not there and absent is None:
+            absent = combination
+    return {} if always else absent
+
+
+def _not_on_tf(case: Case, stamp: Stamp, when: str) -> Diagnostic:
+    message = f'tf2 does not know the frame "{stamp.frame}"{when}, which {stamp.who} stamps its messages with'
+    joint = case.robot.joint_to.get(stamp.frame)
+    related = []
+    if joint is not None and not when:
+        related = [case.related(f'nobody publishes joint "{joint.name}"', case.publisher(joint))]
+    help = "say who publishes it" + ("" if stamp.said else ", or what the messages are stamped with: stamps: [FRAME]")
+    return case.problem("unknown-frame-id", message, stamp.path, help, related=related, severity=WARNING)

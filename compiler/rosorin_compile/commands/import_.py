@@ -1,0 +1,203 @@
+"""rosorin-compile import: make a description of a robot that exists as URDF, xacro or MJCF."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..console import Console
+from ..project import DESCRIPTIONS
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments
+
+if TYPE_CHECKING:
+    from ..diagnostic import Diagnostic
+    from ..importing import Imported
+    from ..importing.prove import Proof
+    from ..output import Written
+    from ..tree import Map
+
+_NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument("words", nargs="+", metavar="SOURCE", help="a .urdf, .xacro or .xml file")
+    command.add_argument("-o", "--output", metavar="FOLDER", help="the new folder; default: descriptions/ROBOT")
+    command.add_argument("--name", help="name of the robot; default: as the source says")
+    command.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        metavar="NAME=PATH",
+        dest="packages",
+        help="folder of a ROS package, for $(find NAME) and package://NAME",
+    )
+    argument_options(command)
+    format_options(command)
+    command.add_argument("--strict", action="store_true", help="what cannot be carried is an error, nothing is written")
+    command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read the source, prove the description that is made of it, and write it."""
+    from ..importing import ReadOptions, read_robot
+
+    source, arguments = _source(options)
+    packages = _packages(options.packages)
+    if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
+        raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
+    console = Console(options.format)
+    taken = ReadOptions(arguments, packages, options.lenient, tell=lambda said: _show(console, [said]))
+    imported = read_robot(source, taken)
+    if options.strict:
+        imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
+    _show(console, imported.diagnostics)
+    code = _describe(options, console, source, imported)
+    console.finish()
+    return code
+
+
+def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
+    """Return the file to import, and the arguments for it as texts. Raises WrongUsage."""
+    from ..expression.functions import FUNCTIONS
+    from ..load import LoadError
+
+    given, names = given_arguments(options, options.words)
+    if len(names) != 1:
+        raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
+    path = Path(names[0])
+    what = {"folder": "a folder; name the file of the robot in it", "": "not there"}.get(_kind(path))
+    if what:
+        raise WrongUsage(f"{path} is {what}")
+    try:
+        values = given.values()
+    except LoadError as problem:
+        raise WrongUsage(problem.diagnostic.message) from None
+    return path, {name: str(FUNCTIONS["str"](value)) for name, value in values.items()}
+
+
+def _kind(path: Path) -> str:
+    """Return whether a path is a folder or another file; empty if it is not there, or no file can be called so."""
+    try:
+        return "folder" if stat.S_ISDIR(path.stat().st_mode) else "file"
+    except (OSError, ValueError):
+        return ""
+
+
+def _packages(words: list[str]) -> dict[str, Path]:
+    """Return the folders of packages that the command line names. Raises WrongUsage."""
+    found: dict[str, Path] = {}
+    for word in words:
+        name, equals, path = word.partition("=")
+        if not equals or not name or not path:
+            raise WrongUsage(f'"{word}" is not NAME=PATH')
+        if _kind(Path(path)) != "folder":
+            raise WrongUsage(f'there is no folder "{path}" for the package {name}')
+        found[name] = Path(path)
+    return found
+
+
+def _show(console: Console, diagnostics: list[Diagnostic]) -> None:
+    from ..diagnostic import arrange
+
+    console.show(arrange(diagnostics))
+
+
+def _strictly(diagnostic: Diagnostic) -> Diagnostic:
+    from ..diagnostic import ERROR
+
+    carried = diagnostic.rule != "import-cannot-carry"
+    return diagnostic if carried else diagnostic._replace(severity=ERROR)
+
+
+def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
+    """Write what became of a source and say so; or say how many errors keep it from being written."""
+    from ..diagnostic import ERROR
+    from ..importing.naming import safe
+    from ..importing.prove import prove
+
+    errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
+    if imported.tree is None or errors:
+        return _refused(console, source, errors)
+    tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
+    imported = imported._replace(tree=tree)
+    folder = Path(options.output) if options.output else Path(DESCRIPTIONS, safe(tree["robot"]))
+    _check_folder(folder, options.force)
+    try:
+        proof = prove(imported, folder)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
+        return PROBLEMS
+    errors = sum(diagnostic.severity == ERROR for diagnostic in proof.diagnostics)
+    if errors:
+        _show(console, proof.diagnostics)
+        return _refused(console, source, errors)
+    written = _write(console, folder, proof)
+    if written is None:
+        return PROBLEMS
+    _report(console, folder, imported, proof, written)
+    return FINE
+
+
+def _refused(console: Console, source: Path, errors: int) -> int:
+    console.warn(f"{source}: {errors} error{'' if errors == 1 else 's'}, nothing written")
+    return PROBLEMS
+
+
+def _renamed(tree: Map, name: str) -> Map:
+    """Return a tree with another name of the robot."""
+    from ..tree import Map
+
+    made = Map(tree.span, tree.via)
+    for key, value in tree.items():
+        made.put(key, name if key == "robot" else value, tree.key_spans[key], tree.value_spans[key])
+    return made
+
+
+def _check_folder(folder: Path, force: bool) -> None:
+    """Raise WrongUsage if a folder is taken."""
+    if _kind(folder) == "file":
+        raise WrongUsage(f"{folder} is no folder; name a new one with -o")
+    with suppress(OSError):  # a folder that nobody may look into is no place to write either: that is said there
+        if not force and any(folder.iterdir()):
+            raise WrongUsage(f"{folder} is not empty; name a new folder with -o, or write into this one with --force")
+
+
+def _write(console: Console, folder: Path, proof: Proof) -> Written | None:
+    from ..output import OutputError, write_set
+
+    try:
+        return write_set(folder, proof.files)
+    except OutputError as problem:
+        _show(console, [problem.diagnostic])
+        return None
+
+
+def _report(console: Console, folder: Path, imported: Imported, proof: Proof, written: Written) -> None:
+    """Say what was made, what was proved, what is kept as it was, and what comes next."""
+    from ..importing.telling import accepted, kept, sizes
+    from ..importing.writing import tree_of
+
+    tree = tree_of(imported)
+    console.say(f"{folder}: {sizes(tree)} in {', '.join(proof.files)}")
+    console.say(
+        f"the compiled URDF is the same robot: {proof.frames} frame{'' if proof.frames == 1 else 's'} at "
+        f"zero and {proof.states} random joint states, largest difference {proof.largest:.2g}"
+    )
+    if proof.without_mjcf:
+        console.say(f"no mjcf among its outputs: {proof.without_mjcf}")
+    for line in (*kept(tree), *accepted(tree)):
+        console.say(line)
+    if imported.left_out:
+        count = len(imported.left_out)
+        console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")
+    if written.kept:
+        console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
+    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

@@ -1,0 +1,125 @@
+"""Accepting: the meaning of an imported tree, held against the rules.
+
+A robot that exists, with an axis of length 2 or a box without thickness, is read by the programs that have to read it:
+such things are accepted by an entry of ``accept``, and said. What no reader can live with is an error.
+"""
+
+from __future__ import annotations
+
+from ..accepting import ACCEPTABLE, settled
+from ..build import build
+from ..diagnostic import ERROR, NOTE, Diagnostic, has_errors
+from ..rules import check
+from ..tree import Map, Seq
+from ..validate import validate
+
+REASON = "the robot was imported with it"
+
+# What the readers of URDF and MJCF take.
+AUTOMATIC = {
+    "angle-looks-like-degrees",
+    "axis-not-unit",
+    "inertia-not-positive-definite",
+    "inertia-triangle",
+    "length-looks-like-millimetres",
+    "limit-equal",
+    "limit-on-continuous",
+    "limit-zero",
+    "mimic-chain",
+    "mimic-fixed",
+    "optical-frame",
+    "owns-world-frame",
+    "shape-size",
+}
+# What some readers refuse or take for something else.
+LENIENT = {"limit-incomplete", "limit-missing", "limit-negative", "limit-swapped", "mass-not-positive"}
+
+
+def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
+    """Return the tree with an entry in ``accept`` for what it needs, and what there is to say.
+
+    There is no tree if anything is wrong that cannot be accepted. ``lenient`` accepts more.
+    """
+    wrong = [found for found in validate(tree) if found.severity == ERROR]
+    if wrong:
+        return None, wrong
+    found = _found(tree)
+    names: dict[str, dict[str, Diagnostic]] = {}
+    for _ in range(3):  # what build refuses hides what the rules would say
+        before = sum(map(len, names.values()))
+        for diagnostic in found:
+            if _acceptable(tree, diagnostic, lenient):
+                names.setdefault(diagnostic.rule, {}).setdefault(_name(diagnostic), diagnostic)
+        if sum(map(len, names.values())) == before:
+            break
+        tree = _with_accept(tree, names)
+        found = _found(tree)
+    said = [_with_way_out(d, lenient) for d in settled(tree, found) if d.severity == ERROR or _is_accepted(d)]
+    return (None if has_errors(said) else tree), said
+
+
+def _found(tree: Map) -> list[Diagnostic]:
+    """Return what build and the rules say of a tree that is to become a URDF."""
+    whole = _copied(tree)
+    if "outputs" not in whole:
+        outputs, output = Map(tree.span), Map(tree.span)
+        output.put("file", "robot.urdf", tree.span, tree.span)
+        outputs.put("urdf", output, tree.span, tree.span)
+        whole.put("outputs", outputs, tree.span, tree.span)
+    built = build(whole)
+    found = list(built.diagnostics)
+    if built.robot is not None:
+        found += check(built.robot, whole, built.places)
+    return found
+
+
+def _acceptable(tree: Map, found: Diagnostic, lenient: bool) -> bool:
+    if found.rule not in ACCEPTABLE or not found.of:
+        return False
+    if found.rule in AUTOMATIC:
+        return True
+    if found.rule == "mass-not-positive":
+        mass = tree["links"][_name(found)]["inertial"]["mass"]
+        return lenient or mass == 0
+    return lenient and found.rule in LENIENT
+
+
+def _name(found: Diagnostic) -> str:
+    """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
+    return found.of[-1] if ACCEPTABLE[found.rule] == "link" else found.of[0]
+
+
+def _copied(tree: Map) -> Map:
+    made = Map(tree.span, tree.via)
+    for key, value in tree.items():
+        made.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    return made
+
+
+def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
+    """Return the tree with one entry of ``accept`` a rule."""
+    made = _copied(tree)
+    entries = Seq(tree.span)
+    for rule in sorted(names):
+        first = next(iter(names[rule].values())).span or tree.span
+        entry, of = Map(first), Seq(first)
+        for name, found in names[rule].items():
+            of.put(name, found.span or first)
+        entry.put("rule", rule, first, first)
+        entry.put("of", of, first, first)
+        entry.put("reason", REASON, first, first)
+        entries.put(entry, first)
+    if entries:
+        made.put("accept", entries, tree.span, tree.span)
+    return made
+
+
+def _is_accepted(found: Diagnostic) -> bool:
+    return found.severity == NOTE and found.rule in ACCEPTABLE
+
+
+def _with_way_out(found: Diagnostic, lenient: bool) -> Diagnostic:
+    if found.severity == ERROR and found.rule in LENIENT and found.of and not lenient:
+        help = f"{found.help}; --lenient takes it as it is" if found.help else "--lenient takes it as it is"
+        return found._replace(help=help)
+    return found

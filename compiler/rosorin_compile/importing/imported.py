@@ -1,0 +1,54 @@
+"""What comes of reading a foreign robot: a plain tree as ``expand`` gives it, and all there is to say about it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ..diagnostic import WARNING, Diagnostic, Span
+from ..tree import Map
+from ..tree import Path as TreePath
+
+BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
+
+
+class Comment(NamedTuple):
+    """A comment of the source: its text as written, its place, and the path in the tree that it belongs to.
+
+    ``where`` is BEFORE the entry (a line or lines of its own), BESIDE it (behind it on its last line), INSIDE it (after
+    the last thing that it holds), or, with an empty path, at the END of the file. What stands before the root element
+    is BEFORE ("robot",). The path may lead to something that the tree says by default: take its longest prefix then.
+    """
+
+    text: str
+    span: Span
+    path: TreePath
+    where: str = BEFORE
+
+
+class LeftOut(NamedTuple):
+    """Something of the source that the tree does not carry, in words, and its place."""
+
+    what: str
+    span: Span
+
+
+class Imported(NamedTuple):
+    """The tree (None if the source is broken), what there is to say, and what a writer may want to know.
+
+    ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
+    was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
+    """
+
+    tree: Map | None
+    diagnostics: list[Diagnostic]
+    comments: Sequence[Comment] = ()
+    files: tuple[Path, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    version: str = ""
+
+
+def cannot_carry(what: str, span: Span, help: str = "") -> Diagnostic:
+    """Return the warning about something that the tree does not carry."""
+    return Diagnostic("import-cannot-carry", WARNING, f"{what} is not carried over", span, (), help)

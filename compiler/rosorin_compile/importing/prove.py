@@ -1,0 +1,151 @@
+"""Prove: before anything is written, the description is compiled, and its URDF held against the source by meaning."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ..build import build
+from ..diagnostic import ERROR, Diagnostic, Related, Source, Span, error, has_errors
+from ..model import Joint, Robot, Transform
+from ..pipeline import Compiled, compile_robot
+from ..project import ROOT_FILE
+from ..starter import SCHEMA
+from . import ReadOptions, read_robot
+from .imported import Imported
+from .sameness import different
+from .writing import outputs, tree_of, write
+
+STATES = 20
+TOLERANCE = 1e-12  # between numbers of the source and of the compiled URDF; poses add up the rounding of a chain
+POSE_TOLERANCE = 1e-9
+_SEED = 20
+_MAX_SAID = 300
+_MAX_TOLD = 20
+
+
+class Proof(NamedTuple):
+    """What a description proved to be: its files (text by name), and how it was held against the source.
+
+    ``without_mjcf`` is why it asks for no MJCF, empty if it does. ``frames`` were compared at zero and at ``states``
+    random joint states; ``largest`` is the largest difference of any number in their poses (metres, or entries of
+    rotation matrices). ``diagnostics`` are errors: what keeps it from being proved, or what differs.
+    """
+
+    files: dict[str, str]
+    without_mjcf: str
+    diagnostics: list[Diagnostic]
+    frames: int = 0
+    states: int = 0
+    largest: float = 0.0
+
+
+def prove(imported: Imported, folder: Path) -> Proof:
+    """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
+
+    ``folder`` is where it is going to stand, for messages and for the schema beside it.
+    """
+    schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+        stage = Path(name)
+        left_out = ""
+        files, compiled = _compiled(imported, stage, schema, left_out)
+        if has_errors(compiled.diagnostics):
+            # Most often only MuJoCo asks for more than the source says, a mass for instance.
+            left_out = _first_error(compiled.diagnostics)
+            files, compiled = _compiled(imported, stage, schema, left_out)
+        proof = Proof(files, left_out, _relocated(compiled.diagnostics, folder))
+        return proof if proof.diagnostics else _compared(imported, compiled, stage, proof)
+
+
+def _compiled(imported: Imported, stage: Path, schema: str, left_out: str) -> tuple[dict[str, str], Compiled]:
+    """Return the files of a description and what becomes of them; ``left_out`` is why there is to be no MJCF."""
+    files = write(imported, outputs(imported, left_out), schema)
+    for name, text in files.items():
+        (stage / name).write_text(text, "utf-8")
+    return files, compile_robot(stage / ROOT_FILE)
+
+
+def _compared(imported: Imported, compiled: Compiled, stage: Path, proof: Proof) -> Proof:
+    """Return the proof with what the comparison of the source with the description and with its URDF says."""
+    source = build(tree_of(imported)).robot
+    urdf = next(artifact.text for artifact in compiled.artifacts if artifact.backend == "urdf")
+    (stage / "compiled.urdf").write_text(urdf, "utf-8")
+    back = read_robot(stage / "compiled.urdf", ReadOptions(lenient=True))
+    again = build(back.tree).robot if back.tree is not None else None
+    made = compiled.robot
+    if source is None or again is None or made is None:
+        broken = [d.message for d in back.diagnostics if d.severity == ERROR]
+        return proof._replace(diagnostics=[_failed("the compiled URDF cannot be read back", broken)])
+    found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
+    found += [f"compiled URDF: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
+    largest = 0.0 if found else largest_difference(source, again)
+    if largest > POSE_TOLERANCE:
+        found.append(f"compiled URDF: frames differ by {largest:.2g}")
+    if found:
+        return proof._replace(diagnostics=[_failed("the description would not be the same robot", found)])
+    return proof._replace(frames=len(source.links), states=STATES, largest=largest)
+
+
+def largest_difference(one: Robot, other: Robot) -> float:
+    """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
+    generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
+    largest = 0.0
+    for number in range(STATES + 1):
+        state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
+        first, second = _poses(one, state), _poses(other, state)
+        largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
+    return largest
+
+
+def _somewhere(joint: Joint, generator: random.Random) -> float | Sequence[float]:
+    """Return a position of a joint, whatever its limits; the orientation of a floating one is not normalised."""
+    numbers = [generator.uniform(-3.0, 3.0) for _ in joint.coordinates]
+    return numbers if len(numbers) > 1 else sum(numbers)
+
+
+def _poses(robot: Robot, state: dict[str, float | Sequence[float]]) -> dict[str, Transform]:
+    """Return where every link sits in the root link."""
+    found = {robot.root: Transform()}
+    positions = {name: value for name, value in state.items() if isinstance(value, float)}
+    for joint in robot.joints_down():
+        several = state.get(joint.name, 0.0) if len(joint.coordinates) > 1 else robot.position(joint, positions)
+        found[joint.child] = found[joint.parent].then(joint.transform(several))
+    return found
+
+
+def _apart(one: Transform, other: Transform) -> float:
+    """Return the largest difference between the numbers of two transforms."""
+    rows = (*zip(one.rows, other.rows, strict=True), (one.xyz, other.xyz))
+    return max(abs(a - b) for first, second in rows for a, b in zip(first, second, strict=True))
+
+
+def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
+    message = next(" ".join(d.message.split()) for d in diagnostics if d.severity == ERROR)
+    return message if len(message) <= _MAX_SAID else f"{message[:_MAX_SAID]}..."
+
+
+def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnostic]:
+    """Return errors whose places are those in the folder where the description would have stood."""
+
+    def moved(span: Span | None) -> Span | None:
+        if span is None:
+            return None
+        return span._replace(source=Source(str(folder / Path(span.source.path).name), span.source.text))
+
+    return [
+        d._replace(span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
+        for d in diagnostics
+        if d.severity == ERROR
+    ]
+
+
+def _failed(what: str, found: Sequence[str]) -> Diagnostic:
+    """Return the error about a proof that failed."""
+    more = [f"and {len(found) - _MAX_TOLD:,} more"] if len(found) > _MAX_TOLD else []
+    related = [Related(text, None) for text in [*found[:_MAX_TOLD], *more]]
+    help = "this is a fault of rosorin-compile; please report it with the file"
+    return error("import-differs", what, None, help, related)

@@ -1,0 +1,122 @@
+"""Reader: one function for every format; the name of the file and what stands in it decide which one it is."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+from typing import cast
+
+from ..diagnostic import NOTE, Diagnostic, Source, Span, error
+from .complaints import RULE as SYNTAX
+from .files import read_source
+from .imported import Imported
+from .lenient import mended, without_late_declaration
+from .markup import Document, MarkupError, parse
+from .options import ReadOptions
+
+FORMATS = "URDF (<robot>), xacro, MJCF (<mujoco>), or the JSON of a driver"
+
+_STRANGERS = {
+    "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),
+    "world": ("a world of Gazebo", "import the URDF or xacro of the robot"),
+    "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
+    "svg": ("a picture", "name the file of the robot"),
+    "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),
+    "package": ("the package.xml of a ROS package", "name the file of the robot in that package"),
+    "launch": ("a launch file", "name the file of the robot that it loads"),
+    "srdf": ("an SRDF of MoveIt", "name the URDF"),
+    "mujocoinclude": ("a part of an MJCF, to be included", "name the MJCF that includes it: its root is <mujoco>"),
+}
+
+
+def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
+    """Return the robot of a file (see ``read_robot``)."""
+    suffix = path.suffix.lower()
+    if suffix in (".yaml", ".yml"):
+        message = f"{path.name} is a description already, or another file in YAML"
+        return _refused(error("wrong-format", message, asked, f"import reads {FORMATS}"), path)
+    if suffix == ".json":
+        return _other("robot_model", "read_robot_model", path, options)
+    try:
+        source = read_source(path, asked)
+        _check_text(source)
+        document = _parsed(source, options)
+    except MarkupError as problem:
+        return _refused(problem.diagnostic, path)
+    read = _robot(document, path, options)
+    return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
+
+
+def _parsed(source: Source, options: ReadOptions) -> Document:
+    """Return a source as XML; what other readers pass over is blanked out, most of it leniently. Raises MarkupError."""
+    source = without_late_declaration(source)
+    try:
+        return parse(source)
+    except MarkupError as problem:
+        if not options.lenient or problem.diagnostic.rule != SYNTAX:
+            raise
+        try:
+            return parse(mended(source))
+        except MarkupError:
+            raise problem from None
+
+
+def _mending(source: Source, document: Document) -> list[Diagnostic]:
+    """Return the note about a text that was mended before it could be read."""
+    if document.source.text == source.text:
+        return []
+    what = "this is no XML to the letter, and is read all the same"
+    if without_late_declaration(source).text == document.source.text:
+        what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
+    return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
+
+
+def _robot(document: Document, path: Path, options: ReadOptions) -> Imported:
+    from .urdf import read_urdf
+    from .xacro import is_xacro, read_xacro
+
+    if document.root.tag == "mujoco":
+        return _other("mjcf", "read_mjcf", path, options)
+    if document.root.tag != "robot":
+        return _refused(_wrong_root(document), path)
+    if is_xacro(document, path):
+        return read_xacro(document, path, options)
+    return read_urdf(document, path, options)
+
+
+def _other(module: str, function: str, path: Path, options: ReadOptions) -> Imported:
+    """Return what the reader of another format makes of a file."""
+    return cast(Imported, getattr(import_module(f".{module}", __package__), function)(path, options))
+
+
+def _refused(diagnostic: Diagnostic, path: Path) -> Imported:
+    return Imported(None, [diagnostic], (), (path,))
+
+
+def _check_text(source: Source) -> None:
+    """Refuse a text that is not XML at all, with a guess of what it is. Raises MarkupError."""
+    start = source.text.lstrip()[:200].lower()
+    span = Span(source, 1, 1, 1)
+    if start.startswith(("<!doctype html", "<html")):
+        what, help = _STRANGERS["html"]
+        raise MarkupError(error("wrong-root", f"{source.path} is {what}, not a robot", span, help))
+    if start.startswith("version https://git-lfs"):
+        message = f"{source.path} is a pointer of Git LFS, not the file itself"
+        raise MarkupError(error("wrong-format", message, span, "fetch the file: git lfs pull"))
+    if not start.startswith("<"):
+        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {FORMATS}"))
+
+
+def _wrong_root(document: Document) -> Diagnostic:
+    """Return the message about a root element of another format."""
+    root = document.root
+    tag = root.tag.lower()
+    what, help = _STRANGERS.get(tag, ("", f"import reads {FORMATS}"))
+    if tag == "robot":
+        return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
+    message = (
+        f"the root element is <{root.tag}>: this is {what}"
+        if what
+        else f"the root element is <{root.tag}>, not <robot>"
+    )
+    return error("wrong-root", message, root.span, help)

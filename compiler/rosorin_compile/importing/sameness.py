@@ -1,0 +1,108 @@
+"""Sameness: two models of a robot compared value by value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import fields, is_dataclass, replace
+from typing import Any
+
+from ..model import Box, Dynamics, Joint, Link, Material, Robot, Shape
+
+# Where a value comes from and what is made of it says nothing about the robot.
+_NOT_COMPARED = ("source", "outputs", "stand_in")
+_NOT_IN_URDF = (
+    "sensors",
+    "edges",
+    "publishers",
+    "servos",
+    "poses",
+    "modes",
+    "disabled_contacts",
+    "publisher",
+    "actuator",
+)
+_NAMED = (Link, Joint, Material)
+
+
+def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
+    """Return the values in which two robots differ, in words.
+
+    Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
+    compared, and by what it means: a box by its size, an element of XML without its line ends.
+    """
+    skipped = (*_NOT_COMPARED, *(_NOT_IN_URDF if carried_by_urdf else ()))
+    return list(_Comparison(tolerance, skipped, carried_by_urdf).values("", one, other))
+
+
+class _Comparison:
+    """One comparison: how exact, and of what."""
+
+    def __init__(self, tolerance: float, skipped: tuple[str, ...], by_meaning: bool) -> None:
+        self.tolerance = tolerance
+        self.skipped = skipped
+        self.by_meaning = by_meaning
+
+    def values(self, where: str, one: Any, other: Any) -> Iterator[str]:
+        """Yield the differences between two values of a model."""
+        one, other = _without_zeros(one), _without_zeros(other)
+        if self.by_meaning:
+            one, other = _plain(one), _plain(other)
+        if is_dataclass(one) and type(one) is type(other):
+            for field in fields(one):
+                first, second = getattr(one, field.name), getattr(other, field.name)
+                # The URDF names every material; one that had no name has the name of its link.
+                unnamed = self.by_meaning and field.name == "material" and not first
+                if field.name not in self.skipped and not unnamed:
+                    yield from self.values(f"{where} {field.name}".strip(), first, second)
+        elif isinstance(one, tuple) and isinstance(other, tuple):
+            yield from self.several(where, one, other)
+        elif isinstance(one, Mapping) and isinstance(other, Mapping):
+            for key in sorted({*one, *other}, key=str):
+                yield from self.values(f"{where} {key}", one.get(key), other.get(key))
+        elif not self.same(one, other):
+            yield f"{where}: {_said(one)} in the source, {_said(other)} here"
+
+    def several(self, where: str, one: tuple[Any, ...], other: tuple[Any, ...]) -> Iterator[str]:
+        """Yield the differences between two tuples, in order, or by name where what they hold has one."""
+        if self.by_meaning:
+            one, other = (tuple(solid for item in some for solid in _solids(item)) for some in (one, other))
+        if one and isinstance(one[0], _NAMED):
+            yield from self.values(where, {item.name: item for item in one}, {item.name: item for item in other})
+            return
+        if len(one) != len(other):
+            yield f"{where}: {len(one)} in the source, {len(other)} here"
+        for index, (first, second) in enumerate(zip(one, other, strict=False)):
+            yield from self.values(f"{where} {index + 1}", first, second)
+
+    def same(self, one: Any, other: Any) -> bool:
+        if type(one) is float and type(other) is float and self.tolerance:
+            return abs(one - other) <= self.tolerance * max(1.0, abs(one), abs(other))
+        return bool(one == other) and (one is None) == (other is None)
+
+
+def _solids(item: Any) -> tuple[Any, ...]:
+    return item.solids() if isinstance(item, Shape) else (item,)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value in the one form that a URDF has for it."""
+    if isinstance(value, Shape) and isinstance(value.geometry, Box):
+        x, y, z = (size / 2 for size in value.geometry.size)
+        return replace(value, geometry=Box((-x, -y, -z), (x, y, z)), pose=value.origin())
+    if isinstance(value, Dynamics):
+        return _without_zeros(replace(value, armature=0.0))
+    if isinstance(value, str) and "<" in value:
+        return " ".join(value.split())
+    return value
+
+
+def _without_zeros(value: Any) -> Any:
+    """Return None for dynamics that say nothing: each of them is zero by default."""
+    return None if value == Dynamics() else value
+
+
+def _said(value: Any) -> str:
+    if is_dataclass(value):
+        name = getattr(value, "name", "")
+        return f"{type(value).__name__.lower()} {name}".strip()
+    return "nothing" if value is None else repr(value)

@@ -1,0 +1,257 @@
+"""What import writes is YAML that reads back as the same values, and looks as a person would have written it."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.diagnostic import Source, Span
+from rosorin_compile.expand.ledger import Ledger
+from rosorin_compile.expand.scope import Scope
+from rosorin_compile.importing.layout import WIDTH, Expression, Remarks, Verbatim, layout
+from rosorin_compile.importing.numbers import in_degrees, number
+from rosorin_compile.importing.scalars import escaped, scalar
+from rosorin_compile.load import parse_yaml, plain_scalar
+from rosorin_compile.tree import Place, first_line
+
+ODD = [
+    *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),
+    *("12 mm", "180 deg", "5 parsec", "<<", "=", "...", "---", "- a", "? a", ": a", "a: b", "a:", "a #b", "#a", "&a"),
+    *(
+        "*a",
+        "!a",
+        "|",
+        ">",
+        "%a",
+        "@a",
+        "`a",
+        "'a'",
+        '"a"',
+        "a'b\"c",
+        "C:\\meshes",
+        "[a]",
+        "{a}",
+        "a, b",
+        "a]",
+        " a",
+        "a ",
+    ),
+    *("${HOME}/a", "$${HOME}", "$$${x", "${", "$", "a${b}c", "äöü", "机器人", "🤖", "\u200b", "\ufeff", "\x85", "\x07"),
+    *("a\nb", "a\nb\n", "\na", "a\n\n", "  a\nb", "a\n  b\n c", "\ta\nb", "a\n\tb", "a\n ", "a\r\nb", "x" * 1500),
+    *("word " * 60 + "end", "<a>\n\t<b c='${d}'/>\n</a>", "<gazebo reference='a'/>", "", "for", "if"),
+]
+TEXTS = st.text(st.characters(codec="utf-8"), max_size=12) | st.sampled_from(ODD)
+TEXTS |= st.text("ab :#-{}[],'\"\\$\n\t", max_size=12)
+NUMBERS = st.floats(allow_nan=False, allow_infinity=False).map(lambda value: number(value, None))
+VALUES = st.recursive(
+    TEXTS | NUMBERS | st.none() | st.booleans(),
+    lambda inner: st.lists(inner, max_size=5) | st.dictionaries(TEXTS, inner, max_size=5),
+    max_leaves=25,
+)
+
+
+def plain(value: Any) -> Any:
+    """Return a value of a document as it is to be read back."""
+    if isinstance(value, dict):
+        return {key: plain(item) for key, item in value.items()}
+    if isinstance(value, list):
+        return [plain(item) for item in value]
+    return float(value) if isinstance(value, Verbatim) else value
+
+
+def expanded(text: str) -> Any:
+    """Return what the language makes of a file: read, and its expressions evaluated."""
+    source = Source("robot.yaml", text)
+    scope = Scope(Ledger())
+    made = scope.resolve(parse_yaml(source), Place(first_line(source), None))
+    assert scope.ledger.diagnostics == []
+    return made
+
+
+def order(value: Any) -> Any:
+    """Return the keys of a value and of all within it, in their order."""
+    if isinstance(value, dict):
+        return [(key, order(item)) for key, item in value.items()]
+    return [order(item) for item in value] if isinstance(value, list) else None
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.dictionaries(TEXTS, VALUES, min_size=1, max_size=5))
+def test_what_is_written_reads_back(document: dict[str, Any]) -> None:
+    text = layout(document)
+    read = expanded(text)
+    assert read == plain(document)
+    assert order(read) == order(document)
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.dictionaries(TEXTS, VALUES, min_size=1, max_size=4), st.data())
+def test_comments_change_nothing(document: dict[str, Any], data: st.DataObject) -> None:
+    paths = [(), *((key,) for key in document)]
+    for key, value in document.items():
+        if isinstance(value, dict):
+            paths += [(key, inner) for inner in value]
+        elif isinstance(value, list) and any(isinstance(item, (dict, list)) for item in value):
+            paths += [(key, index) for index in range(len(value))]
+    lines = st.lists(st.sampled_from(["a: b", "- c", "word " * 40, "", "#", "'"]), min_size=1, max_size=2)
+    said = Remarks(*(data.draw(st.dictionaries(st.sampled_from(paths), lines, max_size=3)) for _ in range(3)))
+    inside = {path: lines for path, lines in said.inside.items() if not path or _holds(document, path)}
+    assert expanded(layout(document, said._replace(inside=inside))) == plain(document)
+
+
+def _holds(document: Any, path: tuple[Any, ...]) -> bool:
+    for step in path:
+        document = document[step]
+    return isinstance(document, dict) and bool(document)
+
+
+@pytest.mark.parametrize("text", ODD)
+@pytest.mark.parametrize("flow", [True, False])
+def test_other_readers_see_the_same_text(text: str, flow: bool) -> None:
+    """PyYAML knows YAML 1.1, where more words mean something else."""
+    written = scalar(escaped(text), flow)
+    read = yaml.safe_load(f"[{written}]" if flow else f"- {written}")
+    assert read == [escaped(text)]
+
+
+@pytest.mark.parametrize(
+    ("text", "flow", "written"),
+    [
+        ("base_link", True, "base_link"),
+        ("base link", True, "base link"),
+        ("ns/base-link.v2", True, "ns/base-link.v2"),
+        ("package://arm/meshes/base.dae", True, "package://arm/meshes/base.dae"),
+        ("a, b", False, "a, b"),
+        ("a, b", True, '"a, b"'),
+        ("<gazebo/>", False, "<gazebo/>"),
+        ("C:\\meshes", True, "C:\\meshes"),
+        ("机器人", True, "机器人"),
+        ("007", True, '"007"'),
+        ("on", True, '"on"'),
+        ("12 mm", True, '"12 mm"'),
+        ('say "on"', True, 'say "on"'),
+        ('"on" \\', True, "'\"on\" \\'"),
+        ("tab\there", True, '"tab\\there"'),
+        ("\u200b", True, '"\\u200b"'),
+    ],
+)
+def test_quotes_only_where_they_are_needed(text: str, flow: bool, written: str) -> None:
+    assert scalar(text, flow) == written
+
+
+def at(token: str) -> Span:
+    return Span(Source("a.urdf", f'<limit lower="{token}"/>'), 1, 15, len(token))
+
+
+@pytest.mark.parametrize(
+    ("token", "angle", "written"),
+    [
+        ("3.141592653589793", "deg", "180 deg"),
+        ("-1.5707963267948966", "deg", "-90 deg"),
+        ("0.7853981633974483", "deg", "45 deg"),
+        ("0.39269908169872414", "deg", "22.5 deg"),
+        ("0.39269908169872414", "", "0.39269908169872414"),
+        ("3.141592653589793", "deg/s", "180 deg/s"),
+        ("3.14159265", "deg", "3.14159265"),
+        ("1.5708", "deg", "1.5708"),
+        ("3.1416", "", "3.1416"),
+        ("+1", "", "1"),
+        ("1.", "", "1."),
+        (".5", "", ".5"),
+        ("1e-3", "", "1e-3"),
+        ("0.10", "", "0.10"),
+        ("-0.0", "", "0"),
+        ("0.000", "deg", "0"),
+    ],
+)
+def test_forms_of_numbers(token: str, angle: str, written: str) -> None:
+    assert number(float(token), at(token), angle) == written
+    assert float(plain_scalar(written)) == float(token)
+
+
+def test_digits_of_another_number_are_not_taken() -> None:
+    assert number(2.0, at("quat")) == "2"
+    assert number(2.5, at("1 2.5")) == "2.5"
+    assert number(12.0, at("12 ")) == "12"
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+def test_degrees_are_exact_or_not_said(value: float) -> None:
+    text = in_degrees(value, "deg")
+    assert not text or plain_scalar(text) == value
+
+
+@given(st.integers(-360 * 4, 360 * 4))
+def test_quarters_of_a_degree_are_said(quarters: int) -> None:
+    value = quarters / 4 * (math.pi / 180)
+    assert float(plain_scalar(number(value, None, "deg"))) == value
+    assert quarters == 0 or number(value, None, "deg").endswith(" deg")
+
+
+INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+JOINT = {"type": "fixed", "parent": "a", "child": "b", "xyz": [Verbatim("0"), Verbatim("0"), Verbatim("0.1")]}
+LONG = {f"joint_number_{index}": Verbatim("0.5") for index in range(8)}
+
+
+def test_small_things_stand_on_one_line_and_large_ones_apart() -> None:
+    moments = {key: Verbatim(f"{index}.46240263881777e-06") for index, key in enumerate(INERTIA)}
+    document = {
+        "robot": "r",
+        "links": {"a": {}, "b": {"inertial": {"mass": Verbatim("1"), "inertia": moments}}, "c": {}},
+        "joints": {"j": JOINT, "k": {**JOINT, "limit": {"lower": Verbatim("0")}}, "l": JOINT},
+        "poses": {"home": {"positions": LONG}},
+    }
+    comments = {("links", "b"): ["the arm"], ("joints", "k", "limit"): ["measured"], (): ["A robot."]}
+    said = Remarks(comments, {("joints", "j"): ["glued"]}, {("joints", "k"): ["no more"]})
+    text = layout(document, said)
+    assert max(map(len, text.splitlines())) <= WIDTH
+    assert (
+        text
+        == """\
+# A robot.
+robot: r
+
+links:
+  a: {}
+
+  # the arm
+  b:
+    inertial:
+      mass: 1
+      inertia: {ixx: 0.46240263881777e-06, iyy: 1.46240263881777e-06, izz: 2.46240263881777e-06,
+                ixy: 3.46240263881777e-06, ixz: 4.46240263881777e-06, iyz: 5.46240263881777e-06}
+
+  c: {}
+
+joints:
+  j: {type: fixed, parent: a, child: b, xyz: [0, 0, 0.1]}  # glued
+
+  k:
+    type: fixed
+    parent: a
+    child: b
+    xyz: [0, 0, 0.1]
+    # measured
+    limit: {lower: 0}
+    # no more
+
+  l: {type: fixed, parent: a, child: b, xyz: [0, 0, 0.1]}
+
+poses:
+  home:
+    positions: {joint_number_0: 0.5, joint_number_1: 0.5, joint_number_2: 0.5, joint_number_3: 0.5, joint_number_4: 0.5,
+                joint_number_5: 0.5, joint_number_6: 0.5, joint_number_7: 0.5}
+"""
+    )
+
+
+def test_expressions_are_quoted_only_in_brackets() -> None:
+    file = Expression("${meshes}/a.dae")
+    document = {"links": {"a": {"visual": [{"mesh": {"file": file}}]}}, "file": file}
+    assert 'visual:\n      - {mesh: {file: "${meshes}/a.dae"}}\n' in layout(document)
+    assert "\nfile: ${meshes}/a.dae\n" in layout(document)

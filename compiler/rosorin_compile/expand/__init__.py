@@ -1,8 +1,8 @@
 """Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
 Scopes are lexical: a description (all its files together), each part, each turn of a loop. Sections of the same name
-are joined: the entries of the included files come first, in the order of the includes, then those of the including
-file, then those that parts make, in the order of ``use``.
+are joined: robots of others come before all else; then the entries of the included files, in the order of the includes;
+then those of the including file; then those that parts make, in the order of ``use``.
 """
 
 from __future__ import annotations
@@ -17,13 +17,14 @@ from ..diagnostic import Diagnostic, did_you_mean, error
 from ..load import plain_scalar
 from ..tree import Map, Place
 from .files import Reader, shown
-from .forms import SECTIONS
+from .forms import ENTRIES, SECTIONS, check_controls
 from .ledger import Ledger
 from .parameters import declare
 from .parts import Parts, copy
 from .scope import Failed, Scope
 from .sensor_types import apply_types
 from .tables import table_loader
+from .vendor import Robots, Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
@@ -42,11 +43,13 @@ class Expanded(NamedTuple):
     scope: Scope | None = None
 
 
-def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
+def expand(path: Path, arguments: Mapping[str, Any], tell: Tell | None = None, robots: bool = True) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
     ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
-    ``Map`` that have a place were read from a file.
+    ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
+    (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. Without ``robots``, robots of
+    others that are included are left out, and nothing is run.
     """
     reader = Reader(path)
     root = reader.read(path, shown(path), None, None, ())
@@ -58,19 +61,23 @@ def expand(path: Path, arguments: Mapping[str, Any]) -> Expanded:
     for name, value, place, said in reader.lets:
         scope.define(name, value, place, said)
     _declare_arguments(root, arguments, reader, scope)
-    tree = _evaluate(root, scope, reader)
+    included = list(Robots(reader, scope, tell).fragments()) if robots else []
+    tree = _evaluate(root, scope, reader, included)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)
     return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope)
 
 
-def _evaluate(root: Map, scope: Scope, reader: Reader) -> Map | None:
-    """Return the tree with every section evaluated; None after anything was wrong."""
+def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
+    """Return the tree with every section evaluated, joined to ``robots``; None after anything was wrong."""
     tree = Map(root.span)
-    failed = False
+    failed = None in robots
     for key, value in root.items():
         if key in ("parts", "sensor_types", "use"):
+            continue
+        if key in ENTRIES and not check_controls("", root, (key,), scope):
+            failed = True
             continue
         place = Place(root.value_spans[key], None)
         try:
@@ -84,14 +91,27 @@ def _evaluate(root: Map, scope: Scope, reader: Reader) -> Map | None:
             what = "types" if key == "sensor_types" else "parts"
             scope.report("wrong-type", f"{key} maps names to {what}", Place(root.value_spans[key], None), help)
             failed = True
+    tree = _joined(robots, tree, reader)
     parts = Parts(scope.ledger, root.get("parts"), scope, reader.library)
     uses = root.get("use")
-    if isinstance(uses, Map):
+    if isinstance(uses, Map) and not check_controls("", root, ("use",), scope):
+        failed = True
+    elif isinstance(uses, Map):
         failed |= not parts.use(tree, uses, scope)
     parts.check_unused()
     if failed:
         return None
     apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")
+    return tree
+
+
+def _joined(robots: list[Map | None], own: Map, reader: Reader) -> Map:
+    """Return the sections of foreign robots with those of the description behind them."""
+    if not any(robots):
+        return own
+    tree = Map(own.span)
+    for sections in [*robots, own]:
+        reader.join(tree, sections or Map(own.span))
     return tree
 
 

@@ -12,11 +12,13 @@ from ..diagnostic import Diagnostic, Related, Span, error
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq, locate
 from .parts import copy, sourced
+from .vendor import Asked, foreign
 
 MAX_FILES = 500
 
 _JOINED = (
     "links",
+    "materials",
     "joints",
     "sensors",
     "publishers",
@@ -29,13 +31,13 @@ _JOINED = (
     "sensor_types",
     "use",
 )
-_LISTED = ("edges", "disabled_contacts")
+_LISTED = ("edges", "disabled_contacts", "urdf_elements", "accept")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
 
 
 class Reader:
-    """Reads a file and what it includes; collects named values, files and what is wrong."""
+    """Reads a file and what it includes; collects named values, foreign robots, files and what is wrong."""
 
     def __init__(self, root: Path) -> None:
         self.folder = root.parent.resolve()
@@ -43,6 +45,7 @@ class Reader:
         self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
         self.diagnostics: list[Diagnostic] = []
+        self.robots: list[Asked] = []
 
     def read(
         self, path: Path, name: str, asked: Span | None, via: Instance | None, within: tuple[Path, ...]
@@ -60,11 +63,15 @@ class Reader:
             return None
         made = Map(file.span, via)
         for item, span in self._includes(file):
+            robot = foreign(item, Place(span, via), path)
+            if robot is not None:
+                self.robots.append(robot)
+                continue
             included = self._include(item, path, Place(span, via), (*within, path.resolve()))
             if included is not None:
-                self._join(made, included)
+                self.join(made, included)
         self._collect_lets(file)
-        self._join(made, self._own(file, root=via is None))
+        self.join(made, self._own(file, root=via is None))
         return made
 
     def library(self, name: str) -> Path | None:
@@ -158,7 +165,7 @@ class Reader:
             made.put(key, value, file.key_spans[key], file.value_spans[key])
         return made
 
-    def _join(self, made: Map, more: Map) -> None:
+    def join(self, made: Map, more: Map) -> None:
         """Add the sections of one file to those of the others."""
         for key, value in more.items():
             if key not in made or made[key] is None:

@@ -14,12 +14,14 @@ from ..diagnostic import did_you_mean
 from ..expression.functions import kind_of
 from ..expression.interpolation import pieces
 from ..quantity import ANGLE, LENGTH, Dimension, Quantity, describe
+from ..schema import resolve, schema
 from ..tree import Map, Place, Seq
 from .scope import Failed, Scope
 
 _MAPPINGS = ("links", "joints", "sensors", "servos", "poses")
 _LISTS = ("edges", "disabled_contacts")
 SECTIONS = (*_MAPPINGS, *_LISTS)
+ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
@@ -46,6 +48,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
     sound = _check_keys(owner, body, _PART_KEYS, scope)
     for key in ("params", "let", "use"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
+    sound &= check_controls(f"{owner} ", body, (*_MAPPINGS, "use"), scope)
     return _check_sections(owner, body, scope, evaluated=True) and sound
 
 
@@ -85,6 +88,47 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
         sound &= _check_sections(f"content of {owner}", content, scope, evaluated=False)
     if not sound:
         raise Failed
+
+
+def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:
+    """Report a loop or a condition that stands beside the entries of a section; say whether there is none.
+
+    An entry may have the name of a control all the same: what makes it one is what it holds.
+    """
+    sound = True
+    for section in sections:
+        entries = tree.get(section)
+        for control in ("for", "if"):
+            if isinstance(entries, Map) and control in entries and _is_control(section, control, entries[control]):
+                place = Place(entries.key_spans[control], scope.via or entries.via)
+                what = "loop" if control == "for" else "condition"
+                help = f"move it into the entry: NAME: {{{control}: ..., ...}}"
+                message = f'"{control}" stands beside the entries of {owner}{section}: a {what} stands in its entry'
+                scope.report("wrong-type", message, place, help)
+                sound = False
+    return sound
+
+
+def check_content(name: str, entry: Any, scope: Scope) -> None:
+    """Report loops and conditions beside the entries of the content of a ``use``. Raises Failed after that.
+
+    Asked before anything is evaluated: there, a section of the content would be taken for an entry with a loop.
+    """
+    content = entry.get("content") if isinstance(entry, Map) else None
+    if isinstance(content, Map) and not check_controls(f'content of use "{name}" ', content, _MAPPINGS, scope):
+        raise Failed
+
+
+def _is_control(section: str, control: str, value: Any) -> bool:
+    """Say whether the value of a key is that of a loop or of a condition, and not an entry that is called so."""
+    if control == "if":
+        return isinstance(value, (str, bool))
+    if not isinstance(value, Map) or not value:
+        return False
+    entry: Any = _USE_KEYS if section == "use" else resolve(schema()["properties"][section]["additionalProperties"])
+    legal = entry if section == "use" else entry.get("properties", ())
+    # A file with a source has given it to all its entries.
+    return not any(key in legal for key in value if key != "source")
 
 
 def check_sections(owner: str, tree: Map, scope: Scope) -> None:

@@ -16,7 +16,7 @@ from ..diagnostic import WARNING, Diagnostic, Related, Span, did_you_mean
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
-from .forms import SECTIONS, check_file, check_part, check_sections, check_use
+from .forms import SECTIONS, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, mentions_mount, placed
@@ -131,6 +131,7 @@ class Parts:
         for key, item in entries.items():
             place_of_key = Place(entries.key_spans[key], via)
             try:
+                check_content(key, item, scope)
                 for turn, entry in scope.entries(item):
                     name = turn.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
                     resolved = turn.resolve(entry, Place(entries.value_spans[key], via))

@@ -125,7 +125,7 @@ class _Placer:
         mimic = entry.get("mimic")
         if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
             changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
-        if self.mirror is not None and entry.get("type") in ("revolute", "continuous", "prismatic"):
+        if self.mirror is not None and entry.get("type") in ("revolute", "continuous", "prismatic", "planar"):
             changes["axis"] = self._mirrored_axis(entry)
         return _with(entry, changes)
 
@@ -139,8 +139,8 @@ class _Placer:
         optical = entry.get("optical")
         if isinstance(optical, Map):
             inner = {key: self.rename(optical[key]) for key in ("frame", "joint") if isinstance(optical.get(key), str)}
-            changes["optical"] = _with(optical, {**inner, **self._mirrored_pose(optical)})
-        return _with(entry, changes)
+            changes["optical"] = _with(optical, inner | self._published(optical) | self._mirrored_pose(optical))
+        return self._renamed_list(_with(entry, changes), "stamps")
 
     def edges(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
@@ -184,11 +184,22 @@ class _Placer:
             changes["parent"] = self.rename(parent)
             if parent == MOUNT and any(value is not None for value in self.mount):
                 changes |= self._mounted(entry, changes)
-        publisher = entry.get("publisher")
-        if isinstance(publisher, Map) and isinstance(publisher.get("static_transform_publisher"), str):
-            node = self.rename("") + publisher["static_transform_publisher"]
-            changes["publisher"] = _with(publisher, {"static_transform_publisher": node})
-        return changes
+        return changes | self._published(entry)
+
+    def _published(self, entry: Map) -> dict[str, Any]:
+        """Return the publishers of an entry, the static ones renamed: each part starts its own."""
+        said = entry.get("publisher")
+        return {"publisher": _each(said, "", self._turn)} if isinstance(said, Seq) else self._static(entry, "publisher")
+
+    def _turn(self, turn: Any) -> Any:
+        return _with(turn, self._static(turn, "by")) if isinstance(turn, Map) else turn
+
+    def _static(self, entry: Map, key: str) -> dict[str, Any]:
+        publisher = entry.get(key)
+        if not isinstance(publisher, Map) or not isinstance(publisher.get("static_transform_publisher"), str):
+            return {}
+        node = self.rename("") + publisher["static_transform_publisher"]
+        return {key: _with(publisher, {"static_transform_publisher": node})}
 
     def _mounted(self, entry: Map, changes: dict[str, Any]) -> dict[str, Any]:
         """Return the pose of an entry on the mount, seen from the frame that the part is attached to."""

@@ -1,0 +1,23 @@
+"""What keeps numbers from being taken out of a mesh, as a value."""
+
+from __future__ import annotations
+
+from ..diagnostic import Diagnostic, Span, error
+
+
+class ExtractProblem(Exception):
+    """Something that cannot be done; carries the diagnostic that says why, and the way out."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def fail(rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
+    """Return a problem, to be raised."""
+    return ExtractProblem(error(rule, message, span, help))
+
+
+def plural(count: int, word: str) -> str:
+    """Return a number with its word: 1 triangle, 2,000 triangles."""
+    return f"{count:,} {word}{'' if count == 1 else 's'}"

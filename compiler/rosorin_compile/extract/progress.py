@@ -1,0 +1,39 @@
+"""A bar on the terminal for what takes longer than a second."""
+
+from __future__ import annotations
+
+import sys
+import time
+
+_AFTER = 1.0  # seconds
+_EVERY = 0.1
+_WIDTH = 30
+
+
+class Progress:
+    """Shows on standard error how far something is, if that is a terminal and it takes long; leaves nothing behind."""
+
+    def __init__(self, what: str) -> None:
+        self.what = what
+        self.begun = time.monotonic()
+        self.next = self.begun + _AFTER
+        self.shown = False
+
+    def __call__(self, done: int, total: int) -> None:
+        """Say that ``done`` of ``total`` are done."""
+        now = time.monotonic()
+        if now < self.next or not sys.stderr.isatty():
+            return
+        self.next = now + _EVERY
+        self.shown = True
+        full = _WIDTH * done // max(total, 1)
+        bar = "#" * full + "." * (_WIDTH - full)
+        sys.stderr.write(f"\r{self.what} [{bar}] {100 * done // max(total, 1):3d}%")
+        sys.stderr.flush()
+
+    def end(self) -> None:
+        """Wipe the bar off."""
+        if self.shown:
+            sys.stderr.write("\r\x1b[K")
+            sys.stderr.flush()
+            self.shown = False

@@ -1,0 +1,86 @@
+"""Difference: two robots compared by meaning, whatever they were written in.
+
+B is put under the names of A first (``pairing``); then frames, joints, masses, shapes and the rest are compared, each
+seen from the nearest thing that both have. What a format cannot say is told as not compared, never as a difference.
+"""
+
+from __future__ import annotations
+
+from .existence import compare_names
+from .frames import compare_frames
+from .furthest import furthest
+from .joints import compare_joints
+from .masses import compare_masses
+from .others import compare_others
+from .pairing import Pairing, pair
+from .shapes import compare_shapes
+from .unsaid import not_carried, unsaid
+from .values import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, ROBOT_MODEL, Difference, Item, Side
+
+__all__ = ["DEFAULT_TOLERANCE", "Difference", "Item", "Side", "compare_robots"]
+
+
+def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefix: str | None = None) -> Difference:
+    """Return how two robots differ by meaning.
+
+    ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
+    ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
+    """
+    pairing = pair(*_known_names(a, b), tolerance, prefix)
+    missing, lacking = not_carried(pairing, a, b)
+    silent = unsaid(a, b)
+    frames = compare_frames(pairing)
+    items = [*frames.items, *compare_joints(pairing, frames.coordinates, silent.topics)]
+    notes = [*_prefix_note(pairing, a, b), *frames.notes]
+    not_compared = [*lacking, *silent.lines]
+    if "mass" not in silent.topics:
+        found, said = compare_masses(pairing, frames.clusters)
+        items += found
+        notes += said
+    for purpose in ("collision", "visual"):
+        if purpose not in silent.topics:
+            shapes = compare_shapes(pairing, (a, b), frames.clusters, purpose)
+            items += shapes.items
+            notes += shapes.notes
+            not_compared += shapes.not_compared
+    items += compare_names(pairing, missing, "fixed joint name" not in silent.topics)
+    items += compare_others(pairing, (a, b), silent.topics)
+    if a.robot.name != b.robot.name and ROBOT_MODEL not in (a.format, b.format):
+        notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
+    moved = [item for item in items if item.kind in (FRAME, JOINT)]
+    if moved:
+        notes += furthest(pairing, frames.coordinates, moved)
+    return Difference(a, b, _arranged(pairing, items), tuple(notes), tuple(not_compared), tolerance)
+
+
+def _known_names(a: Side, b: Side) -> tuple[Side, Side]:
+    """Return the sides under common names where a description says how the driver's model calls its links."""
+    from .names import renamed
+
+    for side, other in ((a, b), (b, a)):
+        outputs = [output for output in side.robot.outputs if output.backend == ROBOT_MODEL]
+        if other.format == ROBOT_MODEL and outputs:
+            names = {str(new): str(old) for old, new in outputs[0].options.get("rename", {}).items()}
+            free = {new: old for new, old in names.items() if old not in other.robot.link}
+            changed = other._replace(robot=renamed(other.robot, free, {}))
+            return (a, changed) if other is b else (changed, b)
+    return a, b
+
+
+def _prefix_note(pairing: Pairing, a: Side, b: Side) -> list[str]:
+    if not pairing.prefixed:
+        return []
+    whole = (b if pairing.prefixed == "B" else a).robot
+    cut = sum(name.startswith(pairing.prefix) for name in whole.link)
+    some = "" if cut == len(whole.links) else f"{cut} of {len(whole.links)} of "
+    return [f'{some}the names of {pairing.prefixed} begin with "{pairing.prefix}"']
+
+
+def _arranged(pairing: Pairing, items: list[Item]) -> tuple[Item, ...]:
+    """Return the differences, the most important kind first, each kind in the order of the tree."""
+    order = {name: index for index, name in enumerate([*pairing.a.order, *pairing.b.order])}
+    for bodies in (pairing.b, pairing.a):
+        order |= {joint.name: order[joint.child] for joint in bodies.robot.joints if joint.name not in bodies.order}
+    order |= pairing.a.order
+    last = len(order)
+    return tuple(sorted(items, key=lambda item: (KINDS.index(item.kind), order.get(item.name, last))))

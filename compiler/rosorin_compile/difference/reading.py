@@ -1,0 +1,77 @@
+"""Reading: one side of a comparison from whatever it was named as: a description, or a file of another format."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..diagnostic import ERROR, Diagnostic, has_errors
+from ..project import NoDescription, find
+from .printing import printing_of
+from .values import MJCF, ROBOT_MODEL, URDF, YAML, Side
+
+_OURS = (".yaml", ".yml")
+_FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
+# What a person is to know before the file of a stranger is opened.
+_TOLD = ("xacro-runs-code",)
+
+
+class Read(NamedTuple):
+    """One side (None if it could not be read), what there is to say, and what of the file is not part of it."""
+
+    side: Side | None
+    diagnostics: list[Diagnostic]
+    left_out: tuple[str, ...] = ()
+
+
+def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+    """Return the robot that a word names: file of any format, folder or name of a description.
+
+    ``arguments`` are those of a description or a xacro file. Raises project.NoDescription if there is no such robot.
+    """
+    path = Path(word)
+    if path.is_file() and path.suffix.lower() not in _OURS:
+        return _foreign(path, word, arguments, packages)
+    if path.suffix.lower() in _FOREIGN:
+        raise NoDescription(f'there is no file "{word}"')
+    return _description(find([word], None)[0].path, word, arguments)
+
+
+def _description(path: Path, word: str, arguments: Mapping[str, Any]) -> Read:
+    from ..pipeline import understand
+
+    _, built, diagnostics = understand(path, arguments)
+    errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
+    if errors or built is None or built.robot is None:
+        return Read(None, errors)
+    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD]
+    return Read(Side(word, YAML, built.robot, folder=path.parent), said)
+
+
+def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+    from ..build import build
+    from ..importing import ReadOptions, read_robot
+
+    texts = {name: str(value) for name, value in arguments.items()}
+    imported = read_robot(path, ReadOptions(texts, packages, lenient=True))
+    said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in _TOLD]
+    if imported.tree is None or has_errors(said):
+        return Read(None, said)
+    built = build(imported.tree)
+    if built.robot is None:
+        return Read(None, [*said, *built.diagnostics])
+    side = Side(word, _format(path), built.robot, printing_of(imported.tree), path.parent)
+    return Read(side, said, tuple(left.what for left in imported.left_out))
+
+
+def _format(path: Path) -> str:
+    """Return the format of a file that was read: of XML its first element says."""
+    if path.suffix.lower() == ".json":
+        return ROBOT_MODEL
+    if path.suffix.lower() in (".urdf", ".xacro"):
+        return URDF
+    from ..importing.files import read_source
+    from ..importing.markup import parse
+
+    return MJCF if parse(read_source(path)).root.tag == "mujoco" else URDF

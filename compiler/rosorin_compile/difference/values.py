@@ -1,0 +1,78 @@
+"""Values of a comparison of two robots: the sides, what differs, and what cannot be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from ..model import Robot
+from .printing import EXACT, Printing
+
+YAML, URDF, MJCF, ROBOT_MODEL = "yaml", "urdf", "mjcf", "robot_model"
+FORMATS = (YAML, URDF, MJCF, ROBOT_MODEL)
+DEFAULT_TOLERANCE = 1e-9
+
+
+class Side(NamedTuple):
+    """One of two robots: as it was named, the format that it was read from, and how well its numbers are known."""
+
+    label: str
+    format: str
+    robot: Robot
+    printing: Printing = EXACT
+    folder: Path | None = None
+
+
+# Kinds of differences, the most important ones first: what moves and where, then what it may do, weighs, looks like.
+FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER = (
+    "frame",
+    "joint",
+    "limit",
+    "mass",
+    "shape",
+    "visual",
+    "name",
+    "other",
+)
+KINDS = (FRAME, JOINT, LIMIT, MASS, SHAPE, VISUAL, NAME, OTHER)
+
+Scalar = float | str | None
+
+
+@dataclass(frozen=True)
+class Item:
+    """One difference: of which kind, of what, in words, and as values in SI units.
+
+    ``name`` is the link or joint, as A calls it, or B where it is new. ``distance`` (m) and ``angle`` (rad) say how far
+    a frame is off, ``when`` at which positions of the joints, ``at`` where it is off the most.
+    """
+
+    kind: str
+    name: str
+    quantity: str
+    text: str
+    before: Scalar = None
+    after: Scalar = None
+    unit: str = ""
+    distance: float | None = None
+    angle: float | None = None
+    when: str = ""
+    at: Mapping[str, float] = field(default_factory=dict)
+
+
+class Difference(NamedTuple):
+    """How two robots differ by meaning; ``notes`` say what is written differently and means the same."""
+
+    a: Side
+    b: Side
+    items: tuple[Item, ...]
+    notes: tuple[str, ...]
+    not_compared: tuple[str, ...]
+    tolerance: float
+
+    @property
+    def same(self) -> bool:
+        """Whether nothing that was compared differs."""
+        return not self.items

@@ -1,0 +1,72 @@
+"""What the commands about one robot share: which one is meant, what it is, and where its numbers were written."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+from ..console import Console
+from ..project import Description
+from .shared import Given, WrongUsage, descriptions
+
+if TYPE_CHECKING:
+    from ..diagnostic import Diagnostic
+    from ..kinematics.states import Beyond
+    from ..model import Edge, Robot
+    from ..rules.case import Case
+
+
+class Known(NamedTuple):
+    """A robot without errors, and where it was written."""
+
+    robot: Robot
+    case: Case
+
+
+def one(name: str, how: str) -> Description:
+    """Return the description of a name, or the only one here. Raises WrongUsage; ``how`` says how to name one."""
+    found = descriptions([name] if name else [])
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")
+    return found[0]
+
+
+def understood(given: Given, description: Description, console: Console) -> Known | None:
+    """Return the robot of a description; None, after saying what is wrong, of one with errors."""
+    from ..diagnostic import has_errors
+    from ..load import LoadError
+    from ..pipeline import understand
+    from ..rules.case import Case
+    from ..rules.remarkable import collect
+
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        console.show([problem.diagnostic])
+        return None
+    expanded, built, diagnostics = understand(description.path, arguments, console.ahead)
+    if built is None or built.robot is None or expanded.tree is None or has_errors(diagnostics):
+        console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
+        console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
+        return None
+    return Known(built.robot, Case(built.robot, expanded.tree, built.places, collect(expanded.tree)))
+
+
+def beyond_limit(known: Known, found: Beyond, severity: str) -> Diagnostic:
+    """Return what is to say about a position beyond a limit, at the place of the limit."""
+    from ..formatting import exact
+
+    joint, side = found.joint, "below" if found.side == "lower" else "above"
+    unit = "m" if joint.type == "prismatic" else "rad"
+    message = (
+        f'joint "{joint.name}" at {exact(found.position)} {unit} is {side} its {found.side} limit'
+        f" of {exact(found.limit)} {unit}"
+    )
+    help = "the joint does not get there; with --strict this is an error"
+    path = known.case.joint(joint, "limit", found.side)
+    return known.case.problem("position-beyond-limit", message, path, help, severity=severity)
+
+
+def edge_index(robot: Robot, edge: Edge) -> int:
+    """Return the place of an edge in the list of the description."""
+    return next(index for index, one in enumerate(robot.edges) if one is edge)

@@ -1,0 +1,235 @@
+"""rosorin-compile verify: hold a recording of the running robot against its description."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..console import Console
+from ..project import Description
+from .shared import (
+    FINE,
+    PROBLEMS,
+    Given,
+    WrongUsage,
+    argument_options,
+    compile_one,
+    descriptions,
+    given_arguments,
+    json_option,
+)
+
+if TYPE_CHECKING:
+    from ..model import Robot
+    from ..verify import Options, Verdict
+    from ..verify.expected import Choice
+    from ..verify.findings import Finding
+
+_INSTALL = "rosorin-compile verify needs numpy, and rosbags for recordings: pip install 'rosorin-compile[verify]'"
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="+",
+        metavar="SOURCE [ROBOT]",
+        help="a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text on standard input; then the robot",
+    )
+    argument_options(command)
+    json_option(command)
+    command.add_argument("--mode", action="append", default=[], metavar="NAME=on|off", help="a mode that is known")
+    command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
+    command.add_argument("--pose", default="", help="the pose of the joints while tf2_echo was asked")
+    command.add_argument("--frames", nargs=2, metavar=("SOURCE", "TARGET"), help="what tf2_echo was asked for")
+    command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
+    command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
+    command.add_argument("--stale", type=float, default=1.0, metavar="S", help="age that is too old; default: 1 s")
+    command.add_argument("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
+    command.add_argument("--prefix", default="", help="prefix of the recorded frames, such as robot1/")
+    command.add_argument("--strict", action="store_true", help="take warnings for errors")
+    command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
+    command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Hold one recording against one robot."""
+    given, words = given_arguments(options, options.words)
+    source, description = _asked(words)
+    if source != "-" and not Path(source).exists():
+        raise WrongUsage(f"there is no {source}; name a rosbag2 folder, a .mcap or .db3 file, a text file, or -")
+    console = Console("text")
+    compiled = compile_one(given, description, console)
+    if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
+        console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
+        console.warn(f"{description.name}: a description with errors is nothing to compare with")
+        return PROBLEMS
+    try:
+        from ..verify import verify
+        from ..verify.bags import Unreadable
+    except ModuleNotFoundError as problem:
+        if problem.name != "numpy":
+            raise
+        raise WrongUsage(_INSTALL) from None
+    said = _options(options, compiled.robot)
+    bar = _Bar()
+    try:
+        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar.show, sys.stdin.buffer.read)
+    except Unreadable as problem:
+        from ..diagnostic import error
+
+        console.show([error("recording-unreadable", str(problem), None, problem.help)])
+        return PROBLEMS
+    finally:
+        bar.clear()
+    verdict = verdict._replace(findings=_placed(verdict, given, description))
+    _show(verdict, options, source, description.name, console)
+    _write(verdict, options)
+    return PROBLEMS if verdict.fails(options.strict) else FINE
+
+
+def _asked(words: list[str]) -> tuple[str, Description]:
+    """Return the source and the robot that are meant. Raises WrongUsage."""
+    if not words or len(words) > 2:
+        raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+    found = descriptions(words[1:])
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")
+    return words[0], found[0]
+
+
+def _options(options: argparse.Namespace, robot: Robot) -> Options:
+    """Return what the command line says about the recording. Raises WrongUsage."""
+    from ..diagnostic import did_you_mean
+    from ..verify import Options
+
+    modes: dict[str, bool] = {}
+    for text in options.mode:
+        name, _, state = text.partition("=")
+        if name not in robot.modes:
+            known = did_you_mean(name, robot.modes) or "it has none"
+            raise WrongUsage(f'{robot.name} has no mode "{name}"; {known}')
+        if state not in ("on", "off"):
+            raise WrongUsage(f'"{text}" is not NAME=on or NAME=off')
+        modes[name] = state == "on"
+    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
+    for name in options.without:
+        if name not in owners:
+            raise WrongUsage(f'{robot.name} has no publisher "{name}"; {did_you_mean(name, owners - {""})}')
+    for name in ("since", "until", "stale"):
+        value = getattr(options, name)
+        if value is not None and not 0 <= value < 1e9:
+            raise WrongUsage(f"--{name} {value:g} is no time in seconds")
+    if options.since is not None and options.until is not None and options.since >= options.until:
+        raise WrongUsage("--since is not before --until")
+    frames = (options.frames[0], options.frames[1]) if options.frames else None
+    return Options(
+        modes,
+        frozenset(options.without),
+        _pose(options.pose, robot),
+        frames,
+        options.since,
+        options.until,
+        options.namespace,
+        options.prefix,
+        options.stale,
+    )
+
+
+def _pose(name: str, robot: Robot) -> Choice | None:
+    from ..diagnostic import did_you_mean
+    from ..verify.expected import Choice
+
+    if not name:
+        return None
+    pose = next((pose for pose in robot.poses if pose.name == name), None)
+    if pose is None:
+        known = [pose.name for pose in robot.poses]
+        raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
+    return Choice(pose.positions, name)
+
+
+def _placed(verdict: Verdict, given: Given, description: Description) -> list[Finding]:
+    """Return the findings with the places in the description of the edges that they are about."""
+    from ..pipeline import understand
+    from ..tree import locate
+
+    edges = {edge.name: edge for edge in verdict.description.edges}
+    if not any(finding.subject in edges for finding in verdict.findings):
+        return verdict.findings
+    expanded, built, _ = understand(description.path, given.values())
+    if expanded.tree is None or built is None:
+        return verdict.findings
+    found = []
+    for finding in verdict.findings:
+        edge = edges.get(finding.subject)
+        if edge is not None:
+            path = edge.place if edge.joint is None else built.places.get(("joint", edge.joint.name), ())
+            finding = finding._replace(place=locate(expanded.tree, path, key=True).span)
+        found.append(finding)
+    return found
+
+
+def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
+    from ..verify.lines import summary, table
+
+    if options.format == "json":
+        from ..verify.machine import as_json
+
+        sys.stdout.write(as_json(verdict, source))
+        return
+    for line in table(verdict):
+        print(line)
+    sys.stdout.flush()
+    console.show([finding.diagnostic() for finding in verdict.findings])
+    sys.stderr.flush()
+    print(summary(verdict, name, options.strict))
+
+
+def _write(verdict: Verdict, options: argparse.Namespace) -> None:
+    """Write the files that are asked for. Raises WrongUsage."""
+    if options.junit:
+        from ..verify.machine import as_junit
+
+        _save(options.junit, as_junit(verdict, options.strict))
+    if options.picture:
+        from ..verify.picture import as_svg
+
+        try:
+            _save(options.picture, as_svg(verdict))
+        except ValueError as problem:
+            raise WrongUsage(f"--picture: {problem}") from None
+
+
+def _save(name: str, text: str) -> None:
+    try:
+        Path(name).write_text(text, "utf-8")
+    except OSError as problem:
+        raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
+
+
+class _Bar:
+    """A progress bar on a terminal, for what takes longer than a second."""
+
+    def __init__(self) -> None:
+        self.began = time.monotonic()
+        self.shown = False
+
+    def show(self, done: int, all: int) -> None:  # noqa: A002
+        """Show how many of all messages are done."""
+        if not sys.stderr.isatty() or not all or time.monotonic() - self.began < 1.0:
+            return
+        part = min(1.0, done / all)
+        bar = "#" * int(30 * part)
+        sys.stderr.write(f"\r[{bar:<30}] {100 * part:3.0f} %  {done:,} of {all:,} messages")
+        sys.stderr.flush()
+        self.shown = True
+
+    def clear(self) -> None:
+        """Remove the bar."""
+        if self.shown:
+            sys.stderr.write("\r\033[K")

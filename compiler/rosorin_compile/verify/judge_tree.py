@@ -1,0 +1,153 @@
+"""Judging the tree: edges that are missing, and edges that were late, stale, or stamped by a clock that jumped."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ..model import ROBOT_STATE_PUBLISHER
+from .arrays import SECOND
+from .expected import Expected
+from .findings import Finding, problem, rate_text, seconds
+from .judge_edges import owner_of, two_values
+from .pace import Pace
+from .recording import Recording
+from .series import Series
+
+_MANY = 3
+
+
+class Missing(NamedTuple):
+    """What is missing in the combination of modes that fits a recording best."""
+
+    modes: Mapping[str, bool]
+    edges: list[Expected]
+    present: list[Expected]
+
+
+def best_way(recording: Recording) -> Missing:
+    """Return the combination of modes in which the fewest edges are missing."""
+    there = set(recording.into) | {row.child for row in recording.rows}
+    ways = []
+    for modes, expected in recording.description.ways():
+        ways.append(Missing(modes, [edge for edge in expected if edge.child not in there], expected))
+    return min(ways, key=lambda way: len(way.edges))
+
+
+def missing(recording: Recording) -> Iterator[Finding]:
+    """Yield the edges that nobody published; several of one node in one finding."""
+    if not recording.whole:
+        return
+    way = best_way(recording)
+    silent = _silent_joints(recording)
+    by_owner: dict[str, list[Expected]] = {}
+    for edge in way.edges:
+        leader = recording.description.leader(edge.joint)[0] if edge.joint is not None else ""
+        if leader not in silent:
+            by_owner.setdefault(edge.owner, []).append(edge)
+    for owner, edges in by_owner.items():
+        all_of_it = [edge for edge in way.present if edge.owner == owner]
+        groups = [edges] if len(edges) > _MANY else [[edge] for edge in edges]
+        for group in groups:
+            yield _missing(recording, owner, group, len(all_of_it), way.modes)
+
+
+def _silent_joints(recording: Recording) -> set[str]:
+    """Return the joints that /joint_states leaves out: their edges are missing for this reason."""
+    if not recording.joints.pace.count:
+        return set()
+    return set(recording.description.joint_names) - set(recording.joints.names)
+
+
+def _missing(
+    recording: Recording, owner: str, edges: Sequence[Expected], every: int, modes: Mapping[str, bool]
+) -> Finding:
+    names = ", ".join(edge.name for edge in edges)
+    plural = len(edges) > 1
+    if plural and len(edges) == every:
+        message = f"none of the {every} edges of {owner} was published: {names}"
+    elif plural:
+        message = f"{len(edges)} of the {every} edges of {owner} were not published: {names}"
+    else:
+        message = f"nobody published {names}; {owner} should"
+    if modes and any(edge.when for edge in edges):
+        message += f" (when {' and '.join(f'{name} is {_on(value)}' for name, value in modes.items())})"
+    help = f"look whether it runs; --without {edges[0].publisher.name} if it was not meant to"
+    moving = [edge for edge in edges if edge.moving]
+    if edges[0].publisher.kind == ROBOT_STATE_PUBLISHER and len(moving) == len(edges):
+        help = "robot_state_publisher publishes nothing that moves without /joint_states: look who publishes these"
+    topics = {f"/{'tf' if edge.moving else 'tf_static'}" for edge in edges}
+    absent = sorted(topics - {name[name.rfind("/") :] for name in recording.topics}) if recording.timed else []
+    if absent:
+        help = f"the recording has no {' and no '.join(absent)}: record it, or look who publishes it"
+    return problem("edge-missing", edges[0].name, message, help, numbers={"edges": [edge.name for edge in edges]})
+
+
+def _on(value: bool) -> str:
+    return "on" if value else "off"
+
+
+def stale(recording: Recording) -> Iterator[Finding]:
+    """Yield the moving edges whose newest sample was too old to use; those of one node that stopped together in one."""
+    if not recording.timed:
+        return
+    by_owner: dict[str, list[Series]] = {}
+    for series in recording.series.values():
+        edge = series.edge
+        if series.still or series.pace.zeros or series.pace.jumps or (edge is not None and not edge.moving):
+            continue
+        if series.pace.oldest_until(recording.end).seconds > recording.description.options.stale:
+            by_owner.setdefault(series.owner or series.name, []).append(series)
+    for owner, found in by_owner.items():
+        groups = [found] if len(found) > 1 and found[0].edge is not None else [[series] for series in found]
+        for group in groups:
+            yield _stale(recording, owner, group)
+
+
+def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding:
+    worst = max(found, key=lambda series: series.pace.oldest_until(recording.end).seconds)
+    oldest = worst.pace.oldest_until(recording.end)
+    at = (oldest.began - (recording.start or 0)) / SECOND
+    names = worst.name if len(found) == 1 else f"{worst.name} and {len(found) - 1} more of {owner}"
+    message = f"{names} went {seconds(oldest.seconds)} stale, {at:.1f} s into the recording"
+    limit = seconds(recording.description.options.stale)
+    evidence = [
+        f"it comes at {rate_text(worst.pace.rate)}; the longest time without one is {seconds(worst.pace.gap.seconds)}"
+    ]
+    mean = worst.pace.mean_age
+    if mean > recording.description.options.stale:
+        evidence.append(f"its stamps are {seconds(mean)} old on average when they come")
+    help = f"whoever asks then gets where things were {seconds(oldest.seconds)} ago: look why {owner} stopped"
+    help += f" (--stale: {limit})"
+    numbers = {"seconds": oldest.seconds, "at": at, "edges": [series.name for series in found]}
+    return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
+
+
+def clocks(recording: Recording) -> Iterator[Finding]:
+    """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
+    streams: list[tuple[str, Pace]] = []
+    for series in recording.series.values():
+        if not series.still and not two_values(series):
+            streams.append((f"{series.name}{owner_of(series)}", series.pace))
+    if recording.joints.pace.count:
+        streams.append(("/joint_states", recording.joints.pace))
+    for log in recording.sensors.values():
+        streams += [(log.topic, use.pace) for use in log.frames.values()]
+    zero = [(name, pace) for name, pace in streams if pace.zeros]
+    if zero:
+        message = f"{_names(zero)} {'is' if len(zero) == 1 else 'are'} stamped with time zero"
+        help = "a node with use_sim_time that hears no /clock, or a driver that does not set the stamp"
+        yield problem("stamp-zero", zero[0][0], message, help, numbers={"streams": [name for name, _ in zero]})
+    back = [(name, pace) for name, pace in streams if pace.jumps]
+    if back:
+        name, pace = max(back, key=lambda stream: stream[1].farthest.seconds)
+        at = (pace.farthest.began - (recording.start or 0)) / SECOND
+        where = f", {at:.1f} s into the recording" if recording.timed else ""
+        message = f"the stamps of {_names(back)} jump back, by {seconds(pace.farthest.seconds)} at most{where}"
+        help = "a clock was set, a simulation or a bag began anew, or two nodes stamp with two clocks"
+        yield problem("stamp-jumps-back", name, message, help, numbers={"streams": [name for name, _ in back]})
+
+
+def _names(streams: Sequence[tuple[str, Pace]]) -> str:
+    first = ", ".join(name for name, _ in streams[:_MANY])
+    return first if len(streams) <= _MANY else f"{first} and {len(streams) - _MANY} more"

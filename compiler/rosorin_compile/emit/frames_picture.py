@@ -17,10 +17,15 @@ from . import Facts
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the picture of a robot. Option ``modes``: the names of those that are on; left out: every situation."""
     try:
-        return picture(robot, suffix(output.file), _asked(robot, output)), []
+        return picture(robot, _kind(output), _asked(robot, output)), []
     except TooMany as problem:
         help = "say which modes are on, one picture each: modes: [NAME, ...]"
         return "", [error("too-many-pictures", str(problem), None, help)]
+
+
+def _kind(output: Output) -> str:
+    """Return the kind of picture: SVG where the file name does not say (in a description the rules refuse that)."""
+    return suffix(output.file) or ".svg"
 
 
 def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
@@ -44,7 +49,7 @@ def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
         return
     for drawn, situation in zip(shown, meant, strict=True):
         edges = situation.edges
-        if suffix(output.file) != ".svg":
+        if _kind(output) != ".svg":
             edges = tuple(row._replace(joint="", kind="") for row in edges)
         yield from _differences(robot, drawn, situation._replace(edges=edges))
 

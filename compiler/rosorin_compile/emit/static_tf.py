@@ -10,11 +10,12 @@ from __future__ import annotations
 import math
 import posixpath
 import re
+from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, error
-from ..formatting import METRE_DIGITS, RADIAN_DIGITS, fixed
+from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
@@ -28,7 +29,19 @@ _WORD = re.compile(r"[^\W\d]\w*")
 _WORDS_ALONE = re.compile(r"[\w() ]+")
 _OPERATORS = ("and", "or", "not")
 _PARENT, _CHILD = "--frame-id", "--child-frame-id"
-_EXACT: Vector = (0.0, 0.0, 0.0)
+_NOTHING: Vector = (0.0, 0.0, 0.0)
+
+
+class Numbers(NamedTuple):
+    """How arguments are printed: metres and radians, both without an exponent."""
+
+    metres: NumberFormat
+    radians: NumberFormat
+
+
+# As people write them into launch files; and to the last digit, for number_format exact.
+ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
+EXACT = Numbers(decimal, decimal)
 
 
 class StaticTransform(NamedTuple):
@@ -46,14 +59,15 @@ class StaticTransform(NamedTuple):
 
 
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    """Return the launch file of a robot.
+    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
 
     robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
     in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
     are launch arguments.
     """
-    transforms, diagnostics = static_transforms(robot)
-    in_modes = static_in_modes(robot)
+    numbers = numbers_of(output)
+    transforms, diagnostics = static_transforms(robot, numbers)
+    in_modes = static_in_modes(robot, numbers)
     urdf = _urdf_file(robot)
     moved = robot.published_by(ROBOT_STATE_PUBLISHER)
     if urdf is None and moved:
@@ -75,31 +89,35 @@ def _urdf_file(robot: Robot) -> str | None:
     return next(iter([*ours, *(output.file for output in robot.outputs if output.file.endswith(".urdf"))]), None)
 
 
-def static_transforms(robot: Robot) -> tuple[list[StaticTransform], list[Diagnostic]]:
-    """Return the edges that static_transform_publisher nodes publish always, in the order of the description."""
+def numbers_of(*outputs: Output) -> Numbers:
+    """Return how arguments are printed: to the last digit if one of the outputs asks for it."""
+    return EXACT if any(output.options.get("number_format") == "exact" for output in outputs) else ROUNDED
+
+
+def static_transforms(robot: Robot, numbers: Numbers = ROUNDED) -> tuple[list[StaticTransform], list[Diagnostic]]:
+    """Return the edges that static_transform_publisher nodes publish always: joints in their order, then turns."""
     transforms, diagnostics = [], []
     for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
         if joint.type == "fixed":
-            name = joint.publisher.name
-            transforms.append(StaticTransform(name, joint.parent, joint.child, _arguments(joint), joint.source))
+            name, arguments = joint.publisher.name, _arguments(joint, numbers)
+            transforms.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
             continue
         message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
         diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+    transforms += (turn for turn in _turns(robot, numbers) if not modes_in(robot, [turn.when]))
     return transforms, diagnostics
 
 
-def static_in_modes(robot: Robot) -> list[StaticTransform]:
+def static_in_modes(robot: Robot, numbers: Numbers = ROUNDED) -> list[StaticTransform]:
     """Return the edges that static_transform_publisher nodes publish in some modes alone, by joint."""
-    found = []
-    for edges in robot.turns.values():
-        for edge in edges:
-            if edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
-                joint = robot.joint[edge.joint]
-                arguments = _arguments(joint)
-                found.append(
-                    StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, joint.source, edge.when)
-                )
-    return found
+    return [turn for turn in _turns(robot, numbers) if modes_in(robot, [turn.when])]
+
+
+def _turns(robot: Robot, numbers: Numbers) -> Iterator[StaticTransform]:
+    for edge in robot.edges:
+        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            arguments = _arguments(robot.joint[edge.joint], numbers)
+            yield StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
 
 
 def _mode(name: str) -> tuple[str, str]:
@@ -108,7 +126,7 @@ def _mode(name: str) -> tuple[str, str]:
 
 
 def condition(robot: Robot, when: str) -> str:
-    """Return a condition over modes as Python over the table ``on``, such as "not on['slam']"."""
+    """Return a condition that names modes as Python over the table ``on``, such as "not on['slam']"."""
     modes = modes_in(robot, [when])
     words = _WORD.findall(when)
     if _WORDS_ALONE.fullmatch(when) and set(words) <= {*modes, *_OPERATORS}:
@@ -128,11 +146,11 @@ def describe(source: Source) -> str:
     return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
 
 
-def _arguments(joint: Joint) -> tuple[str, ...]:
+def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:
     arguments: list[str] = []
-    for flags, numbers, digits in ((_XYZ, joint.origin.xyz, METRE_DIGITS), (_RPY, joint.origin.rpy, RADIAN_DIGITS)):
-        for flag, number in zip(flags, numbers, strict=True):
-            arguments += [flag, fixed(number, digits)]
+    for flags, values, number in ((_XYZ, joint.origin.xyz, numbers.metres), (_RPY, joint.origin.rpy, numbers.radians)):
+        for flag, value in zip(flags, values, strict=True):
+            arguments += [flag, number(value)]
     return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
 
 
@@ -173,13 +191,22 @@ def facts_of(name: object, arguments: object) -> Facts:
         raise ValueError(f"the flags of {name} are {', '.join(given)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     pose = Pose((x, y, z), (roll, pitch, yaw))
-    facts = frame_facts(given[_CHILD], pose, (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3)
+    metres, radians = _half_widths([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
+    facts = frame_facts(given[_CHILD], pose, metres, radians)
     facts[Fact("frame", given[_CHILD], "parent")] = Value(given[_PARENT])
     facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
     return facts
 
 
-def frame_facts(child: str, pose: Pose, metres: Vector = _EXACT, radians: Vector = _EXACT) -> Facts:
+def _half_widths(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
+    """Return half of what was printed (m, rad); nothing where a number has more digits than rounded ones have."""
+    printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
+    if any(len(text.partition(".")[2]) > digits for digits, text in printed):
+        return _NOTHING, _NOTHING
+    return (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3
+
+
+def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vector = _NOTHING) -> Facts:
     """Return where a frame sits in its parent; ``metres`` and ``radians`` are half widths of what was printed.
 
     Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).

@@ -12,14 +12,15 @@ from ..diagnostic import Diagnostic
 from ..model import Output, Robot
 from ..templating import Templates
 from . import Facts
-from .static_tf import describe, facts_of, static_in_modes, static_transforms
+from .static_tf import describe, facts_of, numbers_of, static_in_modes, static_transforms
 
 
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
-    """Return the static edges of a robot as JSON, in the order of the description."""
-    transforms, diagnostics = static_transforms(robot)
+    """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    numbers = numbers_of(output)
+    transforms, diagnostics = static_transforms(robot, numbers)
     nodes: list[dict[str, Any]] = []
-    for transform in [*transforms, *static_in_modes(robot)]:
+    for transform in [*transforms, *static_in_modes(robot, numbers)]:
         node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
         if transform.source.status == "stand_in":
             node["stand_in"] = describe(transform.source)

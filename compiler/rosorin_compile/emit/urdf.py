@@ -198,7 +198,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     along = joint.type not in ("fixed", "floating")
     if along:
         inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
-    if along and joint.calibration is not None:
+    if joint.calibration is not None:
         inner.append(("calibration", _given(joint.calibration, ("rising", "falling", "reference_position"), number)))
     if along and joint.limit is not None:
         inner.append(("limit", _given(joint.limit, ("lower", "upper", "effort", "velocity"), number)))
@@ -207,7 +207,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if mimic is not None:
         factor, offset = number(mimic.multiplier), number(mimic.offset)
         inner.append(("mimic", attributes(joint=mimic.joint, multiplier=factor, offset=offset)))
-    if along and joint.safety is not None:
+    if joint.safety is not None:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
     names = attributes(name=joint.name, type=joint.type)

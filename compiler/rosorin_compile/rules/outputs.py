@@ -16,14 +16,16 @@ from .case import Case, exists, suggest
 OPTIONS: Mapping[str, tuple[str, ...]] = {
     "urdf": ("elements", "number_format", "version"),
     "mjcf": ("base", "number_format"),
-    "static_tf": (),
-    "static_tf_json": (),
+    "static_tf": ("number_format",),
+    "static_tf_json": ("number_format",),
     "robot_model": ("joints", "rename", "servos", "source"),
     "frames": ("number_format",),
     "frames_picture": ("modes",),
     "template": ("options", "template"),
 }
 
+# Backends whose numbers are arguments of a program: six could print an exponent, which people do not write there.
+_ARGUMENTS = ("static_tf", "static_tf_json")
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
@@ -44,11 +46,15 @@ def backends(case: Case) -> Iterator[Diagnostic]:
             continue
         if output.backend == "frames_picture":
             yield from _picture(case, output)
+        if output.backend in _ARGUMENTS and output.options.get("number_format", "exact") != "exact":
+            message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
+            help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
+            yield case.problem("number-format", message, (*path, "number_format"), help)
         known = OPTIONS[output.backend]
         for option in output.options:
             if option not in known:
                 message = f'the backend "{output.backend}" has no option "{option}"'
-                help = f"its options: {', '.join(known)}" if known else "it has no options"
+                help = f"its options: {', '.join(known)}"
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
         group = output.options.get("servos")
         if output.backend == "robot_model" and group is not None and group not in groups:

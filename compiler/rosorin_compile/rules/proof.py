@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from ..expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
@@ -12,15 +13,15 @@ class Proof(NamedTuple):
     """What was found in every combination of modes.
 
     ``published`` are the frames with exactly one publisher in each combination, ``gaps`` those with none in some,
-    ``never`` those with none in any; ``doubled`` have several in some, which the rules refuse. ``unchecked`` depend on
-    too many modes.
+    ``never`` those with none in any; ``wrong`` have several in some or a condition without a meaning, which the rules
+    refuse. ``unchecked`` depend on too many modes.
     """
 
     modes: tuple[str, ...]
     published: tuple[str, ...]
     gaps: tuple[str, ...]
     never: tuple[str, ...]
-    doubled: tuple[str, ...]
+    wrong: tuple[str, ...]
     unchecked: tuple[str, ...]
 
 
@@ -36,7 +37,7 @@ def prove(robot: Robot) -> Proof:
         found.setdefault(_kind(robot, conditions), []).append(child)
     names = [modes_in(robot, conditions) for conditions in whens.values()]
     modes = tuple(mode for mode in robot.modes if any(mode in some for some in names))
-    kinds = ("published", "gaps", "never", "doubled", "unchecked")
+    kinds = ("published", "gaps", "never", "wrong", "unchecked")
     return Proof(modes, *(tuple(found.get(kind, ())) for kind in kinds))
 
 
@@ -47,15 +48,18 @@ def _kind(robot: Robot, conditions: list[str]) -> str:
         return "never"
     if len(modes) > MAX_MODES:
         return "unchecked"
-    counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
+    try:
+        counts = {sum(holds(when, states) for when in conditions) for states in combinations(modes)}
+    except ExpressionError:
+        return "wrong"
     if max(counts) > 1:
-        return "doubled"
+        return "wrong"
     return "published" if counts == {1} else "gaps" if 1 in counts else "never"
 
 
 def in_words(proof: Proof) -> str:
     """Return the proof as a paragraph; empty if nothing was to be shown, or it does not hold."""
-    if not proof.published + proof.gaps or proof.doubled:
+    if not proof.published + proof.gaps or proof.wrong:
         return ""
     count = len(proof.published)
     what = f"each of {count} frames has" if count != 1 else "one frame has"

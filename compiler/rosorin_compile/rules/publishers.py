@@ -212,7 +212,7 @@ def static_publishers(case: Case) -> Iterator[tuple[Joint, Publisher, Path]]:
 def planar(case: Case) -> Iterator[Diagnostic]:
     """Planar joints in the URDF: robot_state_publisher publishes each as a fixed one, whoever else does.
 
-    ros/kdl_parser takes an unknown type for fixed, and robot_state_publisher sends it as static; it skips floating ones.
+    ros/kdl_parser takes an unknown type for fixed, and robot_state_publisher sends it as static; floating it skips.
     """
     robot = case.robot
     has_urdf = any(output.backend == "urdf" for output in robot.outputs)
@@ -226,7 +226,9 @@ def planar(case: Case) -> Iterator[Diagnostic]:
             owners = dict.fromkeys(publisher.name for publisher in turns if publisher.name)
             beside = f"beside {listed(owners)}" if owners else "though nobody is to"
             message += f': it publishes the transform into "{joint.child}" from the URDF, {beside}'
-        help = "robot_state_publisher leaves floating joints alone: say type: floating, and publisher: NODE or {none: WHY}"
+        help = (
+            "robot_state_publisher leaves floating joints alone: say type: floating, and publisher: NODE or {none: WHY}"
+        )
         yield case.problem("planar-taken-as-fixed", message, case.publisher(joint), help, severity=WARNING)
 
 

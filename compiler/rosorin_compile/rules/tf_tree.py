@@ -75,14 +75,25 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
 
 def _circle_at_once(case: Case, published: list[Step]) -> list[Step]:
     """Return the first circle whose transforms are published at one time; empty if they never are."""
-    modes = conditions.modes_in(case.robot, [step.edge.when for step in published if step.edge])
+    core = _core(published)
+    modes = conditions.modes_in(case.robot, [step.edge.when for step in core if step.edge])
     if len(modes) > conditions.MAX_MODES:
-        return _circle(published)
+        return _circle(core)
     for combination in conditions.combinations(modes):
-        circle = _circle(active_in(published, combination))
+        circle = _circle(active_in(core, combination))
         if circle:
             return circle
     return []
+
+
+def _core(published: list[Step]) -> list[Step]:
+    """Return the transforms that may be part of a circle: something leads to each of them, and on from it."""
+    while True:
+        parents, children = {step.parent for step in published}, {step.child for step in published}
+        left = [step for step in published if step.parent in children and step.child in parents]
+        if len(left) == len(published):
+            return left
+        published = left
 
 
 def active_in(published: Iterable[Step], combination: conditions.Combination) -> list[Step]:
@@ -178,23 +189,37 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent there."""
     published = legal_steps(case)
     modes = conditions.modes_in(case.robot, [step.edge.when for step in published if step.edge])
-    if not is_tree(case) or not modes or len(modes) > conditions.MAX_MODES:
+    if not is_tree(case) or not modes:
+        return
+    if len(modes) > conditions.MAX_MODES:
+        yield from _too_many_for_a_tree(case, published, len(modes))
         return
     links = set(case.robot.link)
-    whole = _with_links(published, links)
     claimed = {step.child for step in published}
     for combination in conditions.combinations(modes):
         active = active_in(published, combination)
+        reached = {step.child for step in active}
         parts = _with_links(active, links)
-        main = max(parts, key=lambda piece: len(piece & links), default=set())
-        for piece in parts:
-            tops = piece - {step.child for step in active}
-            joined = any(piece < one and main < one for one in whole)
-            # A frame that somebody publishes in another mode is a gap, which is said; without a top there is a circle.
-            if piece is main or not joined or not tops or tops & claimed:
-                continue
-            yield _cut_off(case, published, piece, tops, combination)
-            return
+        for whole in _with_links(published, links):
+            inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
+            for piece in inside[1:]:
+                tops = piece - reached
+                # A frame that somebody publishes in another mode is a gap, which is said; without a top it is a circle.
+                if tops and not tops & claimed:
+                    yield _cut_off(case, published, piece, tops, combination)
+                    return
+
+
+def _too_many_for_a_tree(case: Case, published: list[Step], count: int) -> Iterator[Diagnostic]:
+    """Yield a warning that nobody can say whether the tree stays in one piece, if no single frame is the reason."""
+    whens: dict[str, list[str]] = {}
+    for step in published:
+        whens.setdefault(step.child, []).append(step.edge.when if step.edge else "")
+    if all(len(conditions.modes_in(case.robot, some)) <= conditions.MAX_MODES for some in whens.values()):
+        last = next(step for step in reversed(published) if step.edge and step.edge.when)
+        message = f"the transforms depend on {count} modes together: too many to check that no frame is cut off in one"
+        help = f"use at most {conditions.MAX_MODES} modes"
+        yield case.problem("too-many-modes", message, last.path, help, severity=WARNING)
 
 
 def _with_links(published: Iterable[Step], links: set[str]) -> list[set[str]]:

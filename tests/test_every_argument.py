@@ -1,0 +1,134 @@
+"""check --every-argument: every combination is compiled, and each problem says by which arguments it comes."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.arguments import Argument
+from rosorin_compile.cli import main
+from rosorin_compile.commands.every_argument import _with, choices, combinations
+from rosorin_compile.diagnostic import Source, Span
+
+ROBOT = """
+robot: armed
+args:
+  arm: {type: boolean, default: true, help: with the arm}
+  base: {one_of: [fixed, free, tracks], default: free}
+  mast: {type: length, default: 100 mm}
+publishers: {ekf: {}, tracker: {}}
+links: {base_link: {}, arm: {if: "${arm}"}}
+joints:
+  shoulder: {if: "${arm}", type: fixed, parent: base_link, child: arm}
+edges:
+  - {parent: odom, child: base_link, publisher: ekf}
+  - {if: "${BROKEN}", parent: map, child: base_link, publisher: tracker}
+"""
+SPAN = Span(Source("robot.yaml", "args:\n"), 1, 1, 1)
+
+
+def checked(folder: Path, capsys: Any, condition: str, *words: str) -> tuple[int, str, str]:
+    path = folder / "armed" / "robot.yaml"
+    path.parent.mkdir(exist_ok=True)
+    path.write_text(ROBOT.replace("BROKEN", condition), "utf-8")
+    code = main(["check", str(path), "--every-argument", *words])
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def test_all_fine(tmp_path, capsys):
+    assert checked(tmp_path, capsys, "false") == (0, "armed: 6 combinations of arm, base compiled, all fine\n", "")
+
+
+@pytest.mark.parametrize(
+    ("condition", "count", "words"),
+    [
+        ("true", 6, 'publish the transform into "base_link", below "odom" and "map"\n'),
+        ("arm", 3, 'below "odom" and "map" (with arm=true)\n'),
+        ("base != 'free'", 4, 'below "odom" and "map" (with base=fixed or tracks)\n'),
+        ("arm and base == 'fixed'", 1, 'below "odom" and "map" (with arm=true, base=fixed)\n'),
+        ("arm or base == 'fixed'", 4, '"map" (with arm=true, base=free, and in 3 other combinations)\n'),
+        ("arm == (base == 'free')", 3, '"map" (with arm=true, base=free, and in 2 other combinations)\n'),
+    ],
+)
+def test_problem_says_with_which_arguments(tmp_path, capsys, condition, count, words):
+    code, out, err = checked(tmp_path, capsys, condition)
+    assert code == 1
+    assert out == f"armed: 6 combinations of arm, base compiled, {count} with errors\n"
+    assert err.count("error[two-publishers]") == 1
+    assert words in err
+    assert "also published here, by ekf" in err
+
+
+def test_what_the_run_sets_is_not_varied(tmp_path, capsys):
+    assert checked(tmp_path, capsys, "arm", "-a", "arm=false")[:2] == (
+        0,
+        "armed: 3 combinations of base compiled, all fine\n",
+    )
+    code, out, _ = checked(tmp_path, capsys, "arm", "-a", "arm=true", "-a", "base=free")
+    assert (code, out) == (1, "armed: no argument with a list of values is left open; compiled once, with errors\n")
+
+
+def test_wrong_value_is_told_once(tmp_path, capsys):
+    code, out, err = checked(tmp_path, capsys, "arm", "-a", "base=rails")
+    assert (code, out) == (1, "")
+    assert err.count("error[bad-argument]") == 1
+
+
+def test_cap_is_said(tmp_path, capsys):
+    path = tmp_path / "many.yaml"
+    names = [f"a{n}" for n in range(9)]
+    args = "".join(f"  {name}: {{type: boolean, default: false}}\n" for name in names)
+    path.write_text(f"robot: many\nargs:\n{args}links: {{base_link: {{}}}}\n", "utf-8")
+    assert main(["check", str(path), "--every-argument"]) == 0
+    assert f"256 of 512 combinations of {', '.join(names)} compiled, all fine; set some" in capsys.readouterr().out
+
+
+def test_deployed_is_another_check(capsys, tmp_path):
+    assert main(["check", "--every-argument", "--deployed", str(tmp_path)]) == 2
+    assert "do not go together" in capsys.readouterr().err
+
+
+CHOICES = st.lists(st.integers(1, 3), min_size=1, max_size=4).map(
+    lambda sizes: [(f"a{n}", tuple(f"v{value}" for value in range(size))) for n, size in enumerate(sizes)]
+)
+
+
+@given(CHOICES)
+@settings(max_examples=200, deadline=None)
+def test_every_combination_comes_once_the_nearest_first(varied):
+    found = list(combinations(varied))
+    assert sorted(found) == sorted(itertools.product(*(values for _, values in varied)))
+    defaults = found[0]
+    near = [sum(a != b for a, b in zip(one, defaults, strict=True)) <= 1 for one in found]
+    assert near == sorted(near, reverse=True)
+
+
+@given(CHOICES, st.data())
+@settings(max_examples=200, deadline=None)
+def test_words_that_name_no_other_combination(varied, data):
+    """Where values are named alone, they stand for the combinations that have the problem and no others."""
+    tried = list(combinations(varied))
+    where = data.draw(st.lists(st.sampled_from(tried), min_size=1, unique=True))
+    words = _with(varied, tried, where)
+    if "combination" in words:
+        return
+    named = dict(part.split("=") for part in words.removeprefix(" (with ").removesuffix(")").split(", ") if part)
+    values = {name: named.get(name, " or ".join(every)).split(" or ") for name, every in varied}
+    assert {one for one in tried if all(v in values[n] for (n, _), v in zip(varied, one, strict=True))} == set(where)
+
+
+def test_choices():
+    arguments = [
+        Argument("a", "any", ("x", "y"), False, "y", "", SPAN),
+        Argument("b", "boolean", (), True, "", "", SPAN),
+        Argument("c", "length", (), False, "1 m", "", SPAN),
+        Argument("d", "any", ("1", "2"), False, "1", "", SPAN),
+        Argument("e", "any", ("1", "2"), False, "1", "", SPAN, "2", SPAN),
+    ]
+    assert choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]

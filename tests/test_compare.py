@@ -10,6 +10,8 @@ from comparing import block, described, meaning
 
 ALL = "urdf, mjcf, static_tf, static_tf_json, robot_model, frames"
 
+PICTURES = "frames_amcl, frames_slam"
+
 CHANGES = [
     pytest.param(
         ("arm.yaml", "0.00074282, 0.08513]", "0.00074282, 0.08613]"),
@@ -68,7 +70,7 @@ CHANGES = [
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "tf_base_laser", "tf_laser"),
-        ["laser: publisher tf_base_laser -> tf_laser: static_tf, static_tf_json, frames"],
+        [f"laser: publisher tf_base_laser -> tf_laser: static_tf, static_tf_json, frames, {PICTURES}"],
         id="publisher",
     ),
     pytest.param(
@@ -113,7 +115,7 @@ CHANGES = [
     pytest.param(
         ("camera.yaml", "parent: link4", "parent: link5"),
         [
-            "camera_connect_joint parent link4 -> link5: urdf, mjcf, robot_model, frames",
+            f"camera_connect_joint parent link4 -> link5: urdf, mjcf, robot_model, frames, {PICTURES}",
             "excluded contacts: 2 new (link4 camera_link0, link4 camera_link),"
             " 6 removed (link3 camera_link0, link3 camera_link, camera_link0 link5, 3 more): mjcf",
         ],
@@ -159,7 +161,7 @@ def test_a_new_range_finder_is_one_line(tmp_path: Path) -> None:
 """
     comparison = described(tmp_path, ("lidar_and_imu.yaml", "sensors:\n", sensor))
     new = "frame rear_range: new, on base_link, published by tf_base_rear: mjcf, static_tf, static_tf_json, frames"
-    assert meaning(comparison) == [new]
+    assert meaning(comparison) == [f"{new}, {PICTURES}"]
 
 
 def test_a_second_camera_is_two_frames(tmp_path: Path) -> None:
@@ -173,8 +175,8 @@ def test_a_second_camera_is_two_frames(tmp_path: Path) -> None:
 """
     comparison = described(tmp_path, ("camera.yaml", "sensors:\n", sensor))
     assert meaning(comparison) == [
-        "frame wrist_camera: new, on gripper_link, published by robot_state_publisher: urdf, mjcf, frames",
-        "frame wrist_optical: new, on wrist_camera, published by robot_state_publisher: urdf, mjcf, frames",
+        f"frame {frame}: new, on {parent}, published by robot_state_publisher: urdf, mjcf, frames, {PICTURES}"
+        for frame, parent in (("wrist_camera", "gripper_link"), ("wrist_optical", "wrist_camera"))
     ]
 
 
@@ -183,12 +185,14 @@ def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
         ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
         ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
     ]
-    assert meaning(described(tmp_path, *edits)) == ["joint camera_joint: now called camera_mount: urdf, robot_model"]
+    said = f"joint camera_joint: now called camera_mount: urdf, robot_model, {PICTURES}"
+    assert meaning(described(tmp_path, *edits)) == [said]
 
 
 def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
     assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
-        "frame r_out_link: removed, was on r_in_link by joint r_out_joint (revolute), published by nobody: mjcf, frames"
+        "frame r_out_link: removed, was on r_in_link by joint r_out_joint (revolute), published by nobody:"
+        f" mjcf, frames, {PICTURES}"
     ]
 
 
@@ -196,8 +200,8 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
     moving = "type: revolute\n    axis: [0, 0, 1]\n    limit: {lower: -1, upper: 1, effort: 1, velocity: 1}"
     said = meaning(described(tmp_path, ("camera.yaml", "type: fixed", moving)))
     assert said[:2] == [
-        "camera_link0: topic /tf_static -> /tf: frames",
-        "camera_connect_joint type fixed -> revolute: urdf, mjcf, robot_model",
+        f"camera_link0: topic /tf_static -> /tf: frames, {PICTURES}",
+        f"camera_connect_joint type fixed -> revolute: urdf, mjcf, robot_model, {PICTURES}",
     ]
     assert len(said) == 3
 
@@ -208,7 +212,7 @@ def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) 
         "frame laser: new, on base_link, published by robot_state_publisher (and therefore the shapes of base_link):"
         " urdf",
         "frame laser: removed, was on base_link, published by tf_base_laser: static_tf, static_tf_json",
-        "laser: publisher tf_base_laser -> robot_state_publisher: frames",
+        f"laser: publisher tf_base_laser -> robot_state_publisher: frames, {PICTURES}",
     ]
 
 

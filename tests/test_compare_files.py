@@ -112,7 +112,7 @@ def test_files_that_are_missing_extra_or_no_text() -> None:
 def test_nothing_is_committed() -> None:
     comparison = against(BASE, {})
     assert comparison.changes == ()
-    assert [text.kind for text in comparison.texts] == ["missing"] * 6
+    assert [text.kind for text in comparison.texts] == ["missing"] * 8
 
 
 def test_a_file_of_a_template_is_compared_as_text(tmp_path: Path) -> None:

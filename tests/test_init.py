@@ -39,7 +39,7 @@ def test_from_nothing_to_artifacts(here: Path, capsys: pytest.CaptureFixture[str
     assert files(here) == [SCHEMA, "descriptions/my_bot/robot.yaml"]
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    assert shown.out.startswith("my_bot: 4 artifacts in outputs/my_bot, written: frames.md, my_bot.urdf, my_bot.xml")
+    assert shown.out.startswith("my_bot: 5 artifacts in outputs/my_bot, written: frames.md, frames.svg, my_bot.urdf, ")
     assert shown.err == ""
     assert main(["check"]) == 0
 

@@ -70,6 +70,8 @@ def test_range_finder_reaches_static_tf_mjcf_and_frames(folder: Path, capsys: py
         "static_tf.json",
         "rosorin.xml",
         "frames.md",
+        "frames_amcl.svg",
+        "frames_slam.svg",
     }
     assert main(["check"]) == 1
     shown = capsys.readouterr().out

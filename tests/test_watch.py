@@ -105,7 +105,7 @@ def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) ->
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
     told = watch.until("laser_joint origin x")
     assert told == [
-        "bot: 4 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
+        "bot: 5 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
         "  laser_joint origin x 0.04 -> 0.05 m (+10.0 mm): mjcf, static_tf, frames",
     ]
     after = artifacts(project)
@@ -116,7 +116,7 @@ def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) ->
 def test_a_change_that_changes_nothing(project: Path, watch: Watch) -> None:
     before = artifacts(project)
     edit(project, "wheel_radius: 40 mm", "wheel_radius: 4 cm")
-    assert watch.until("unchanged") == ["bot: 4 artifacts in outputs/bot, unchanged"]
+    assert watch.until("unchanged") == ["bot: 5 artifacts in outputs/bot, unchanged"]
     assert artifacts(project) == before
 
 
@@ -159,7 +159,7 @@ def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
 
 def test_only_the_robot_that_changed_is_compiled(project: Path, watch: Watch) -> None:
     copy_of_rosorin(project)
-    watch.until("rosorin: 6 artifacts in outputs/rosorin, written: ")
+    watch.until("rosorin: 8 artifacts in outputs/rosorin, written: ")
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
     told = watch.until("laser_joint origin x")
     assert not any(line.startswith("rosorin:") for line in told)

@@ -1,0 +1,101 @@
+"""The tree of one situation as lines, parents above children, each frame once."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from .edges import Row
+
+
+class Line(NamedTuple):
+    """A line of the tree: the frame that it shows, and the edge that leads there (None for a root).
+
+    ``on`` is the number of the line that it hangs on (-1 for a root), ``last`` whether no other hangs there below it.
+    ``up`` says that the frame is the parent in ``row``: tf2 has another parent for the child. Then ``again`` says that
+    the frame has a line of its own besides.
+    """
+
+    frame: str
+    row: Row | None
+    depth: int
+    on: int
+    last: bool
+    up: bool = False
+    again: bool = False
+
+
+class _Grown(NamedTuple):
+    """The parts of a tree: the row into each frame, the children of each, and rows that are no part of the tree."""
+
+    into: dict[str, Row]
+    below: dict[str, list[str]]
+    more: dict[str, list[Row]]
+
+
+def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
+    """Return the tree of edges and further frames. The parent of a frame is that of tf2, if it has one.
+
+    A frame that only stands above another in the description, on no topic, hangs below that other one.
+    """
+    names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
+    grown = _grow(edges)
+    lone = _lone(names, grown)
+    found: list[Line] = []
+    # What waits: the frame, its row, the line that it hangs on, whether it is the last there, whether it stands above.
+    roots = [name for name in names if name not in grown.into and name not in lone]
+    steps: list[tuple[str, Row | None, int, bool, bool]]
+    steps = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
+    while steps:
+        name, row, on, last, up = steps.pop()
+        depth = found[on].depth + 1 if on >= 0 else 0
+        again = up and name not in lone
+        found.append(Line(name, row, depth, on, last, up, again))
+        if up:
+            continue
+        hanging = [(other.parent, other, True) for other in grown.more.get(name, ())]
+        hanging += [(child, grown.into[child], False) for child in grown.below.get(name, ())]
+        here = len(found) - 1
+        steps += [(frame, edge, here, at == 0, is_up) for at, (frame, edge, is_up) in enumerate(reversed(hanging))]
+    return found
+
+
+def _grow(edges: Sequence[Row]) -> _Grown:
+    """Return the tree of tf2, with what only the description knows added where a frame has no parent yet."""
+    into: dict[str, Row] = {}
+    more: dict[str, list[Row]] = {}
+    for row in sorted(edges, key=lambda row: not row.published):
+        if row.child in into or row.child == row.parent or _above(into, row.parent, row.child):
+            more.setdefault(row.child, []).append(row)
+        else:
+            into[row.child] = row
+    below: dict[str, list[str]] = {}
+    for row in edges:
+        if into.get(row.child) is row:
+            below.setdefault(row.parent, []).append(row.child)
+    return _Grown(into, below, more)
+
+
+def _above(into: dict[str, Row], frame: str, other: str) -> bool:
+    """Say whether ``other`` is above a frame, or is it."""
+    while frame != other and frame in into:
+        frame = into[frame].parent
+    return frame == other
+
+
+def _lone(names: Sequence[str], grown: _Grown) -> set[str]:
+    """Return the frames that have no line but as the parent in one row that is no part of the tree."""
+    said = Counter(row.parent for rows in grown.more.values() for row in rows)
+    hung = grown.into.keys() | grown.below.keys() | grown.more.keys()
+    return {name for name in names if said[name] == 1 and name not in hung}
+
+
+def way(tree: Sequence[Line], frame: str) -> list[Line]:
+    """Return the lines from a root to a frame; none if the tree does not have it."""
+    at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
+    found: list[Line] = []
+    while at >= 0:
+        found.append(tree[at])
+        at = tree[at].on
+    return found[::-1]

@@ -1,0 +1,219 @@
+"""Package: the files of a ROS 2 package that carries the artifacts of a robot and shows them."""
+
+from __future__ import annotations
+
+import dataclasses
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..diagnostic import NOTE, Diagnostic, error
+from ..emit import Artifact
+from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Robot
+from ..templating import BUILTIN, Templates, comment
+from . import launching, meshes, views
+from .naming import file_name
+
+BUILD_TYPES = ("ament_cmake", "ament_python")
+FOLDERS = ("config", "doc", "launch", "meshes", "mjcf", "rviz", "urdf")
+LAUNCH = "description.launch"
+_NODES = ("joint_state_publisher", "joint_state_publisher_gui", "robot_state_publisher", "rviz2", "tf2_ros")
+_FOLDER = {"urdf": "urdf", "mjcf": "mjcf", "frames": "doc", "robot_model": "config", "static_tf_json": "config"}
+_BY_ENDING = {".urdf": "urdf", ".xacro": "urdf", ".rviz": "rviz", ".launch.py": "launch"}
+_BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
+_MJCF_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+
+
+@dataclasses.dataclass(frozen=True)
+class Options:
+    """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor."""
+
+    name: str
+    build_type: str = BUILD_TYPES[0]
+    version: str = "0.1.0"
+    maintainer: str = "nobody yet"
+    email: str = "nobody@example.com"
+    license: str = "LicenseRef-not-stated"
+    description: str = ""
+    topics: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+
+class Argument(NamedTuple):
+    """An argument of the launch files."""
+
+    name: str
+    default: str
+    help: str
+
+
+ARGUMENTS = (
+    Argument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
+    Argument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
+    Argument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
+    Argument("rviz", "false", "show the robot in RViz"),
+)
+
+
+class Package(NamedTuple):
+    """The files of a package, bytes by relative name, and what is to say about them."""
+
+    files: dict[str, bytes]
+    diagnostics: list[Diagnostic]
+
+
+def make(
+    robot: Robot, artifacts: Sequence[Artifact], options: Options, sources: Sequence[Path], target: Path
+) -> Package:
+    """Return the package of a robot.
+
+    ``sources`` are folders in which files are looked for that the description names; ``target`` is where the package
+    will stand, which may hold such files already.
+    """
+    main = next((artifact for artifact in artifacts if artifact.backend == "urdf"), None)
+    if main is None:
+        help = "add an output with the backend urdf"
+        return Package(
+            {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
+        )
+    carried = {place: artifact for artifact in artifacts if (place := place_of(artifact, main))}
+    files: dict[str, bytes] = {}
+    needs: set[str] = set()
+    diagnostics: list[Diagnostic] = []
+    for place, artifact in carried.items():
+        text = artifact.text
+        if place.startswith("urdf/"):
+            settled = meshes.settle(text, options.name, sources, target)
+            text = settled.text
+            needs.update(settled.packages)
+            diagnostics += settled.diagnostics
+            files.update({name: path.read_bytes() for name, path in settled.files.items()})
+        elif artifact.backend == "mjcf":
+            diagnostics += _beside(place, text, sources, target, files)
+        files[place] = text.encode()
+    files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs))
+    return Package(files, [*diagnostics, *_defaults(options)])
+
+
+def place_of(artifact: Artifact, main: Artifact) -> str:
+    """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
+    if artifact.backend == "static_tf":
+        return ""
+    endings = (folder for ending, folder in _BY_ENDING.items() if artifact.file.endswith(ending))
+    folder = _FOLDER.get(artifact.backend) or next(endings, "config")
+    otherwise = "robot.urdf" if artifact is main else artifact.file.rpartition("/")[2]
+    return f"{folder}/{file_name(artifact.file, otherwise)}"
+
+
+def _beside(
+    place: str, text: str, sources: Sequence[Path], target: Path, files: dict[str, bytes]
+) -> Iterable[Diagnostic]:
+    """Copy the files that an MJCF names beside it, as MuJoCo looks for them; yield what cannot be found."""
+    missing = []
+    for name in dict.fromkeys(_MJCF_FILE.findall(text)):
+        folder = place.rpartition("/")[0]
+        source = next((folder / name for folder in sources if (folder / name).is_file()), None)
+        if source is not None and not name.startswith("/") and ".." not in name.split("/"):
+            files[f"{folder}/{name}"] = source.read_bytes()
+        elif not (target / folder / name).is_file():
+            missing.append(name)
+    if missing:
+        what = f"named by {place}, but not in the package"
+        yield meshes.told(missing, what, f"put the file into {folder}/ of the package")
+
+
+def _made(
+    robot: Robot, options: Options, urdf: str, carried: Sequence[tuple[str, Artifact]], needs: set[str]
+) -> dict[str, bytes]:
+    """Return the files that are made for the package alone."""
+    package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
+    rviz = "robot.rviz" if "/" in robot.name else file_name(f"{robot.name}.rviz", "robot.rviz")
+    statics, modes = launching.statics(robot, [argument.name for argument in ARGUMENTS])
+    of_modes = [
+        Argument(name, "false", f"the robot is run in the mode {mode}: true or false") for mode, name in modes.items()
+    ]
+    launch = ("ament_index_python", "launch", "launch_ros", "launch_xml", "launch_yaml", "ros2launch")
+    values: dict[str, Any] = {
+        "robot": robot,
+        "package": dataclasses.asdict(package),
+        "depends": sorted({*_NODES, *launch, *needs}),
+        "folders": FOLDERS,
+        "arguments": [*ARGUMENTS, *of_modes],
+        "urdf": urdf.removeprefix("urdf/"),
+        "rviz": rviz,
+        "publisher": launching.moved_by(robot),
+        "statics": statics,
+        "literal": repr,
+        "quoted": launching.quoted,
+        "plain": launching.plain,
+        "eval": launching.evaluated,
+        "modes": modes,
+        "comment": comment,
+        "contents": _contents(carried, rviz),
+        "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
+        **_view(robot, options),
+    }
+    names = {f"{LAUNCH}.{form}": f"launch.{form}" for form in ("py", "xml", "yaml")}
+    templates = {f"launch/{name}": template for name, template in names.items()}
+    templates |= {f"rviz/{rviz}": "rviz", "package.xml": "package.xml", "README.md": "README.md"}
+    python = {"setup.py": "setup.py", "setup.cfg": "setup.cfg"}
+    templates |= python if options.build_type == "ament_python" else {"CMakeLists.txt": "CMakeLists.txt"}
+    engine = Templates()
+    made = {n: engine.render(f"{BUILTIN}package_{t}.jinja", values).encode() for n, t in templates.items()}
+    return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
+
+
+def _view(robot: Robot, options: Options) -> dict[str, Any]:
+    """Return what the RViz configuration needs: its fixed frame is the root of the URDF."""
+    joints = robot.in_urdf()
+    links = dict.fromkeys([joint.parent for joint in joints] + [joint.child for joint in joints])
+    children = {joint.child for joint in joints}
+    root = next((link for link in links if link not in children), robot.root)
+    size = views.round_number(views.reach(robot, links))
+    return {
+        "fixed_frame": root,
+        "displays": views.displays(robot, options.topics),
+        "visual": any(robot.link[link].visual for link in links or [root]),
+        "size": views.round_number(size / 2),
+        "scale": min(1.0, size),
+        "distance": views.round_number(3 * size),
+    }
+
+
+def _contents(carried: Sequence[tuple[str, Artifact]], rviz: str) -> list[tuple[str, str]]:
+    """Return the files of a package with what each is."""
+    what = {
+        "urdf": "the URDF",
+        "mjcf": "the model for MuJoCo",
+        "robot_model": "the model for drivers",
+        "static_tf_json": "the arguments of the static transforms, for launch files of your own",
+        "frames": "every frame, where it sits and who publishes it",
+        "frames_picture": "the tree of frames, with who publishes each",
+    }
+    rows = [(place, what.get(artifact.backend, "another artifact")) for place, artifact in carried]
+    return sorted(
+        [*rows, (f"launch/{LAUNCH}.*", "one launch file in three forms"), (f"rviz/{rviz}", "a view for RViz")]
+    )
+
+
+def _other(edge: Edge) -> str:
+    when = f", when {edge.when}" if edge.when else ""
+    return f"{edge.parent} -> {edge.child}: {edge.publisher.name}{when}"
+
+
+def _defaults(options: Options) -> list[Diagnostic]:
+    """Return what package.xml says by default and its reader should decide."""
+    usual = Options(options.name)
+    open_ones = [
+        option
+        for option, mine, default in (
+            ("--maintainer", options.email, usual.email),
+            ("--license", options.license, usual.license),
+        )
+        if mine == default
+    ]
+    if not open_ones:
+        return []
+    message = f"package.xml does not say yet who maintains the package or how it is licensed ({', '.join(open_ones)})"
+    help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
+    return [Diagnostic("package-defaults", NOTE, message, None, (), help)]

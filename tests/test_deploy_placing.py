@@ -1,0 +1,170 @@
+"""Placing files into a folder that holds other things: all or nothing, never outside, never through a link."""
+
+from __future__ import annotations
+
+import errno
+import json
+import os
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.output import OutputError
+from rosorin_compile.packaging import placing
+from rosorin_compile.packaging.placing import READY, STAGE, place
+
+NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
+OLD = {"urdf/a.urdf": b"old a", "config/b.json": b"old b", "config/other.yaml": b"other"}
+
+
+def fill(folder: Path) -> Path:
+    for name, data in OLD.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        (folder / name).write_bytes(data)
+    return folder
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_writes_the_set_and_keeps_the_rest(tmp_path: Path) -> None:
+    placed = place(fill(tmp_path), {**NEW, "config/b.json": b"old b"})
+    assert placed == (("launch/c.py", "urdf/a.urdf"), ("config/b.json",))
+    assert contents(tmp_path) == {**OLD, **NEW, "config/b.json": b"old b"}
+
+
+def test_touches_nothing_that_is_equal(tmp_path: Path) -> None:
+    place(tmp_path, NEW)
+    before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+    assert place(tmp_path, NEW).written == ()
+    assert before == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
+
+
+def test_keeps_permissions(tmp_path: Path) -> None:
+    (fill(tmp_path) / "urdf/a.urdf").chmod(0o640)
+    place(tmp_path, NEW)
+    assert (tmp_path / "urdf/a.urdf").stat().st_mode & 0o777 == 0o640
+
+
+@pytest.mark.parametrize("name", ["../a", "/etc/a", "a//b", "./a", "a/..", ".git/hooks/a", "a\nb", ""])
+def test_never_outside(tmp_path: Path, name: str) -> None:
+    folder = fill(tmp_path / "in")
+    with pytest.raises(OutputError, match="does not stand in the folder") as raised:
+        place(folder, {**NEW, name: b"x"})
+    assert raised.value.diagnostic.rule == "deploy-outside"
+    assert contents(tmp_path) == {f"in/{name}": data for name, data in OLD.items()}
+
+
+@pytest.mark.parametrize("link", ["urdf", "urdf/a.urdf", "launch"])
+def test_never_through_a_link(tmp_path: Path, link: str) -> None:
+    outside = tmp_path / "outside"
+    outside.mkdir()
+    (outside / "file").write_bytes(b"safe")
+    folder = fill(tmp_path / "in")
+    place_of_link = folder / link
+    if place_of_link.is_dir():
+        (place_of_link / "a.urdf").unlink()
+        place_of_link.rmdir()
+    elif place_of_link.exists():
+        place_of_link.unlink()
+    place_of_link.symlink_to(outside / "file" if link.endswith("a.urdf") else outside)
+    before = contents(folder)
+    with pytest.raises(OutputError, match=r"is a symbolic link to .*; nothing is written through links") as raised:
+        place(folder, NEW)
+    assert raised.value.diagnostic.rule == "deploy-link"
+    assert contents(outside) == {"file": b"safe"}
+    assert contents(folder) == before
+
+
+def test_a_folder_that_is_itself_a_link_is_what_was_named(tmp_path: Path) -> None:
+    fill(tmp_path / "real")
+    (tmp_path / "link").symlink_to("real")
+    place(tmp_path / "link", NEW)
+    assert contents(tmp_path / "real") == {**OLD, **NEW}
+
+
+@pytest.mark.parametrize(("name", "what"), [("urdf", "a file"), ("config/other.yaml/x", "a folder")])
+def test_what_stands_in_the_way(tmp_path: Path, name: str, what: str) -> None:
+    with pytest.raises(OutputError, match=f"is not {what}") as raised:
+        place(fill(tmp_path), {**NEW, name: b"x"})
+    assert raised.value.diagnostic.rule == "deploy-in-the-way"
+    assert contents(tmp_path) == OLD
+
+
+class Killed(BaseException):
+    """The process ends here."""
+
+
+def killing(monkeypatch: pytest.MonkeyPatch, at: int, problem: BaseException) -> None:
+    """Let the step number ``at`` of all that changes the disk fail."""
+    count = iter(range(1_000_000))
+
+    def failing(real: Callable[..., Any]) -> Callable[..., Any]:
+        def step(*arguments: Any, **more: Any) -> Any:
+            if next(count) == at:
+                raise problem
+            return real(*arguments, **more)
+
+        return step
+
+    for owner, name in ((Path, "mkdir"), (Path, "rename"), (Path, "replace"), (os, "fsync"), (os, "link")):
+        monkeypatch.setattr(owner, name, failing(getattr(owner, name)))
+
+
+@pytest.mark.parametrize("at", range(1, 16))
+def test_a_failure_at_any_step_leaves_the_old_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int) -> None:
+    fill(tmp_path)
+    with monkeypatch.context() as patch:
+        killing(patch, at, OSError(errno.ENOSPC, "No space left on device"))
+        rule = ""
+        try:
+            place(tmp_path, NEW)
+        except OutputError as problem:
+            rule = problem.diagnostic.rule
+    assert (rule, contents(tmp_path)) in (("deploy-failed", OLD), ("", {**OLD, **NEW}))
+    assert place(tmp_path, NEW)
+    assert contents(tmp_path) == {**OLD, **NEW}
+
+
+@pytest.mark.parametrize("at", range(1, 16))
+def test_a_kill_at_any_step_is_finished_or_undone(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, at: int) -> None:
+    """As if the process ended: nothing is put back, and the next run finds what is there."""
+    fill(tmp_path)
+    with monkeypatch.context() as patch:
+        killing(patch, at, Killed())
+        patch.setattr(placing, "_put_back", lambda _: None)
+        patch.setattr(placing, "_discard", lambda _: None)
+        try:
+            place(tmp_path, NEW)
+        except Killed:
+            counts = (tmp_path / READY).is_dir()
+            if not counts:
+                there = {n: d for n, d in contents(tmp_path).items() if not n.startswith(STAGE)}
+                assert there == OLD
+    place(tmp_path, {"more": b"more"})
+    found = contents(tmp_path)
+    assert found in ({**OLD, "more": b"more"}, {**OLD, **NEW, "more": b"more"})
+    assert place(tmp_path, NEW)
+    assert contents(tmp_path) == {**OLD, **NEW, "more": b"more"}
+    assert not (tmp_path / READY).exists()
+
+
+def test_a_list_that_somebody_planted_leads_nowhere(tmp_path: Path) -> None:
+    folder = fill(tmp_path / "in")
+    (folder / READY).mkdir()
+    (folder / READY / "0").write_bytes(b"planted")
+    (folder / READY / "list.json").write_text(json.dumps(["../escaped"]))
+    with pytest.raises(OutputError, match="does not stand in the folder"):
+        place(folder, NEW)
+    assert not (tmp_path / "escaped").exists()
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_no_right_to_write(tmp_path: Path) -> None:
+    (fill(tmp_path) / "config").chmod(0o500)
+    with pytest.raises(OutputError, match=r"cannot write into .*: Permission denied"):
+        place(tmp_path, NEW)
+    assert contents(tmp_path) == OLD

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from ..project import DESCRIPTIONS
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments, package_option
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -28,20 +28,13 @@ def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("words", nargs="+", metavar="SOURCE", help="a .urdf, .xacro or .xml file")
     command.add_argument("-o", "--output", metavar="FOLDER", help="the new folder; default: descriptions/ROBOT")
-    command.add_argument("--name", help="name of the robot; default: as the source says")
-    command.add_argument(
-        "--package",
-        action="append",
-        default=[],
-        metavar="NAME=PATH",
-        dest="packages",
-        help="folder of a ROS package, for $(find NAME) and package://NAME",
-    )
-    argument_options(command)
-    format_options(command)
-    command.add_argument("--strict", action="store_true", help="what cannot be carried is an error, nothing is written")
+    command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
+    command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
+    package_option(command)
+    format_options(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -36,6 +36,11 @@ def shown(path: Path) -> str:
     return as_named(path)
 
 
+def printable_name(path: Path) -> str:
+    """Return the name of a file as it can stand in a description: without line ends, and bytes that are no text."""
+    return "".join(letter if letter.isprintable() else "?" for letter in path.name)
+
+
 def read_source(path: Path, asked: Span | None = None) -> Source:
     """Return the text of a file; ``asked`` is the place that names it. Raises MarkupError with a clear message."""
     return decode(read_bytes(path, asked), shown(path), asked)

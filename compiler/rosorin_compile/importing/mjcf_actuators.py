@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from ..diagnostic import Span
 from ..tree import Map
 from .markup import Element
 from .mjcf_numbers import tidy
@@ -33,18 +34,23 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         elements = [_element(reading, actuator) for actuator in actuators]
     found: dict[int, Drive] = {}
     lost: list[tuple[Mapping[str, Any], Element]] = []
+    aims: dict[str, list[Span]] = {}
     for actuator, element in zip(actuators, elements, strict=True):
         index = _joint(reading, actuator)
         if index is None:
             lost.append((actuator, element))
             continue
         before = found.get(index)
-        servo = _servo(reading, actuator, element) if before is None or before.servo is None else None
+        servo = _servo(actuator, element) if before is None or before.servo is None else None
         if servo is None:
             lost.append((actuator, element))
+        else:
+            _note_aims(reading, actuator, element, aims)
         known, effort = (before.effort if before else 0.0), _effort(actuator)
         total = None if known is None or effort is None else known + effort
         found[index] = Drive(total, servo or (before.servo if before else None))
+    for ends, spans in aims.items():
+        reading.lost(f"the range of aims of a servo ({ends})", spans[0], others=spans[1:])
     _tell(reading, lost)
     return found
 
@@ -61,7 +67,7 @@ def _joint(reading: Reading, actuator: Mapping[str, Any]) -> int | None:
     return index if index in reading.joint_of else None
 
 
-def _servo(reading: Reading, actuator: Mapping[str, Any], element: Element) -> Map | None:
+def _servo(actuator: Mapping[str, Any], element: Element) -> Map | None:
     """Return the entry of a position servo that pushes the joint itself: force = kp * (aim - position) - kv * speed."""
     kp, bias = actuator["gainprm"][0], actuator["biasprm"]
     plain = (actuator["gain"], actuator["bias"], actuator["dynamics"]) == (_FIXED_GAIN, _AFFINE_BIAS, _NO_DYNAMICS)
@@ -71,12 +77,16 @@ def _servo(reading: Reading, actuator: Mapping[str, Any], element: Element) -> M
     put_number(entry, "kp", tidy(kp), element, "kp")
     if bias[2]:
         put_number(entry, "kv", tidy(-bias[2]), element, "kv")
+    return entry
+
+
+def _note_aims(reading: Reading, actuator: Mapping[str, Any], element: Element, aims: dict[str, list[Span]]) -> None:
+    """Add the place of the range of what a servo can be asked for, where that is another one than the joint's."""
     joint = reading.facts["joints"][actuator["target"][0]]
     if actuator["controlled"] and not (joint["limited"] and joint["range"] == actuator["control"]):
         ends = " to ".join(f"{value:g}" for value in actuator["control"])
         place = element.attributes.get("ctrlrange")
-        reading.lost(f"the range of aims of a servo ({ends})", place.span if place else element.span)
-    return entry
+        aims.setdefault(ends, []).append(place.span if place else element.span)
 
 
 def _effort(actuator: Mapping[str, Any]) -> float | None:

@@ -119,7 +119,9 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
         entry["file"] = mesh.file
         entry["folder"] = _folder(mesh.compiler, spec, "meshdir")
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
-    files = {texture.id: _joined(texture, spec) for texture in spec.textures}
+    files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
+    meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
+    made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
     for entry in made["materials"]:
         used = [files.get(index, "") for index in entry.pop("textures")]
         entry["texture"] = next((file for file in used if file), "")
@@ -130,9 +132,10 @@ def _folder(compiler: Any, spec: Any, word: str) -> str:
     return (getattr(compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
 
 
-def _joined(texture: Any, spec: Any) -> str:
-    folder = _folder(texture.compiler, spec, "texturedir").rstrip("/")
-    return f"{folder}/{texture.file}" if texture.file and folder else texture.file
+def _joined(asset: Any, spec: Any, word: str) -> str:
+    """Return the file of a mesh, height field or texture, relative to the main file; empty if it has none."""
+    folder = _folder(asset.compiler, spec, word).rstrip("/")
+    return f"{folder}/{asset.file}" if asset.file and folder else asset.file
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
 import tempfile
@@ -16,6 +17,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 SECONDS = 60
+
+_ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
 # Run by -c: -m would look for modules in the working folder first, which may be a stranger's.
 _START = (
@@ -70,9 +73,12 @@ def _environment() -> dict[str, str]:
 def _fallen(done: subprocess.CompletedProcess[bytes]) -> Answer:
     said = done.stderr.decode("utf-8", "replace").strip().splitlines()
     last = said[-1] if said else ""
-    if last.startswith("ModuleNotFoundError: No module named 'mujoco"):
-        message, help = "MuJoCo, which reads MJCF, is not installed", "pip install 'rosorin-compile[import]'"
-        return Answer(None, (), message, help, True, True)
+    absent = _ABSENT.match(last)
+    if absent:
+        is_it = absent[1] == "mujoco"
+        what = "MuJoCo, which reads MJCF," if is_it else f"the package {absent[1]}, which MuJoCo needs,"
+        message = f"{what} is not installed"
+        return Answer(None, (), message, "pip install 'rosorin-compile[import]'", True, True)
     if done.returncode < 0:
         message = f"MuJoCo crashed on the file (signal {-done.returncode})"
     else:

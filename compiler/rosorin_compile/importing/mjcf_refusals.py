@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 
 from ..diagnostic import Diagnostic, Span, error
 from .markup import Attribute, Element
@@ -81,7 +81,13 @@ def place(markup: Markup, message: str) -> Span:
 
 
 def _quoted(element: Element, quoted: set[str]) -> Attribute | None:
-    return next((a for a in element.attributes.values() if a.name in quoted or a.value in quoted), None)
+    return next((a for a in element.attributes.values() if a.name in quoted or _says(a, quoted)), None)
+
+
+def _says(attribute: Attribute, quoted: Collection[str]) -> bool:
+    """Say whether an attribute has a quoted value; MuJoCo quotes a file with the folder that it looked in."""
+    value = attribute.value
+    return value in quoted or (attribute.name == "file" and any(q.endswith(f"/{value}") for q in quoted if value))
 
 
 def _span(element: Element, attribute: Attribute | None, quoted: set[str]) -> Span:

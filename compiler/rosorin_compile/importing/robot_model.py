@@ -17,7 +17,7 @@ from ..load import LoadError, parse_yaml
 from ..schema import subject, validator
 from ..tree import Map, Seq, locate
 from .accepting import accept
-from .files import read_source
+from .files import printable_name, read_source
 from .imported import Imported
 from .markup import MarkupError
 from .options import ReadOptions
@@ -94,7 +94,7 @@ def _plain(value: Any) -> Any:
 
 def _tree(model: Map, path: Path) -> Map:
     tree = Map(model.span)
-    note = f"from {path.name}: {model['source']}" if model["source"] else f"from {path.name}"
+    note = f"from {printable_name(path)}: {model['source']}" if model["source"] else f"from {printable_name(path)}"
     _put(tree, "robot", path.stem)
     _put(tree, "source", _said(model, "imported", note))
     _put(tree, "links", _links(model))

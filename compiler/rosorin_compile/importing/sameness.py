@@ -44,6 +44,8 @@ class _Comparison:
 
     def values(self, where: str, one: Any, other: Any) -> Iterator[str]:
         """Yield the differences between two values of a model."""
+        if type(one) is type(other) and one == other:
+            return
         one, other = _without_zeros(one), _without_zeros(other)
         if self.by_meaning:
             one, other = _plain(one), _plain(other)

@@ -14,11 +14,12 @@ from ..diagnostic import WARNING, Diagnostic, Related, has_errors
 from ..tree import Map
 from ..tree import Path as TreePath
 from .accepting import accept
+from .files import printable_name
 from .imported import Imported
 from .markup import Document, Element
 from .options import ReadOptions
 from .reading import NAME, Reading, put
-from .remarks import comments_of
+from .remarks import comments_of, without_banner
 from .urdf_joints import read_joint
 from .urdf_links import read_link
 from .urdf_materials import read_materials, settle
@@ -39,11 +40,12 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     left_out = tuple(reading.left_out)
     if has_errors(diagnostics):
         return Imported(None, diagnostics, (), files, left_out, version)
-    accepted, said = accept(tree, options.lenient)
+    accepted, said = accept(tree, options.lenient) if options.checked else (tree, [])
     diagnostics += said
     if accepted is None:
         return Imported(None, diagnostics, (), files, left_out, version)
-    return Imported(accepted, diagnostics, comments_of(document, reading.paths), files, left_out, version)
+    comments, left = without_banner(comments_of(document, reading.paths))
+    return Imported(accepted, [*diagnostics, *left], comments, files, left_out, version)
 
 
 def _tree(root: Element, path: Path, reading: Reading) -> Map:
@@ -52,7 +54,7 @@ def _tree(root: Element, path: Path, reading: Reading) -> Map:
     _robot_name(root, path, tree, reading)
     source = Map(root.span)
     put(source, "status", "imported", root)
-    put(source, "note", f"from {path.name}", root)
+    put(source, "note", f"from {printable_name(path)}", root)
     put(tree, "source", source, root)
     reading.paths[id(root)] = ("robot",)
     materials = read_materials(root, reading)

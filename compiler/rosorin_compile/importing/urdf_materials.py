@@ -71,11 +71,11 @@ def _surface(entry: Map, element: Element, reading: Reading) -> None:
     texture = reading.single(element, "texture")
     if texture is not None:
         reading.known(texture, (), ("filename",), None)
-        file = reading.attribute(texture, "filename")
-        if file:
-            attribute = texture.attributes["filename"]
+        attribute = texture.attributes.get("filename")
+        file = None if attribute is None else reading.attribute(texture, "filename")
+        if attribute is not None and file:
             entry.put("texture", file, attribute.name_span, attribute.span)
-        elif file is not None:
+        elif not file:  # exporters write an empty <texture/>
             reading.ignored("a texture without a file name has no effect", texture.span)
     reading.known(element, ("color", "texture"), ("name",), None)
 

@@ -14,7 +14,7 @@ from ..tree import Map, Seq
 from .markup import Attribute, Element, Word
 from .reading import Reading, named
 
-_NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
+_NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 
 # What a number may stand for: its unit decides from which size on it is written with it.

@@ -72,12 +72,12 @@ def outputs(imported: Imported, left_out: str = "") -> Outputs:
     urdf = {"file": f"{name}.urdf"}
     if imported.version == "1.2" or _has_capsule(tree):
         urdf["version"] = "1.2"
-    entries = {"urdf": urdf, "frames": {"file": "frames.md"}}
+    for_people = {"frames": {"file": "frames.md"}, "frames_picture": {"file": "frames.svg"}}
     if left_out:
-        return Outputs(entries, f"no mjcf: {left_out}")
+        return Outputs({"urdf": urdf, **for_people}, f"no mjcf: {left_out}")
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
     mjcf = {"file": f"{name}.xml", **{key: value for key, value in wishes.items() if key != "file"}}
-    return Outputs({"urdf": urdf, "mjcf": mjcf, "frames": {"file": "frames.md"}})
+    return Outputs({"urdf": urdf, "mjcf": mjcf, **for_people})
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, str]:

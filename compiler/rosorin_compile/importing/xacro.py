@@ -42,7 +42,8 @@ def is_xacro(document: Document, path: Path) -> bool:
             if element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attributes):
                 return True
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
-    return declared and ("${" in text or "$(" in text)
+    # What xacro has made declares its prefix too, and often holds comments that it left alone.
+    return declared and re.search(r"\$[{(]", _COMMENT.sub("", text)) is not None
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:

@@ -1,0 +1,67 @@
+"""Asking: a foreign robot in place of a description, for commands that only ask about it and write nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from ..build import build
+from ..diagnostic import Diagnostic, arrange, has_errors
+from ..emit import Artifact, backend
+from ..expand import Expanded
+from ..pipeline import Compiled, Understood
+from ..templating import Templates
+from ..tree import Map
+from .imported import Imported
+from .options import ReadOptions
+from .reader import read
+from .writing import outputs as wanted
+
+_URDF = "urdf"
+
+Tell = Callable[[Diagnostic], None]
+
+
+def understand_foreign(path: Path, arguments: Mapping[str, str], tell: Tell | None = None) -> Understood:
+    """Return what a foreign robot says, as ``pipeline.understand`` does of a description.
+
+    ``arguments`` are those of a xacro file. It is read leniently; joints are published as in any description.
+    """
+    imported = read(path, ReadOptions(arguments, lenient=True, tell=tell))
+    tree = None if imported.tree is None else _with_urdf(imported, imported.tree)
+    expanded = Expanded(tree, imported.diagnostics, imported.files)
+    if tree is None or has_errors(imported.diagnostics):
+        return Understood(expanded, None, arrange(imported.diagnostics))
+    built = build(tree)
+    return Understood(expanded, built, arrange([*imported.diagnostics, *built.diagnostics]))
+
+
+def compile_foreign(path: Path, arguments: Mapping[str, str], tell: Tell | None = None) -> Compiled:
+    """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
+    expanded, built, diagnostics = understand_foreign(path, arguments, tell)
+    if built is None or built.robot is None or has_errors(diagnostics):
+        return Compiled(None, (), diagnostics, expanded.files)
+    artifacts: list[Artifact] = []
+    said: list[Diagnostic] = []
+    for output in built.robot.outputs:
+        if output.backend == _URDF:
+            text, found = backend(_URDF).emit(built.robot, output, Templates(path.parent))
+            if path.suffix.lower() == ".urdf":
+                text = path.read_text("utf-8", "replace")  # what robot_state_publisher was given
+            artifacts.append(Artifact(output.file, text, _URDF, output.name))
+            said += found
+    return Compiled(built.robot, tuple(artifacts), arrange([*diagnostics, *said]), expanded.files)
+
+
+def _with_urdf(imported: Imported, tree: Map) -> Map:
+    """Return the tree of a robot with a URDF as its only output."""
+    made = Map(tree.span, tree.via)
+    for key, value in tree.items():
+        if key != "outputs":
+            made.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    outputs, output = Map(tree.span), Map(tree.span)
+    for key, value in wanted(imported).entries[_URDF].items():
+        output.put(key, value, tree.span, tree.span)
+    outputs.put(_URDF, output, tree.span, tree.span)
+    made.put("outputs", outputs, tree.span, tree.span)
+    return made

@@ -225,7 +225,7 @@ FAULTS: dict[str, tuple[dict[str, Any], list[str]]] = {
     "the odometry has no publisher": ({"change": without("/tf", "base_link")}, ["edge-missing"]),
     "nobody recorded what stands still": (
         {"change": lambda messages: [m for m in messages if m.topic != "/tf_static"]},
-        ["edge-missing"] * 4,
+        ["recording-no-static"],
     ),
     "the IMU hangs on the laser": (
         {"change": renamed("/tf_static", "imu_link", {"parent": "laser"})},

@@ -144,8 +144,14 @@ def overlapping(**changes) -> Robot:
     return replace(Robot("row", links, joints), **changes)
 
 
-def chain(*, child: Inertial | None, fixed_to_child: Inertial | None = None, root: Inertial | None = BODY) -> Robot:
-    links = (Link("root", root), Link("child", child), Link("tool", fixed_to_child), Link("tip", BODY))
+def chain(
+    *,
+    child: Inertial | None,
+    fixed_to_child: Inertial | None = None,
+    root: Inertial | None = BODY,
+    tip: Inertial | None = BODY,
+) -> Robot:
+    links = (Link("root", root), Link("child", child), Link("tool", fixed_to_child), Link("tip", tip))
     joints = (
         Joint("turn", "continuous", "root", "child"),
         Joint("weld", "fixed", "child", "tool"),

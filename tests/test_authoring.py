@@ -140,7 +140,7 @@ STARTER = (ROOT / "templates" / "starter.yaml").read_text("utf-8")
         ("type: continuous", "type: continous"),
         ("part: wheel", "prt: wheel"),
         ("with: {radius", "wiht: {radius"),
-        ("child: base_link", "child: base link"),
+        ("child: base_link", "child: base<link"),
         ("xyz: [40 mm, 0,", "xyz: [40 mm,"),
         ("rpy: [0, 0, 180 deg]", "rpy: [0, 0, 180 mm]"),
         ("for: {", "for: 3 #"),

@@ -10,7 +10,7 @@ import pytest
 
 from deploying import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from launch_stubs import run
-from robots import compiled
+from robots import ROSORIN, compiled
 from rosorin_compile.cli import main
 from rosorin_compile.packaging import finding
 
@@ -222,3 +222,25 @@ def test_meshes_of_a_deployed_urdf(tmp_path: Path, capsys: pytest.CaptureFixture
     assert main(["deploy", str(path), "--to", str(package)]) == 0
     assert 'filename="package://mine/meshes/body.stl"' in (package / "urdf/meshed.urdf").read_text("utf-8")
     assert main(["check", str(path), "--deployed", str(package)]) == 0
+
+
+@pytest.mark.parametrize(
+    "words",
+    [["deploy", "--to", ""], ["deploy", "--to", "x", "--install", ""], ["package", "-o", ""], ["frames", "-o", ""]],
+)
+def test_a_variable_that_is_not_set_is_no_folder(
+    words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stopped:
+        main([*words, "--", str(ROSORIN)])
+    assert stopped.value.code == 2
+    assert capsys.readouterr().err.endswith(": the name is empty\n")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_the_one_file(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text("robot: r\nlinks: {base_link: {}}\noutputs: {urdf: {file: r.urdf}}\n")
+    assert [main(["deploy", str(path), "--to", str(tmp_path)]) for _ in range(2)] == [0, 0]
+    assert capsys.readouterr().out.endswith("r: the one file as compiled\n")

@@ -24,7 +24,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.packaging.static_calls import Call, Unreadable, calls, is_launch_file
+from rosorin_compile.packaging.static_calls import Unreadable, calls, is_launch_file
 from rosorin_compile.packaging.static_check import check, turned, understood
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
@@ -102,18 +102,6 @@ def test_python_with_a_helper_tells_the_line_of_each_call() -> None:
     found = calls("a.launch.py", text)
     assert [call.line for call in found] == [13, 14]
     assert found[0].arguments == tuple(WORDS)
-
-
-@pytest.mark.parametrize("call", ["*WORDS", "'n', **WORDS", "'n', *WORDS, x='1'"])
-def test_a_call_that_unpacks_is_left_unknown(call: str) -> None:
-    """Neither the defaults of the helper nor names of the file stand in for what is unpacked."""
-    text = f"""\
-x = '0.1'
-def static_tf(name, x='0', child='laser'):
-    return Node(executable='static_transform_publisher', arguments=['--x', x, '--child-frame-id', child])
-static_tf({call})
-"""
-    assert calls("a.launch.py", text) == [Call(4, None)]
 
 
 @pytest.mark.parametrize(

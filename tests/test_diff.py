@@ -103,7 +103,10 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
         [("radius: 0.04, length: 0.06", "radius: 0.04, length: 0.07")],
         "base_link collision: 1 of 2 shapes changed, up to 10.0 mm",
     ),
-    ([("capsule: {radius: 0.03", "cylinder: {radius: 0.03")], "upper_arm collision: 1 of 1 shape changed"),
+    (
+        [("capsule: {radius: 0.03", "cylinder: {radius: 0.03")],
+        "upper_arm collision: 1 of 1 shape changed: capsule -> cylinder",
+    ),
     ([("sphere: {radius: 0.02}", "sphere: {radius: 0.021}")], "slider collision: 1 of 1 shape changed, up to 1.0 mm"),
     (
         [("      - {cylinder: {radius: 0.04, length: 0.06}, xyz: [0.1, 0, 0.13]}\n", "")],

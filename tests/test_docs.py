@@ -21,6 +21,7 @@ import io
 import os
 import re
 import shlex
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -44,6 +45,7 @@ ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 HEAD = DOCS / "_language_head.md"
 PACKAGE = ROOT / "compiler" / "rosorin_compile"
+README = ROOT / "README.md"
 PAGES = sorted(path for path in DOCS.glob("*.md") if path != HEAD)
 
 MARK = re.compile(r"<!-- (file|edit|continues): (\S+) -->")
@@ -219,6 +221,21 @@ def test_page_holds(page: Path, tmp_path: Path) -> None:
         assert made.robot is not None, report(made.diagnostics)
 
 
+def checkout(folder: Path) -> Path:
+    """Return a folder with what the commands of the README read."""
+    for name in ("descriptions", "outputs", "tests/imported", "tests/data/recordings"):
+        shutil.copytree(ROOT / name, folder / name)
+    return folder
+
+
+def test_readme_holds(tmp_path: Path) -> None:
+    pytest.importorskip("numpy")  # the extra [verify]
+    ran = play(README, checkout(tmp_path))
+    assert len(ran) >= 3
+    for one in ran:
+        assert one.holds, f"$ {one.command}\nprinted:\n" + "\n".join(one.printed)
+
+
 def test_there_are_pages_with_files_and_commands() -> None:
     found = [block for page in PAGES for block in blocks(page.read_text("utf-8"))]
     assert sum(block.mark[0] == "file" and block.language == "yaml" for block in found) >= 5
@@ -232,7 +249,7 @@ def test_every_yaml_block_is_yaml(page: Path) -> None:
             parse_yaml(Source(page.name, "\n".join(block.lines)))
 
 
-@pytest.mark.parametrize("page", [*PAGES, ROOT / "README.md"], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*PAGES, README], ids=lambda page: page.stem)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in links(page.read_text("utf-8")):
         if target.startswith("https://"):
@@ -290,7 +307,7 @@ def rewrite(page: Path) -> None:
     """Write into a page what its commands print."""
     lines = page.read_text("utf-8").splitlines()
     with tempfile.TemporaryDirectory() as folder:
-        ran = play(page, Path(folder))
+        ran = play(page, checkout(Path(folder)) if page == README else Path(folder))
     for command in reversed(ran):
         if ELLIPSIS not in command.shown:
             lines[command.start : command.start + len(command.shown)] = command.printed
@@ -300,6 +317,6 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, *PAGES]:
+    for each in [HEAD, README, *PAGES]:
         rewrite(each)
     (DOCS / "language.md").write_text(reference(language(), HEAD.read_text("utf-8")), "utf-8")

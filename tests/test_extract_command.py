@@ -270,13 +270,13 @@ def test_help_of_all_three(capsys: Said) -> None:
         assert capsys.readouterr().out.startswith(f"usage: rosorin-compile {' '.join(words)}")
 
 
-def progress(here: Path, seconds: str) -> str:
-    """Run a height map on a terminal of its own, on which a clock says that each look at it takes some seconds."""
+def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
+    """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
     code = "import itertools, sys, rosorin_compile.extract.progress as p, rosorin_compile.extract.heightmap as h\n"
     code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
     code += "h.CHUNK = 3\n"
     code += "from rosorin_compile.cli import main\n"
-    code += "main(['extract', 'heightmap', 'brick.stl', '-o', 'map.yaml', '--force'])\n"
+    code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
     terminal, other_end = os.openpty()
     process = subprocess.Popen([sys.executable, "-c", code], cwd=here, stdout=other_end, stderr=other_end)
     os.close(other_end)
@@ -296,6 +296,10 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
     assert re.search(r"\rsampling \[#{15}\.{15}\]  50%", said), said
     assert "\r\x1b[K" in said
     assert "sampling" not in progress(here, "0.001")
+    said = progress(here, "0.6", "boxes")
+    assert re.search(r"\rfitting \[#{18}\.{12}\]  60%", said), said
+    assert "\r\x1b[K" in said
+    assert "fitting" not in progress(here, "0.001", "boxes")
 
 
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -178,7 +178,7 @@ def test_plain_urdf_and_other_addresses(package: Path, capsys: Said, address: st
     (package / "urdf" / "plain.urdf").write_text(URDF.format(address=address.format(here=Path.cwd())))
     assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
     said = capsys.readouterr()
-    assert said.out.splitlines()[:2] == ["joints (0): ", "boxes (1): base"]
+    assert said.out.splitlines()[:2] == ["joints (0): none", "boxes (1): base"]
     assert said.err == ""
     assert main(["extract", "factory", str(package), "-o", "numbers", "--from", "visual"]) == 0
     assert "nano/urdf/plain.urdf:5:39: warning[mesh-missing]: visual of base: there is no file nowhere.stl" in (

@@ -65,7 +65,11 @@ def test_what_it_says_next_works(here: Path, capsys: pytest.CaptureFixture[str])
     assert run("little_arm.urdf") == 0
     next_command = capsys.readouterr().out.splitlines()[-1].removeprefix("next: rosorin-compile ")
     assert main(next_command.split()) == 0
-    assert sorted(path.name for path in (here / "outputs" / "little_arm").iterdir()) == ["frames.md", "little_arm.urdf"]
+    assert sorted(path.name for path in (here / "outputs" / "little_arm").iterdir()) == [
+        "frames.md",
+        "frames.svg",
+        "little_arm.urdf",
+    ]
     assert (
         read_robot(here / "outputs" / "little_arm" / "little_arm.urdf").tree["joints"]["elbow"]["limit"]["upper"] == 2.5
     )
@@ -95,7 +99,7 @@ def test_any_name_gives_a_safe_folder(here: Path, name: str, folder: str) -> Non
     made = compile_robot(here / "descriptions" / folder / "robot.yaml")
     assert made.robot is not None
     assert made.robot.name == name
-    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", f"{folder}.urdf"])
+    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", "frames.svg", f"{folder}.urdf"])
 
 
 def test_a_folder_that_is_taken_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -341,7 +345,12 @@ def test_examples_come_in(here: Path, name: str, capsys: pytest.CaptureFixture[s
     assert "largest difference 0\n" in capsys.readouterr().out
     made = compile_robot(here / "descriptions" / name / "robot.yaml")
     assert made.robot is not None
-    assert {artifact.backend for artifact in made.artifacts} == {"urdf", "mjcf", "frames"}
+    assert {artifact.backend for artifact in made.artifacts} == {
+        "urdf",
+        "mjcf",
+        "frames",
+        "frames_picture",
+    }
 
 
 ODD_NAMES = (

@@ -6,10 +6,13 @@ Every file in tests/data/mjcf/corners and tests/data/mjcf/public is imported, an
 from __future__ import annotations
 
 import math
+import struct
+import zlib
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
@@ -247,6 +250,29 @@ def test_comments_stay_with_what_they_are_about() -> None:
     leg = read_mjcf(CORNERS["included"], ReadOptions())
     assert [(comment.text.strip(), comment.path) for comment in leg.comments] == [("the only leg", ("links", "leg"))]
     assert [file.name for file in leg.files] == ["included.xml", "classes.xml", "leg.xml"]
+
+
+def test_the_files_that_were_read_include_meshes_height_fields_and_textures(tmp_path: Path) -> None:
+    text = (
+        '<mujoco><compiler meshdir="solid" texturedir="look"/><asset><mesh name="m" file="m.obj"/>'
+        '<hfield name="h" file="h.bin" size="1 1 1 1"/><texture name="t" type="2d" file="t.png"/></asset>'
+        '<worldbody><geom type="hfield" hfield="h"/><body name="b"><geom type="mesh" mesh="m"/></body></worldbody>'
+        "</mujoco>"
+    )
+    (tmp_path / "robot.xml").write_text(text, "utf-8")
+    for folder in ("solid", "look"):
+        (tmp_path / folder).mkdir()
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (tmp_path / "solid" / "m.obj").write_text(corners, "utf-8")
+    (tmp_path / "solid" / "h.bin").write_bytes(np.array([2, 2], np.int32).tobytes() + np.ones(4, np.float32).tobytes())
+    pixels = b"\0\xff\xff\xff"
+    chunks = [(b"IHDR", b"\0\0\0\1\0\0\0\1\x08\x02\0\0\0"), (b"IDAT", zlib.compress(pixels)), (b"IEND", b"")]
+    png = [struct.pack(">I", len(d)) + k + d + struct.pack(">I", zlib.crc32(k + d)) for k, d in chunks]
+    (tmp_path / "look" / "t.png").write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(png))
+    made = read_mjcf(tmp_path / "robot.xml", ReadOptions())
+    assert made.tree is not None, made.diagnostics
+    names = [file.relative_to(tmp_path).as_posix() for file in made.files]
+    assert names == ["robot.xml", "solid/m.obj", "solid/h.bin", "look/t.png"]
 
 
 def test_pairs_that_may_touch_are_those_of_the_file() -> None:

@@ -98,12 +98,21 @@ def test_a_crash_of_mujoco_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     ]
 
 
-def test_no_mujoco_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(process, "_START", "import mujoco_is_not_there")
+@pytest.mark.parametrize(
+    ("name", "what"),
+    [
+        ("mujoco", "MuJoCo, which reads MJCF,"),
+        ("mujoco._specs", "MuJoCo, which reads MJCF,"),
+        ("numpy", "the package numpy, which MuJoCo needs,"),
+    ],
+)
+def test_no_mujoco_is_told(monkeypatch: pytest.MonkeyPatch, name: str, what: str) -> None:
+    problem = f"ModuleNotFoundError(\"No module named '{name}'\")"
+    monkeypatch.setattr(process, "_START", f"raise {problem}")
     made = read_mjcf(DATA / "corners" / "defaults.xml", ReadOptions())
     (found,) = made.diagnostics
     assert found.rule == "extra-missing"
-    assert found.message == "MuJoCo, which reads MJCF, is not installed"
+    assert found.message == f"{what} is not installed"
     assert found.help == "pip install 'rosorin-compile[import]'"
 
 

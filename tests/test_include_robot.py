@@ -366,6 +366,101 @@ def test_diff_says_that_a_xacro_is_run(monkeypatch, capsys):
     assert "xacro-runs-code" in capsys.readouterr().err
 
 
+MESHED = """<robot name="v"><link name="a">
+  <visual>
+    <geometry><mesh filename="a/b.stl"/></geometry><material name="m"><texture filename="t.png"/></material>
+  </visual>
+  <collision><geometry><mesh filename="package://v/c.stl"/></geometry></collision>
+  <collision><geometry><mesh filename="/opt/d.stl"/></geometry></collision>
+  <collision><geometry><mesh filename="a/b.stl"/></geometry></collision>
+</link></robot>"""
+
+
+@pytest.mark.parametrize(
+    ("before", "names"),
+    [
+        ("../vendor", ["../vendor/a/b.stl", "../vendor/t.png"]),
+        ("package://v/", ["package://v/a/b.stl", "package://v/t.png"]),
+    ],
+)
+def test_relative_meshes_get_the_folder_that_the_include_names(tmp_path, before, names):
+    (tmp_path / "v.urdf").write_text(MESHED, "utf-8")
+    text = f"robot: r\ninclude: [{{file: v.urdf, meshes: '{before}'}}]\noutputs: {{urdf: {{file: r.urdf}}}}\n"
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    made = compile_robot(tmp_path / "robot.yaml")
+    assert [d for d in made.diagnostics if d.severity == WARNING] == []
+    found = re.findall(r'filename="([^"]*)"', made.artifacts[0].text)
+    assert found == [*names, "package://v/c.stl", "/opt/d.stl", names[0]]
+
+
+def told(folder: Path) -> list[str]:
+    return [f"{d.rule}: {d.message} ({d.help})" for d in compile_robot(folder / "robot.yaml").diagnostics]
+
+
+def test_meshes_that_the_artifacts_do_not_find_are_told(tmp_path):
+    (tmp_path / "v.urdf").write_text(MESHED, "utf-8")
+    text = "robot: r\ninclude: [v.urdf]\noutputs: {urdf: {file: r.urdf}}\n"
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    assert told(tmp_path) == [
+        "include-mesh-path: files of meshes or textures are named as seen from v.urdf, but readers look from the "
+        "artifacts: t.png and 1 more "
+        "(say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME)"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("entry", "message"),
+    [
+        (
+            "file: v.urdf, prefix: 'a<'",
+            'bad-name: no name can begin with "a<" (no markup, no quotes; spaces only within)',
+        ),
+        (
+            "file: v.urdf, prefix: ' a'",
+            'bad-name: no name can begin with " a" (no markup, no quotes; spaces only within)',
+        ),
+        ("package: v", "wrong-type: an include needs file, the name of the robot's file ()"),
+        ("file: 3, package: v", "wrong-type: file of an include is text, not a number ()"),
+    ],
+)
+def test_an_include_that_is_no_good_is_told_once(tmp_path, entry, message):
+    (tmp_path / "v.urdf").write_text('<robot name="v"><link name="a"/><link name="b"/></robot>', "utf-8")
+    (tmp_path / "robot.yaml").write_text(f"robot: r\ninclude: [{{{entry}}}]\n", "utf-8")
+    assert told(tmp_path)[:1] == [message]
+    assert sum("bad-name" in line for line in told(tmp_path)) <= 1
+
+
+def test_a_folder_of_meshes_for_a_robot_without_any_is_told(tmp_path):
+    (tmp_path / "v.urdf").write_text('<robot name="v"><link name="a"/></robot>', "utf-8")
+    text = "robot: r\ninclude: [{file: v.urdf, meshes: m}]\noutputs: {urdf: {file: r.urdf}}\n"
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    assert told(tmp_path) == [
+        "ignored-key: v.urdf names no mesh or texture by a relative path: nothing to put before (remove meshes)"
+    ]
+
+
+def test_an_included_mjcf_arm_keeps_its_meshes_in_mujoco(tmp_path):
+    import mujoco
+
+    vendor = tmp_path / "descriptions" / "r"
+    (vendor / "assets").mkdir(parents=True)
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+    (vendor / "assets" / "m.obj").write_text(corners, "utf-8")
+    (vendor / "arm.xml").write_text(
+        '<mujoco><compiler meshdir="assets"/><asset><mesh name="m" file="m.obj"/></asset>'
+        '<worldbody><body name="b"><geom type="mesh" mesh="m"/></body></worldbody></mujoco>',
+        "utf-8",
+    )
+    include = "{file: arm.xml, parent: base, meshes: ../../descriptions/r}"
+    text = f"robot: r\ninclude: [{include}]\nlinks: {{base: {{}}}}\noutputs: {{mjcf: {{file: r.xml}}}}\n"
+    (vendor / "robot.yaml").write_text(text, "utf-8")
+    (artifact,) = compile_robot(vendor / "robot.yaml").artifacts
+    target = tmp_path / "outputs" / "r" / artifact.file
+    target.parent.mkdir(parents=True)
+    target.write_text(artifact.text, "utf-8")
+    assert mujoco.MjModel.from_xml_path(str(target)).nmesh == 1
+
+
 ELEMENT = st.sampled_from(["<a b='{0}'>{1}</a>", "<joint name='{0}'/>", "<t>\n {0} <!-- {1} --></t>", "<x>{0}<y/></x>"])
 WORD = st.sampled_from(["tool0", "base", "tool", "xtool0", "lift", "&#116;ool0", "ö"])
 

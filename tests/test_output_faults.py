@@ -59,9 +59,9 @@ def test_killed_at_any_moment_it_is_one_set_or_the_other(tmp_path):
     folder, seen, left = tmp_path / "out", [], 0
     pipes = {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "text": True}
     with subprocess.Popen([*CHILD, "killer", folder], **pipes) as killer:
-        # Where other programs take the time, it takes more kills to see both sets.
+        # Where other programs take the time, it takes more kills, and later ones, to see both sets.
         while len(seen) < 120 or (min(seen.count("A"), seen.count("B")) < 10 and len(seen) < 1000):
-            killer.stdin.write(f"{chance.uniform(0.001, 0.03)}\n")
+            killer.stdin.write(f"{chance.uniform(0.001, 0.03 * (1 + len(seen) // 120))}\n")
             killer.stdin.flush()
             assert killer.stdout.readline() == "-9\n"
             assert len(stages(folder)) <= 1

@@ -88,7 +88,7 @@ def test_in_one_mode_only_its_publishers_are_named(capsys: Shown) -> None:
     assert "amcl" not in tf(capsys, "map", "laser", "--mode", "slam", code=1)
     assert "slam_toolbox" not in tf(capsys, "map", "laser", "--mode", "not slam", code=1)
     said = tf(capsys, "map", "laser", "--mode", "slamm", code=2)
-    assert said == 'rosorin-compile: there is no mode "slamm"; did you mean "slam"?\n'
+    assert said == 'rosorin-compile: rosorin has no mode "slamm"; did you mean "slam"?\n'
 
 
 @pytest.mark.usefixtures("rosorin")

@@ -181,13 +181,14 @@ def test_half_written_and_damaged_recordings_end_in_an_error(
             broken = bytes(flipped)
         part(folder).write_bytes(broken)
         try:
-            outcomes.add(judged(folder).fails())
+            verdict = judged(folder)
+            outcomes.add(verdict.fails() or "recording-cut-off" in rules(verdict))
         except Unreadable as problem:
-            outcomes.add(str(problem).split(" cannot be read")[0] == str(folder))
+            outcomes.add(str(problem).split(" cannot be read")[0] in (str(folder), str(part(folder))))
             helps.add(problem.help)
     assert outcomes == {True}
     way_out = "mcap recover" if storage == "mcap" else "ros2 bag reindex"
-    assert [way_out in help for help in helps] == [True]
+    assert {way_out in help for help in helps} <= {True}
 
 
 @pytest.mark.parametrize(

@@ -236,6 +236,11 @@ def test_number_is_printed_in_one_form(make: Make, written: str, exact: str, six
 # 7. No ROS (ros/xacro#197, #328, #329, #340).
 
 
+CORE = {"jinja2", "markupsafe", "yaml", "jsonschema_rs", "rosorin_compile"}
+EXTRAS = {"collada", "mujoco", "numpy", "rosbags", "scipy", "trimesh", "xacro"}
+EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
+
+
 def test_nothing_of_ros_is_imported() -> None:
     package = Path(rosorin_compile.__file__).parent
     roots: set[str] = set()
@@ -245,7 +250,19 @@ def test_nothing_of_ros_is_imported() -> None:
                 roots |= {alias.name.partition(".")[0] for alias in node.names}
             elif isinstance(node, ast.ImportFrom) and not node.level:
                 roots.add((node.module or "").partition(".")[0])
-    assert roots - sys.stdlib_module_names <= {"jinja2", "markupsafe", "yaml", "jsonschema_rs", "rosorin_compile"}
+    assert roots - sys.stdlib_module_names <= CORE | EXTRAS
+
+
+def test_a_compilation_imports_no_extra(make: Make, tmp_path: Path) -> None:
+    make("links: {base: {}}\n")
+    program = """
+import sys
+from rosorin_compile.cli import main
+assert main(["all", "robot.yaml"]) == 0
+print(*sorted({name.partition(".")[0] for name in sys.modules}))
+"""
+    ran = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert not set(ran.stdout.splitlines()[-1].split()) & EXTRAS
 
 
 def test_robot_compiles_where_there_is_no_ros(make: Make, tmp_path: Path) -> None:

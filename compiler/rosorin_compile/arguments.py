@@ -79,7 +79,7 @@ def declared(path: Path, arguments: Mapping[str, Any]) -> tuple[list[Argument], 
     entries = root.get("args")
     if not isinstance(entries, Map):
         entries = Map(root.span)
-    expanded = expand(path, arguments)
+    expanded = expand(path, arguments, robots=False)
     written = Written()
     found = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)

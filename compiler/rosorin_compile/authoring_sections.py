@@ -87,6 +87,11 @@ def _include() -> Schema:
                 "description": "Robot: take what breaks the specification where a robot comes out all the same.",
             },
             "prefix": {**text, "description": "Robot: what is put before the names of its links, joints and so on."},
+            "meshes": {
+                **text,
+                "description": "Robot: what is put before the relative names of its meshes and textures: a folder as "
+                "seen from the artifacts, or package://NAME.",
+            },
             "parent": _ref("name", "Robot: the frame that its root link is attached to."),
             "xyz": _ref("xyz", "Robot: position of its root link in the parent, in metres."),
             "rpy": _ref("rpy", "Robot: orientation of its root link in the parent, in radians."),

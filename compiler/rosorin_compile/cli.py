@@ -9,21 +9,66 @@ import argparse
 import io
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
 from .commands.shared import PROBLEMS, USAGE, WrongUsage
 
-COMMANDS = {
-    "all": "compile, and write every artifact",
-    "check": "compile, and compare with the committed artifacts",
-    "args": "list the arguments of a robot",
-    "explain": "say where a frame sits, and where each of its numbers was written",
-    "watch": "compile on every change, and say what moved",
-    "init": "start a new robot",
-    "schema": "print the JSON Schema of descriptions, for editors",
+# By what people want to do; the help lists them in this order.
+GROUPS = {
+    "describe and compile": {
+        "init": "start a new robot",
+        "all": "compile, and write every artifact",
+        "check": "compile, and compare with the committed artifacts",
+        "watch": "compile on every change, and say what moved",
+        "schema": "print a JSON Schema: of descriptions, for editors, or of a format for programs",
+    },
+    "bring in": {
+        "import": "make a description of a URDF, a xacro or an MJCF",
+        "extract": "take boxes and height maps out of meshes",
+        "diff": "compare two robots by meaning, in any of the formats",
+    },
+    "ask": {
+        "explain": "say where a frame sits, and which lines put it there",
+        "tf": "say where one frame sits in another, as tf2_echo does",
+        "frames": "show the tree of frames with who publishes them",
+        "pulses": "turn servo pulses into joint positions and back",
+        "args": "list the arguments of a robot",
+    },
+    "run on the robot": {
+        "package": "write a ROS 2 package that is ready to build",
+        "deploy": "write the artifacts into a ROS 2 package that you have",
+        "verify": "hold a recording of the robot against its description",
+    },
 }
+COMMANDS = {name: help for group in GROUPS.values() for name, help in group.items()}
+
+# The words that a command takes; those of extract stand there.
+WORDS = {
+    "init": "NAME",
+    "all": "[ROBOT ...]",
+    "check": "[ROBOT ...]",
+    "watch": "[ROBOT ...]",
+    "schema": "[NAME]",
+    "import": "SOURCE",
+    "diff": "A B",
+    "explain": "[ROBOT] NAME ...",
+    "tf": "SOURCE TARGET [ROBOT]",
+    "frames": "[ROBOT]",
+    "pulses": "[ROBOT] [JOINT=VALUE ...]",
+    "args": "[ROBOT ...]",
+    "package": "[ROBOT] -o FOLDER",
+    "deploy": "[ROBOT] --to FOLDER",
+    "verify": "SOURCE [ROBOT]",
+}
+
+# Commands whose name is a word of Python.
+MODULES = {"import": "import_"}
+
+_WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
+_MORE = """rosorin-compile COMMAND --help says more about one.
+Exit codes: 0 fine, 1 problems or differences, 2 wrong usage."""
 
 
 def main(argv: Sequence[str] | None = None) -> int:
@@ -34,8 +79,8 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
-    options = parse(words)
     try:
+        options = parse(words)
         code: int = options.run(options)
         sys.stdout.flush()
     except WrongUsage as problem:
@@ -53,8 +98,11 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
     top = parser(words)
     options, more = top.parse_known_args(words)
-    if more and (not hasattr(options, "words") or any(word.startswith("-") for word in more)):
-        top.error(f"unrecognized arguments: {' '.join(more)}")
+    unknown = next((word for word in more if word.startswith("-")), "")
+    if unknown:
+        raise WrongUsage(f"{_called(words)} has no option {unknown}; {_near(unknown, options.known)}")
+    if more and not hasattr(options, "words"):
+        raise WrongUsage(f'{_called(words)} takes no "{more[0]}"; see rosorin-compile {_called(words)} --help')
     if more:
         options.words += more
     return options
@@ -64,15 +112,51 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """Return the parser of a command line; of the commands only the one that ``words`` call is complete."""
     top = argparse.ArgumentParser(
         prog="rosorin-compile",
-        description="Say once, in YAML, what a robot looks like; every artifact that other programs read follows.",
+        usage="rosorin-compile [-h] [--version] COMMAND ...",
+        description=f"{_WHAT}\n{listed()}",
+        epilog=_MORE,
+        formatter_class=argparse.RawDescriptionHelpFormatter,
     )
     top.add_argument("--version", action="version", version=f"rosorin-compile {__version__}")
-    commands = top.add_subparsers(required=True, metavar="COMMAND")
-    called = next((word for word in words if not word.startswith("-")), "")
+    commands = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
+    called = _called(words)
+    if called and called not in COMMANDS:
+        top.error(f'there is no command "{called}"; {_near(called, COMMANDS)}')
     for name, help in COMMANDS.items():
-        command = commands.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
+        command = commands.add_parser(name, description=f"{help[0].upper()}{help[1:]}.")
         if name == called:
-            module = import_module(f".commands.{name}", __package__)
+            module = import_module(f".commands.{MODULES.get(name, name)}", __package__)
             module.options(command)
-            command.set_defaults(run=module.run)
+            if name in WORDS:
+                command.usage = f"{top.prog} {name} [options] {WORDS[name]}"
+            command.set_defaults(run=module.run, known=_options_of(command))
     return top
+
+
+def _called(words: Sequence[str]) -> str:
+    """Return the command that a command line calls: its first word that is no option."""
+    return next((word for word in words if not word.startswith("-")), "")
+
+
+def _options_of(command: argparse.ArgumentParser) -> list[str]:
+    """Return the long options of a command, and of the commands within it."""
+    known = [option for option in command._option_string_actions if option.startswith("--")]
+    for action in command._actions:
+        if isinstance(action, argparse._SubParsersAction):
+            known += [option for inner in action.choices.values() for option in _options_of(inner)]
+    return known
+
+
+def _near(word: str, known: Iterable[str]) -> str:
+    from .diagnostic import did_you_mean
+
+    return did_you_mean(word.partition("=")[0], known)
+
+
+def listed() -> str:
+    """Return the commands as the help shows them, in groups."""
+    width = max(map(len, COMMANDS))
+    return "".join(
+        f"\n{title}:\n" + "".join(f"  {name:<{width}}  {help}\n" for name, help in group.items())
+        for title, group in GROUPS.items()
+    )

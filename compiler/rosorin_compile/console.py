@@ -18,6 +18,7 @@ class Console:
     def __init__(self, form: str) -> None:
         self.form = form
         self.collected: list[Diagnostic] = []
+        self.ran = 0
 
     @property
     def for_people(self) -> bool:
@@ -36,6 +37,11 @@ class Console:
             said += f"... and {len(diagnostics) - MAX_SHOWN:,} more; --format json lists them all\n"
         sys.stderr.write(said)
         return said
+
+    def ahead(self, diagnostic: Diagnostic) -> None:
+        """Print what has to be said before anything is run, and count it: what was run may do else the next time."""
+        self.ran += 1
+        self.show([diagnostic])
 
     def say(self, line: str) -> None:
         """Print a line about the run as a whole."""

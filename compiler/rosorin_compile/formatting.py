@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from decimal import Decimal
 from functools import lru_cache
 
 NumberFormat = Callable[[float], str]
@@ -43,6 +44,15 @@ def fixed(value: float, digits: int) -> str:
     ('0.0000756', '3.14159265', '0')
     """
     return _without_zeros(f"{value:.{digits}f}")
+
+
+def decimal(value: float) -> str:
+    """Return the shortest decimal that reads back as the same double, never with an exponent.
+
+    >>> decimal(7.5437e-05), decimal(1e21), decimal(-0.0), decimal(3.0)
+    ('0.000075437', '1000000000000000000000', '0', '3')
+    """
+    return _without_zeros(format(Decimal(exact(value)), "f"))
 
 
 def _without_zeros(text: str) -> str:

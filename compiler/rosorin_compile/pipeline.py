@@ -6,10 +6,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from .accepting import settled
 from .build import Built, build
 from .diagnostic import Diagnostic, arrange, error, has_errors
 from .emit import Artifact, backend
 from .expand import Expanded, expand
+from .expand.vendor import Tell
 from .model import Robot
 from .rules import check
 from .tree import Map, locate
@@ -36,9 +38,12 @@ class Understood(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def understand(path: Path, arguments: Mapping[str, Any] | None = None) -> Understood:
-    """Return what the description whose first file is ``path`` says; nothing is emitted."""
-    expanded = expand(path, arguments or {})
+def understand(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tell | None = None) -> Understood:
+    """Return what the description whose first file is ``path`` says; nothing is emitted.
+
+    ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics.
+    """
+    expanded = expand(path, arguments or {}, tell)
     if expanded.tree is None:
         return Understood(expanded, None, arrange(expanded.diagnostics))
     diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
@@ -48,15 +53,17 @@ def understand(path: Path, arguments: Mapping[str, Any] | None = None) -> Unders
     diagnostics += built.diagnostics
     if built.robot is not None:
         diagnostics += check(built.robot, expanded.tree, built.places)
+    diagnostics = settled(expanded.tree, diagnostics, complete=built.robot is not None)
     return Understood(expanded, built, arrange(diagnostics))
 
 
-def compile_robot(path: Path, arguments: Mapping[str, Any] | None = None) -> Compiled:
+def compile_robot(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tell | None = None) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
-    ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions.
+    ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` as in
+    ``understand``.
     """
-    expanded, built, diagnostics = understand(path, arguments)
+    expanded, built, diagnostics = understand(path, arguments, tell)
     if expanded.tree is None or built is None or built.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)

@@ -227,7 +227,8 @@ class _Reference:
             self.waiting.append((title, fragment))
         types = fragment.get("type", ())
         also = "text or " if "properties" in fragment and "string" in types and types != "string" else ""
-        return f"{also}[{title}](#{title.replace(' ', '-').lower()})"
+        several = f" or {self.list_of(fragment, '')}" if {"properties", "items"} <= fragment.keys() else ""
+        return f"{also}[{title}](#{title.replace(' ', '-').lower()}){several}"
 
     def list_of(self, fragment: Schema, title: str) -> str:
         inner = self.kind(fragment["items"], title) if "items" in fragment else "any values"

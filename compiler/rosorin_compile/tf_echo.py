@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from .kinematics.lookup import Answer
+from .kinematics.several import Positions
 from .model import NODE, STATIC_TRANSFORM_PUBLISHER, Publisher
 
 DIGITS = 3  # std::cout.precision(3), std::ios::fixed
@@ -42,9 +43,7 @@ def _matrix(answer: Answer) -> list[tuple[float, ...]]:
     return [*rows, (0.0, 0.0, 0.0, 1.0)]
 
 
-def table(
-    joints: Mapping[str, str], states: Iterable[Mapping[str, float]], answers: Iterable[Answer], digits: int
-) -> str:
+def table(joints: Mapping[str, str], states: Iterable[Positions], answers: Iterable[Answer], digits: int) -> str:
     """Return one line a state: the joints that are varied, with their units, then x y z (m), roll pitch yaw (deg)."""
     units = {**joints, **dict.fromkeys(_COLUMNS[:3], "m"), **dict.fromkeys(_COLUMNS[3:], "deg")}
     heads = [f"{name} ({unit})" for name, unit in units.items()]
@@ -58,17 +57,17 @@ def table(
     )
 
 
-def csv(joints: Sequence[str], states: Iterable[Mapping[str, float]], answers: Iterable[Answer]) -> str:
+def csv(joints: Sequence[str], states: Iterable[Positions], answers: Iterable[Answer]) -> str:
     """Return one line a state for a spreadsheet: numbers in full, x y z in metres, angles in radians."""
     heads = [*joints, *_COLUMNS, "qx", "qy", "qz", "qw"]
     made = [",".join(f'"{head}"' if "," in head or '"' in head else head for head in heads)]
     for state, a in zip(states, answers, strict=True):
-        numbers = (*(state[joint] for joint in joints), *a.translation, *a.rpy, *a.quaternion)
+        numbers: tuple[Any, ...] = (*(state[joint] for joint in joints), *a.translation, *a.rpy, *a.quaternion)
         made.append(",".join(repr(float(number)) for number in numbers))
     return "\n".join(made)
 
 
-def as_json(answer: Answer, positions: Mapping[str, float]) -> dict[str, Any]:
+def as_json(answer: Answer, positions: Positions) -> dict[str, Any]:
     """Return an answer as plain data; angles in radians unless the key says degrees."""
     return {
         "source": answer.source,

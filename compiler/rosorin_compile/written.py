@@ -42,6 +42,8 @@ class Written:
 
     def text(self, span: Span) -> str:
         """Return what is written at a place, on one line and shortened; the text of a key is that of its value."""
+        if _is_markup(span.source):
+            return _shortened(span.source.line(span.line)[span.column - 1 :][: span.length])
         piece = self.entry(span) or self.value(span)
         return "" if piece is None else _shortened(_text(piece))
 
@@ -51,7 +53,7 @@ class Written:
             values: dict[tuple[int, int], Piece] = {}
             keys: dict[tuple[int, int], Piece] = {}
             try:
-                tree = parse_yaml(source)
+                tree = None if _is_markup(source) else parse_yaml(source)
             except LoadError:  # a description that compiles has none; the artifacts of another tool may
                 tree = None
             for piece in _pieces(tree):
@@ -60,6 +62,11 @@ class Written:
                     keys[piece.key.line, piece.key.column] = piece
             known = self._files[source.path] = (values, keys)
         return known
+
+
+def _is_markup(source: Source) -> bool:
+    """Say whether a file is that of a robot that was included as it is, in XML."""
+    return source.text[:200].lstrip("\ufeff \t\r\n").startswith("<")
 
 
 def _pieces(tree: Any) -> Iterator[Piece]:

@@ -29,10 +29,10 @@ if TYPE_CHECKING:
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
-    output_options(command)
-    format_options(command)
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
+    output_options(command)
+    format_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -53,6 +53,7 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
+        "packages": [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")],
         "shown": [str(description.path), str(description.outputs), colour()],
     }
     remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
@@ -61,8 +62,8 @@ def _write_one(run: Run, description: Description) -> int:
         sys.stderr.write(said)
         run.console.say(f"{summary}, unchanged")
         return FINE
-    begun = stamp.now()
-    compiled = compile_one(run.given, description)
+    begun, ran = stamp.now(), run.console.ran
+    compiled = compile_one(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -72,7 +73,7 @@ def _write_one(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written)}")
-    if not written.kept:
+    if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
         inputs = [*compiled.inputs, *run.given.files]
         stamp.remember(key, inputs, files, description.outputs, [said, summary], begun=begun)
     return FINE

@@ -17,7 +17,7 @@ from .shared import (
     given_arguments,
     nothing_written,
 )
-from .single import one
+from .single import one, place
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -31,7 +31,7 @@ _HOW = "rosorin-compile deploy ROBOT --to FOLDER"
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file")
-    command.add_argument("--to", required=True, metavar="FOLDER", help="the package, or any other folder")
+    command.add_argument("--to", required=True, type=place, metavar="FOLDER", help="the package, or any other folder")
     command.add_argument(
         "--map",
         action="append",
@@ -39,7 +39,9 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="OUTPUT=PLACE",
         help="where an output goes in FOLDER (none: nowhere); remembered there",
     )
-    command.add_argument("--install", metavar="FOLDER", help="the install space; default: the one beside, if any")
+    command.add_argument(
+        "--install", type=place, metavar="FOLDER", help="the install space; default: the one beside, if any"
+    )
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--full", action="store_true", help="show text differences in full")
     argument_options(command)
@@ -106,8 +108,7 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
 
 def _write(options: argparse.Namespace, console: Console, robot: Robot, planned: Plan, wanted: dict[str, str]) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
-    from ..packaging import mapping
-    from ..packaging.placing import place
+    from ..packaging import mapping, placing
 
     folder = Path(options.to)
     same = sum(copy.is_same for copy in planned.copies)
@@ -118,8 +119,9 @@ def _write(options: argparse.Namespace, console: Console, robot: Robot, planned:
     files = {copy.place: copy.artifact.text.encode() for copy in planned.copies}
     if options.map:
         files[mapping.FILE] = mapping.text(folder, robot.name, wanted).encode()
-    place(folder, files)
-    console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: all {same} files as compiled")
+    placing.place(folder, files)
+    every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
+    console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: {every} as compiled")
 
 
 def _mapped(texts: list[str], artifacts: tuple[Artifact, ...]) -> dict[str, str]:

@@ -77,9 +77,11 @@ def run(options: argparse.Namespace) -> int:
     sides = _sides(read, words)
     if sides is None:
         return PROBLEMS
+    _check_arguments(options, read, words, bool(arguments))
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     found = compare_robots(*sides, tolerance, options.prefix)
-    left = [f"{word}: {what}" for word, one in zip(words, read, strict=True) for what in dict.fromkeys(one.left_out)]
+    each = options.full or options.format == "json"
+    left = [line for word, one in zip(words, read, strict=True) for line in _left_out(word, one, each)]
     found = found._replace(not_compared=(*found.not_compared, *left))
     if options.format == "json":
         import json
@@ -91,7 +93,10 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _tolerance(text: str) -> float:
-    value = float(text)
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
     if not (math.isfinite(value) and value >= 0):
         raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
     return value
@@ -116,6 +121,28 @@ def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path]) -> Re
         return read_side(word, arguments, packages)
     except NoDescription as problem:
         raise WrongUsage(str(problem)) from None
+
+
+def _left_out(word: str, read: Read, each: bool) -> list[str]:
+    """Return the lines on what of a file is not part of the robot that was compared: all of it, or the first ones."""
+    from ..difference.wording import several
+
+    left = list(dict.fromkeys(read.left_out))
+    return [f"{word}: {what}" for what in (left if each or not left else [several(left)])]
+
+
+def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[str], both: bool) -> None:
+    """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
+    from ..difference.values import YAML
+
+    deaf = [one.side is not None and one.side.format != YAML and not one.expanded for one in read]
+    for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):
+        if is_deaf and own:
+            raise WrongUsage(
+                f"--{side.lower()}-arg {own[0]}: {word} has no arguments; only a description and a xacro do"
+            )
+    if all(deaf) and both:
+        raise WrongUsage("neither of the two has arguments; only a description and a xacro do")
 
 
 def _sides(read: list[Read], words: list[str]) -> tuple[Side, Side] | None:

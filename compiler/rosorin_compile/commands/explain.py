@@ -21,9 +21,9 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="[ROBOT] NAME",
         help="frames, links, joints or sensors; before them the robot, where there are several",
     )
-    command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this pose, too")
-    argument_options(command)
+    command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
     json_option(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -79,7 +79,7 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, built, diagnostics = understand(description.path, arguments)
+    expanded, built, diagnostics = understand(description.path, arguments, console.ahead)
     if built is None or built.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")

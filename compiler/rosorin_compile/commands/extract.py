@@ -153,7 +153,7 @@ def _boxes(options: argparse.Namespace, console: Console) -> int:
     if not 1 <= options.stack <= 100:
         raise WrongUsage("--stack takes 1 to 100 boxes")
     decimals = digits(options.digits, "--digits")
-    fitted = [boxes.fit_part(part, decimals, options.stack, options.axis) for part in parts(options, console)]
+    fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
     kinds = _KINDS[:-1]
     lines = boxes.table(fitted, kinds)
     if options.json:
@@ -235,8 +235,8 @@ def _tell(made: Factory, folder: str) -> None:
     """Say what came of a package."""
     from ..extract.heights import summary
 
-    print(f"joints ({len(made.joints)}): {', '.join(made.joints)}")
-    print(f"boxes ({len(made.boxes)}): {', '.join(made.boxes)}")
+    for what, names in (("joints", made.joints), ("boxes", list(made.boxes))):
+        print(f"{what} ({len(names)}): {', '.join(names) or 'none'}")
     if made.height_map is not None:
         print(f"height map in {made.frame}: {summary(made.height_map)}")
     print(f"written: {', '.join(str(Path(folder, file)) for file in sorted(made.files))}")

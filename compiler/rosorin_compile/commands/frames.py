@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments
-from .single import one, understood
+from .single import one, place, understood
 
 if TYPE_CHECKING:
     from ..drawing.edges import Row
@@ -38,6 +38,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o",
         "--output",
+        type=place,
         metavar="FILE",
         help="write a picture: .svg, .dot, .gv (Graphviz), .mmd (Mermaid), .md; FOLDER/: an SVG for each tree",
     )
@@ -192,7 +193,7 @@ def _json(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespac
                 "edges": [_edge(row) for row in edges],
             }
         )
-    return json.dumps({"robot": robot.name, "situations": made}, indent=2, ensure_ascii=False)
+    return json.dumps({"robot": robot.name, "situations": made}, indent=2)
 
 
 def _edge(row: Row) -> dict[str, object]:

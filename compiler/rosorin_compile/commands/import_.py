@@ -46,8 +46,15 @@ def run(options: argparse.Namespace) -> int:
     if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     console = Console(options.format)
-    taken = ReadOptions(arguments, packages, options.lenient, tell=lambda said: _show(console, [said]))
-    imported = read_robot(source, taken)
+    expanded: list[Diagnostic] = []
+
+    def tell(said: Diagnostic) -> None:
+        expanded.append(said)
+        _show(console, [said])
+
+    imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
+    if arguments and not expanded and imported.tree is not None:
+        raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     _show(console, imported.diagnostics)
@@ -65,9 +72,11 @@ def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
     if len(names) != 1:
         raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
     path = Path(names[0])
-    what = {"folder": "a folder; name the file of the robot in it", "": "not there"}.get(_kind(path))
-    if what:
-        raise WrongUsage(f"{path} is {what}")
+    kind = _kind(path)
+    if kind == "folder":
+        raise WrongUsage(f"{path} is a folder; name the file of the robot in it")
+    if not kind:
+        raise WrongUsage(f"{path} is not there{_alike(path)}")
     try:
         values = given.values()
     except LoadError as problem:
@@ -81,6 +90,17 @@ def _kind(path: Path) -> str:
         return "folder" if stat.S_ISDIR(path.stat().st_mode) else "file"
     except (OSError, ValueError):
         return ""
+
+
+def _alike(path: Path) -> str:
+    """Return a file of the same folder whose name is nearly that, in words."""
+    from ..diagnostic import nearest
+
+    try:
+        close = nearest(path.name, [file.name for file in path.parent.iterdir() if file.is_file()])
+    except (OSError, ValueError):
+        return ""
+    return f'; did you mean "{path.with_name(close)}"?' if close else ""
 
 
 def _packages(words: list[str]) -> dict[str, Path]:

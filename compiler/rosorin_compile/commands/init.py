@@ -13,7 +13,7 @@ def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("name", metavar="NAME", help="name of the robot: letters, digits, underscores")
     command.add_argument(
-        "--folder", default=".", metavar="DIR", help="the project, which has or gets a folder descriptions/; default: ."
+        "--folder", default=".", metavar="FOLDER", help="the project, which has or gets descriptions/; default: ."
     )
 
 

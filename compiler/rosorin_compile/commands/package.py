@@ -19,7 +19,7 @@ from .shared import (
     given_arguments,
     nothing_written,
 )
-from .single import one
+from .single import one, place
 
 if TYPE_CHECKING:
     from ..emit import Artifact
@@ -37,7 +37,9 @@ _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file")
-    command.add_argument("-o", "--output", required=True, metavar="FOLDER", help="the folder of the package")
+    command.add_argument(
+        "-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder of the package"
+    )
     command.add_argument("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
     command.add_argument("--build-type", choices=("ament_cmake", "ament_python"), help="default: ament_cmake")
     command.add_argument("--package-version", metavar="X.Y.Z", help="default: 0.1.0")
@@ -90,16 +92,16 @@ def _write(
     target: Path,
 ) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
+    from ..packaging import placing
     from ..packaging.existing import refused
     from ..packaging.package import make
-    from ..packaging.placing import place
 
     package = make(robot, artifacts, asked, [description.path.parent, description.outputs], target)
     problem = refused(target, package.files)
     console.show([*package.diagnostics, *([problem] if problem else [])])
     if problem or not package.files:
         return PROBLEMS
-    placed = place(target, package.files)
+    placed = placing.place(target, package.files)
     written = f"{len(placed.written)} written" if placed.written else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
     return FINE

@@ -46,7 +46,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
-    command.add_argument("--json", action="store_true", help="all of it, for programs")
+    command.add_argument("--json", action="store_true", help="the result as JSON, in full")
     argument_options(command)
 
 

@@ -47,46 +47,66 @@ class Run(NamedTuple):
 
 
 def robot_options(command: argparse.ArgumentParser) -> None:
-    """Add the options of a command that takes robots."""
+    """Add what a command takes that goes through robots: their names, and arguments."""
     command.add_argument(
         "words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file; default: every robot"
     )
     argument_options(command)
 
 
-def argument_options(command: argparse.ArgumentParser) -> None:
-    """Add the options that set arguments of a description."""
+def robot_option(command: argparse.ArgumentParser, form: str = "ROBOT") -> None:
+    """Add what a command takes that is about one robot."""
     command.add_argument(
+        "words", nargs="*", metavar=form, help="name in descriptions/, folder or file; needed where there are several"
+    )
+
+
+def argument_options(command: argparse.ArgumentParser) -> None:
+    """Add the options that set arguments of a description; they stand last in the help."""
+    group = command.add_argument_group("arguments of the description, or of a xacro")
+    group.add_argument(
         "-a",
         "--arg",
         action="append",
         default=[],
         metavar="NAME=VALUE",
-        help="set an argument of the description; NAME:=VALUE without -a does the same",
+        help="set one; NAME:=VALUE without -a does the same",
     )
-    command.add_argument(
+    group.add_argument(
         "--args",
         action="append",
         default=[],
         metavar="FILE",
         dest="args_files",
-        help="set the arguments that a YAML file maps to values; -a goes before it",
+        help="set those that a YAML file maps to values; -a goes before it",
+    )
+
+
+def package_option(command: argparse.ArgumentParser) -> None:
+    """Add the option that says where ROS packages are."""
+    command.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        metavar="NAME=PATH",
+        dest="packages",
+        help="folder of a ROS package, for $(find NAME) and package://NAME; may be given again",
     )
 
 
 def output_options(command: argparse.ArgumentParser) -> None:
     """Add the option that names the folder of the artifacts."""
-    command.add_argument("--outputs", metavar="DIR", help="where the artifacts stand; default: outputs/")
+    command.add_argument("--outputs", metavar="FOLDER", help="where the artifacts stand; default: outputs/")
 
 
 def format_options(command: argparse.ArgumentParser) -> None:
     """Add the option that chooses how diagnostics are printed."""
-    command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the diagnostics")
+    command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
 
 
 def json_option(command: argparse.ArgumentParser) -> None:
     """Add the options that choose how a result is printed that is more than diagnostics."""
-    command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result")
+    command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result; default: text")
     command.add_argument("--json", action="store_const", dest="format", const="json", help="short for --format json")
 
 
@@ -124,8 +144,11 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     return code
 
 
-def compile_one(given: Given, description: Description) -> Compiled:
-    """Return what becomes of one description; a file of arguments that is no good is a problem like others."""
+def compile_one(given: Given, description: Description, console: Console) -> Compiled:
+    """Return what becomes of one description; a file of arguments that is no good is a problem like others.
+
+    What has to be said before anything is run is printed on the console.
+    """
     from ..load import LoadError
     from ..pipeline import Compiled, compile_robot
 
@@ -133,7 +156,7 @@ def compile_one(given: Given, description: Description) -> Compiled:
         arguments = given.values()
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
-    return compile_robot(description.path, arguments)
+    return compile_robot(description.path, arguments, console.ahead)
 
 
 def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple
+import argparse
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
 from ..project import Description
@@ -12,7 +15,11 @@ if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
     from ..kinematics.states import Beyond
     from ..model import Edge, Robot
+    from ..pipeline import Understood
     from ..rules.case import Case
+
+# Endings of the files that stand for a robot and are no description.
+FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
 
 
 class Known(NamedTuple):
@@ -20,6 +27,13 @@ class Known(NamedTuple):
 
     robot: Robot
     case: Case
+
+
+def place(text: str) -> str:
+    """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
 
 
 def one(name: str, how: str) -> Description:
@@ -31,20 +45,40 @@ def one(name: str, how: str) -> Description:
     return found[0]
 
 
+def is_foreign(path: Path) -> bool:
+    """Say whether a file is no description but a robot in another format, by its name."""
+    return path.suffix.lower() in FOREIGN
+
+
+def read(given: Given, description: Description, console: Console) -> Understood:
+    """Return what a description says, or a URDF, xacro, MJCF or driver's JSON in its place. Raises LoadError."""
+    arguments = given.values()
+    if is_foreign(description.path):
+        from ..importing.asking import understand_foreign
+
+        return understand_foreign(description.path, texts(arguments), console.ahead)
+    from ..pipeline import understand
+
+    return understand(description.path, arguments, console.ahead)
+
+
+def texts(arguments: Mapping[str, Any]) -> dict[str, str]:
+    """Return arguments as xacro takes them."""
+    return {name: str(value) for name, value in arguments.items()}
+
+
 def understood(given: Given, description: Description, console: Console) -> Known | None:
     """Return the robot of a description; None, after saying what is wrong, of one with errors."""
     from ..diagnostic import has_errors
     from ..load import LoadError
-    from ..pipeline import understand
     from ..rules.case import Case
     from ..rules.remarkable import collect
 
     try:
-        arguments = given.values()
+        expanded, built, diagnostics = read(given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, built, diagnostics = understand(description.path, arguments, console.ahead)
     if built is None or built.robot is None or expanded.tree is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..console import Console
+from .modes import mode_option, mode_states
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments
 from .single import Known, beyond_limit, edge_index, one, understood
 
@@ -14,16 +15,23 @@ if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
     from ..kinematics.graph import NoWay
     from ..kinematics.lookup import Answer
+    from ..kinematics.several import Position
     from ..model import Robot
 
 _HOW = "rosorin-compile tf SOURCE TARGET ROBOT"
 _MOST_DIGITS = 17
+# Options that may come several times: option, destination, form, help.
+_STATE = (
+    ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
+    ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; planar: 1,2,30deg; over pose and pulses"),
+    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "an answer for each of COUNT positions; several: all combinations"),
+)
 
 
 class Asked(NamedTuple):
     """The states of the joints that are asked for, and the joints that differ in them, with their units."""
 
-    states: list[dict[str, float]]
+    states: list[dict[str, Position]]
     swept: dict[str, str]
 
 
@@ -38,23 +46,12 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("-r", "--robot", default="", metavar="ROBOT", help="name in descriptions/, folder or file")
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
     state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
-    for option, dest, form, help in (
-        ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
-        ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; over pose and pulses"),
-        (
-            "--sweep",
-            "sweeps",
-            "JOINT=FROM:TO:COUNT",
-            "an answer for each of COUNT positions; several: all combinations",
-        ),
-    ):
+    for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
-    state.add_argument(
-        "--mode", action="append", metavar="NAME", dest="modes", help="a mode that is on (the others are off)"
-    )
+    mode_option(state, "off, where one is named")
     answer = command.add_mutually_exclusive_group()
-    answer.add_argument("--json", action="store_true", help="all of it, for programs")
+    answer.add_argument("--json", action="store_true", help="the result as JSON, in full")
     answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")
     answer.add_argument("--csv", action="store_true", help="one line a state: numbers in full, in m and rad")
     command.add_argument(
@@ -70,6 +67,9 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Print where a frame sits in another."""
     given, words = given_arguments(options, options.words)
+    value = next((word for word in words if "=" in word), None)
+    if value is not None:
+        raise WrongUsage(f"write --joint {value} for a position, --pulse {value} for a pulse")
     if not 2 <= len(words) <= 3 or (len(words) == 3 and options.robot):
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
@@ -163,22 +163,16 @@ def _form(answers: Sequence[Answer], asked: Asked, options: argparse.Namespace) 
     return "\n".join(blocks)
 
 
-def _in_modes(known: Known, modes: list[str] | None) -> Robot:
+def _in_modes(known: Known, modes: list[str]) -> Robot:
     """Return the robot with the edges of some modes only; of all if none are named. Raises WrongUsage."""
     from dataclasses import replace
 
     from ..rules import conditions
 
     robot = known.robot
-    if modes is None:
+    if not modes:
         return robot
-    on = {name.strip() for name in modes}
-    for name in sorted(on):
-        if name.removeprefix("not ").strip() not in robot.modes:
-            from ..diagnostic import did_you_mean
-
-            raise WrongUsage(f'there is no mode "{name}"; {did_you_mean(name, robot.modes) or "the robot has none"}')
-    combination = {mode: mode in on for mode in robot.modes}
+    combination = {**dict.fromkeys(robot.modes, False), **mode_states(robot, modes)}
     return replace(robot, edges=tuple(edge for edge in robot.edges if conditions.holds(edge.when, combination)))
 
 

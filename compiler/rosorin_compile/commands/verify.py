@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from ..project import Description
+from .modes import mode_option, mode_states
 from .shared import (
     FINE,
     PROBLEMS,
@@ -21,9 +22,11 @@ from .shared import (
     given_arguments,
     json_option,
 )
+from .single import is_foreign, read, texts
 
 if TYPE_CHECKING:
     from ..model import Robot
+    from ..pipeline import Compiled
     from ..verify import Options, Verdict
     from ..verify.expected import Choice
     from ..verify.findings import Finding
@@ -39,20 +42,22 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="SOURCE [ROBOT]",
         help="a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text on standard input; then the robot",
     )
-    argument_options(command)
-    json_option(command)
-    command.add_argument("--mode", action="append", default=[], metavar="NAME=on|off", help="a mode that is known")
+    mode_option(command, "as fits best")
     command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
-    command.add_argument("--pose", default="", help="the pose of the joints while tf2_echo was asked")
+    command.add_argument("--pose", default="", metavar="NAME", help="the pose of the joints while tf2_echo was asked")
     command.add_argument("--frames", nargs=2, metavar=("SOURCE", "TARGET"), help="what tf2_echo was asked for")
     command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
     command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
-    command.add_argument("--stale", type=float, default=1.0, metavar="S", help="age that is too old; default: 1 s")
+    command.add_argument(
+        "--stale", type=float, default=1.0, metavar="S", help="age in seconds that is too old; default: 1"
+    )
     command.add_argument("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
-    command.add_argument("--prefix", default="", help="prefix of the recorded frames, such as robot1/")
+    command.add_argument("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
     command.add_argument("--strict", action="store_true", help="take warnings for errors")
     command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
     command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+    json_option(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -62,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     if source != "-" and not Path(source).exists():
         raise WrongUsage(f"there is no {source}; name a rosbag2 folder, a .mcap or .db3 file, a text file, or -")
     console = Console("text")
-    compiled = compile_one(given, description, console)
+    compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
         console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors is nothing to compare with")
@@ -85,10 +90,24 @@ def run(options: argparse.Namespace) -> int:
         return PROBLEMS
     finally:
         bar.clear()
-    verdict = verdict._replace(findings=_placed(verdict, given, description))
+    verdict = verdict._replace(findings=_placed(verdict, given, description, console))
     _show(verdict, options, source, description.name, console)
     _write(verdict, options)
     return PROBLEMS if verdict.fails(options.strict) else FINE
+
+
+def _compiled(given: Given, description: Description, console: Console) -> Compiled:
+    """Return a description, or a robot in another format, with its artifacts."""
+    if not is_foreign(description.path):
+        return compile_one(given, description, console)
+    from ..importing.asking import compile_foreign
+    from ..load import LoadError
+    from ..pipeline import Compiled
+
+    try:
+        return compile_foreign(description.path, texts(given.values()), console.ahead)
+    except LoadError as problem:
+        return Compiled(None, (), [problem.diagnostic], ())
 
 
 def _asked(words: list[str]) -> tuple[str, Description]:
@@ -107,15 +126,7 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
     from ..diagnostic import did_you_mean
     from ..verify import Options
 
-    modes: dict[str, bool] = {}
-    for text in options.mode:
-        name, _, state = text.partition("=")
-        if name not in robot.modes:
-            known = did_you_mean(name, robot.modes) or "it has none"
-            raise WrongUsage(f'{robot.name} has no mode "{name}"; {known}')
-        if state not in ("on", "off"):
-            raise WrongUsage(f'"{text}" is not NAME=on or NAME=off')
-        modes[name] = state == "on"
+    modes = mode_states(robot, options.modes)
     owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
     for name in options.without:
         if name not in owners:
@@ -153,15 +164,15 @@ def _pose(name: str, robot: Robot) -> Choice | None:
     return Choice(pose.positions, name)
 
 
-def _placed(verdict: Verdict, given: Given, description: Description) -> list[Finding]:
+def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Finding]:
     """Return the findings with the places in the description of the edges that they are about."""
-    from ..pipeline import understand
     from ..tree import locate
 
     edges = {edge.name: edge for edge in verdict.description.edges}
-    if not any(finding.subject in edges for finding in verdict.findings):
+    expands = description.path.suffix == ".xacro"  # that runs code: once is enough
+    if expands or not any(finding.subject in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, built, _ = understand(description.path, given.values())
+    expanded, built, _ = read(given, description, console)
     if expanded.tree is None or built is None:
         return verdict.findings
     found = []

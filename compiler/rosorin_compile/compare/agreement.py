@@ -14,6 +14,7 @@ from ..model import (
     STATIC_TRANSFORM_PUBLISHER,
     Capsule,
     Cylinder,
+    Edge,
     HeightMap,
     Joint,
     Link,
@@ -94,11 +95,18 @@ def _facts(robot: Robot) -> Facts:
         facts |= _joint_facts(joint)
     for edge in robot.edges:
         # Of several rows for one frame the first one bears its name alone.
-        if edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
+        if edge.joint:
+            facts |= _pose_facts(_row(edge), edge.parent, robot.joint[edge.joint].origin)
+        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
             facts |= _pose_facts(edge.child, edge.parent, edge.pose)
     for link in robot.links:
         facts |= _mass_facts(link)
     return facts
+
+
+def _row(edge: Edge) -> str:
+    """Return the name of a frame in the row of a publisher that takes turns, as ``view`` has it."""
+    return f"{edge.child} when {' '.join(edge.when.split())}" if edge.when else edge.child
 
 
 def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
@@ -145,11 +153,13 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     if reading.artifact.backend == "urdf":
         joints = robot.in_urdf()
     elif reading.artifact.backend in ("static_tf", "static_tf_json"):
-        joints = robot.published_by(STATIC_TRANSFORM_PUBLISHER)
+        turns = [edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER]
+        joints = [*robot.published_by(STATIC_TRANSFORM_PUBLISHER), *(robot.joint[edge.joint] for edge in turns)]
     elif reading.artifact.backend in ("mjcf", "frames"):
         joints = robot.joints
     for joint in joints:
-        if not reading.view.parent(joint.child):
+        rows = [_row(edge) for edge in robot.turns.get(joint.name, ())] if reading.artifact.backend == "frames" else []
+        if not all(map(reading.view.parent, rows or [joint.child])):
             message = f"{reading.artifact.file} does not carry the frame {joint.child}, which it should"
             yield error(_RULE, message, None, _HELP)
 

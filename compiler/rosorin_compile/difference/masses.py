@@ -98,7 +98,8 @@ def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterato
     if parts:
         before, after = (row(t[i][j] for _, i, j in _NAMES) for t in (one.inertia, other.inertia))
         share = max(abs(other.inertia[i][j] - one.inertia[i][j]) for _, i, j in _NAMES) / largest
-        text = f"{name} inertia {', '.join(parts)} kg*m^2 (by {share * 100:.2g} % of the largest moment)"
+        percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
+        text = f"{name} inertia {', '.join(parts)} kg*m^2 (by {percent} % of the largest moment)"
         yield Item(MASS, name, "inertia", text, before, after, "kg*m^2")
 
 

@@ -14,7 +14,8 @@ from .values import MJCF, ROBOT_MODEL, URDF, YAML, Side
 _OURS = (".yaml", ".yml")
 _FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
 # What a person is to know before the file of a stranger is opened.
-_TOLD = ("xacro-runs-code",)
+_XACRO = "xacro-runs-code"
+_TOLD = (_XACRO,)
 
 
 class Read(NamedTuple):
@@ -23,6 +24,11 @@ class Read(NamedTuple):
     side: Side | None
     diagnostics: list[Diagnostic]
     left_out: tuple[str, ...] = ()
+
+    @property
+    def expanded(self) -> bool:
+        """Whether the file is a xacro, which takes arguments."""
+        return any(said.rule == _XACRO for said in self.diagnostics)
 
 
 def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:

@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..compare.shapes import Delta, largest_step
+from ..compare.shapes import Delta, Solid, largest_step
 from ..compare.words import amount, shapes_change
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
+from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
+from ..model.geometry import norm
 from .bodies import Bodies
 from .pairing import Pairing
+from .places import minus, turn_between
 from .printing import joined
 from .solids import Matched, Piece, match, pieces_of, seen
 from .values import ROBOT_MODEL, SHAPE, URDF, VISUAL, Item, Side
-from .wording import changed, row, several
+from .wording import changed, far, row, several
 
 COLLISION = "collision"
 
@@ -166,12 +168,14 @@ class _Shapes:
         return found.pairs
 
     def _item(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> Item:
-        change = Delta(tuple(p.solid for p in old), tuple(p.solid for p in new))
+        change = Delta(tuple(_in_metres(p.solid) for p in old), tuple(_in_metres(p.solid) for p in new))
         text = shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change)
-        far = largest_step(change) if old and new else None
+        largest = largest_step(change) if old and new else None
+        if len(old) == len(new) == 1 and not largest:
+            text += f": {_step(old[0].solid, new[0].solid)}"
         kind = SHAPE if self.purpose.name == COLLISION else VISUAL
         before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
-        return Item(kind, name, self.purpose.name, text, before, after, "m", far)
+        return Item(kind, name, self.purpose.name, text, before, after, "m", largest)
 
     def _pairs(self, pairs: Sequence[tuple[Piece, Piece]]) -> None:
         """Compare what else is said of solids that are the same: the names of mesh files, and colours."""
@@ -203,6 +207,24 @@ class _Shapes:
 def _words(piece: Piece) -> str:
     solid = piece.solid
     return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre)])
+
+
+def _in_metres(solid: Solid) -> Solid:
+    """Return a solid whose sizes are lengths: those of a mesh are factors."""
+    return solid._replace(sizes=()) if solid.kind == "mesh" else solid
+
+
+def _step(one: Solid, other: Solid) -> str:
+    """Return what became of one solid: another kind, another file, other sizes, or another place."""
+    if one.kind != other.kind:
+        return f"{one.kind} -> {other.kind}"
+    if one.words != other.words:
+        return f"{one.kind} {' '.join(one.words)} -> {' '.join(other.words)}"
+    if row(one.sizes) != row(other.sizes):
+        word = f"{one.kind} scale" if one.words else one.kind
+        return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
+    turn = turn_between(Transform(one.rows), Transform(other.rows))
+    return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
 
 
 def _is_simple(link: Link) -> bool:

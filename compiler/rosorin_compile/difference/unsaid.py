@@ -91,7 +91,8 @@ def unsaid(a: Side, b: Side) -> Unsaid:
         # What a simulation excludes beside what was asked for are the contacts of neighbours.
         topics.add("contact")
         counts = [TOPICS["contact"][1](side.robot) for side in (a, b)]
-        lines += [f"{counts[0]} and {counts[1]} disabled contacts: a simulation adds those of neighbours"]
+        if any(counts):
+            lines += [f"{counts[0]} and {counts[1]} disabled contacts: a simulation adds those of neighbours"]
     return Unsaid(frozenset(topics), lines)
 
 

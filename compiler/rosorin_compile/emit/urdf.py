@@ -66,7 +66,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     form = _Format(number, elements, output.options.get("version", "1.0"))
     groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
-    diagnostics: list[Diagnostic] = []
+    capsules: dict[str, int] = {}
     stand_ins: set[str] = set()
     steps = []
     for names, joint in groups:
@@ -75,13 +75,13 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
             link = robot.link[name]
             visual = moved_here(robot, name, carried, "visual") if "visual" in elements else []
             collision = collisions(robot, name, carried) if "collision" in elements else []
-            diagnostics += _unsaid(name, [*visual, *collision], form)
+            capsules[name] = sum(isinstance(solid.geometry, Capsule) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics += _left_out(robot, carried, elements)
+    diagnostics = [*_without_capsules(capsules, form), *_left_out(robot, carried, elements)]
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
@@ -252,11 +252,14 @@ def _reaches_by_fixed_joints(robot: Robot, link: str, carried: frozenset[str]) -
     return False
 
 
-def _unsaid(link: str, solids: list[Shape], form: _Format) -> list[Diagnostic]:
-    """Return a warning for the shapes that URDF 1.0 has no word for."""
-    capsules = sum(isinstance(solid.geometry, Capsule) for solid in solids) if form.version == "1.0" else 0
-    if not capsules:
+def _without_capsules(capsules: dict[str, int], form: _Format) -> list[Diagnostic]:
+    """Return the warning about capsules, counted by link: URDF 1.0 has no word for them."""
+    links = [link for link, count in capsules.items() if count]
+    if form.version != "1.0" or not links:
         return []
-    message = f"URDF 1.0 has no capsule: {capsules} on link {link} are written as cylinders of the same full length"
+    count, others = sum(capsules.values()), len(links) - 1
+    where = f"link {links[0]}" + (f" and {others} other link{'s' if others > 1 else ''}" if others else "")
+    become = "are written as cylinders" if count > 1 else "is written as a cylinder"
+    message = f"URDF 1.0 has no capsule: {count} on {where} {become} of the same full length"
     help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
     return [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]

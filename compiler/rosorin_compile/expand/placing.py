@@ -53,7 +53,7 @@ def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, m
             return prefix + name
         return parent if name == MOUNT and parent is not None else name
 
-    placer = _Placer(rename, (xyz, rpy), None if mirror is None else AXES[mirror])
+    placer = _Placer(rename, prefix, (xyz, rpy), None if mirror is None else AXES[mirror])
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
@@ -100,8 +100,8 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 class _Placer:
     """One method a section: takes an entry, returns it renamed, mirrored and attached."""
 
-    def __init__(self, rename: Rename, mount: tuple[Any, Any], mirror: int | None) -> None:
-        self.rename = rename
+    def __init__(self, rename: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None) -> None:
+        self.rename, self.prefix = rename, prefix
         self.mount = mount
         self.mirror = mirror
 
@@ -198,7 +198,7 @@ class _Placer:
         publisher = entry.get(key)
         if not isinstance(publisher, Map) or not isinstance(publisher.get("static_transform_publisher"), str):
             return {}
-        node = self.rename("") + publisher["static_transform_publisher"]
+        node = self.prefix + publisher["static_transform_publisher"]
         return {key: _with(publisher, {"static_transform_publisher": node})}
 
     def _mounted(self, entry: Map, changes: dict[str, Any]) -> dict[str, Any]:

@@ -12,9 +12,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
-from ..diagnostic import NOTE, WARNING, Diagnostic, Related, did_you_mean, error
-from ..expression.functions import FUNCTIONS, kind_of
+from ..diagnostic import NOTE, WARNING, Diagnostic, Related, error
+from ..expression.functions import FUNCTIONS
 from ..tree import Instance, Map, Place
+from .attaching import free_name, joint_above, root_of
+from .include_checks import check_include, kind, place_of
+from .mesh_names import moved, relative_files
 from .parts import sourced
 from .scope import Failed, Scope
 
@@ -25,10 +28,6 @@ if TYPE_CHECKING:
 Tell = Callable[[Diagnostic], None]
 
 ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
-_OF_FILE = ("file", "package", "packages", "args", "lenient")
-KEYS = (*_OF_FILE, "prefix", "parent", "xyz", "rpy", "joint", "publisher", "source", "for", "if")
-
-_TEXTS = ("file", "package", "prefix", "parent", "joint")
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses")
 # What the readers say to somebody at a command line, and what it is called here.
@@ -84,7 +83,7 @@ class Robots:
         """Return the sections of a robot, prefixed and attached. Raises Failed after reporting."""
         from .prefixing import prefixed
 
-        self._check(entry, scope)
+        check_include(entry, scope)
         via = Instance("included here", include.place.span, scope.via or include.place.via)
         tree = self._read(entry, scope, include, via)
         scope.count(_size(tree), *include.place)
@@ -96,31 +95,28 @@ class Robots:
             names = ", ".join(listed[:_FEW]) + more
             message = f'in elements that are kept as they are, "{prefix}" was put before {names}'
             self._say(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
-        return self._attached(made, entry, via, tree)
+        return self._attached(self._meshes(made, entry, via), entry, via, tree)
 
-    def _check(self, entry: Map, scope: Scope) -> None:
-        """Report keys and kinds of values that an include cannot have. Raises Failed after that."""
-        wrong = 0
-        for key in entry:
-            if key not in KEYS:
-                place = Place(entry.key_spans[key], scope.via or entry.via)
-                scope.report("unknown-key", f'an include has no key "{key}"', place, did_you_mean(key, KEYS))
-                wrong += 1
-        kinds: list[tuple[str, type, str]] = [(key, str, "text") for key in _TEXTS]
-        kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping"), ("lenient", bool, "true or false")]
-        for key, kind, word in kinds:
-            value = entry.get(key)
-            if not isinstance(value, kind) and (value is not None or key == "file"):
-                place = _place(entry, key, scope)
-                scope.report("wrong-type", f"{key} of an include is {word}, not {_kind(value)}", place)
-                wrong += 1
-        for name, folder in (entry.get("packages") or {}).items() if not wrong else ():
-            if not isinstance(folder, str):
-                place = _place(entry["packages"], name, scope)
-                scope.report("wrong-type", f"a package is a folder: text, not {_kind(folder)}", place)
-                wrong += 1
-        if wrong:
-            raise Failed
+    def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
+        """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
+        files = relative_files(made)
+        folder = entry.get("meshes")
+        if folder is not None:
+            if not files:
+                message = (
+                    f"{Path(entry['file']).name} names no mesh or texture by a relative path: nothing to put before"
+                )
+                span = entry.key_spans["meshes"]
+                self._say(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
+            return moved(made, folder)
+        if files:
+            more = f" and {len(files) - 1} more" if len(files) > 1 else ""
+            seen = f"seen from {Path(entry['file']).name}, but readers look from the artifacts"
+            message = f"files of meshes or textures are named as {seen}: {files[0]}{more}"
+            help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
+            span = entry.value_spans["file"]
+            self._say(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)
+        return made
 
     def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
         """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
@@ -186,12 +182,12 @@ class Robots:
         if folder is None:
             help = f"say where it is, packages: {{{package}: FOLDER}}, or set ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
             message = f'the package "{package}" is not found'
-            scope.report("package-missing", message, _place(entry, "package", scope), help)
+            scope.report("package-missing", message, place_of(entry, "package", scope), help)
             raise Failed
         inner = Path(os.path.normpath(name))
         if inner.is_absolute() or inner.parts[:1] == (os.pardir,):
             message = f'{name} is outside the folder of the package "{package}"'
-            scope.report("include-outside", message, _place(entry, "file", scope), "name a file in the package")
+            scope.report("include-outside", message, place_of(entry, "file", scope), "name a file in the package")
             raise Failed
         return Path(shown(folder / inner))
 
@@ -202,19 +198,19 @@ class Robots:
             return str(value).lower()
         if isinstance(value, (str, int, float)):
             return str(FUNCTIONS["str"](value))
-        message = f'the argument "{name}" of a xacro is text or a number, not {_kind(value)}'
-        scope.report("bad-argument", message, _place(values, name, scope))
+        message = f'the argument "{name}" of a xacro is text or a number, not {kind(value)}'
+        scope.report("bad-argument", message, place_of(values, name, scope))
         raise Failed
 
     def _attached(self, made: Map, entry: Map, via: Instance, tree: Map) -> Map:
         """Return a robot with the joint that attaches its root, and a source for each of its entries."""
         parent = entry.get("parent")
         if parent is not None:
-            root = _root(made)
+            root = root_of(made)
             joints = Map(made.span)
-            name = str(entry.get("joint") or _free_name(root, made))
+            name = str(entry.get("joint") or free_name(root, made))
             span = entry.value_spans["joint" if entry.get("joint") else "parent"]
-            joints.put(name, _joint(root, entry, via.parent), span, span)
+            joints.put(name, joint_above(root, entry, via.parent), span, span)
             for other, joint in (made.get("joints") or {}).items():
                 if other == name:
                     self._taken(name, via, made["joints"])
@@ -260,40 +256,3 @@ def _size(node: Any) -> int:
     """Return how many values a piece of a tree holds, itself included."""
     items = node.values() if isinstance(node, Map) else node if isinstance(node, list) else ()
     return 1 + sum(map(_size, items))
-
-
-def _root(tree: Map) -> str:
-    """Return the root link of a robot: what is read as one has a single root."""
-    children = {joint["child"] for joint in (tree.get("joints") or {}).values()}
-    return next(str(name) for name in tree["links"] if name not in children)
-
-
-def _free_name(root: str, tree: Map) -> str:
-    """Return a name for the joint above a root that no joint of the robot has."""
-    taken = tree.get("joints") or ()
-    name = f"{root}_joint"
-    while name in taken:
-        name = name.removesuffix("_joint") + "_mount_joint"
-    return name
-
-
-def _joint(root: str, entry: Map, via: Instance | None) -> Map:
-    """Return the joint that attaches a root: what the include says of it, at its places."""
-    span = entry.value_spans["parent"]
-    made = Map(span, via)
-    made.put("type", "fixed", span, span)
-    made.put("child", root, span, span)
-    for key in ("parent", "xyz", "rpy", "publisher"):
-        if entry.get(key) is not None:
-            made.put(key, entry[key], entry.key_spans[key], entry.value_spans[key])
-    return made
-
-
-def _place(entry: Map, key: str, scope: Scope) -> Place:
-    return Place(entry.value_spans.get(key, entry.span), scope.via or entry.via)
-
-
-def _kind(value: Any) -> str:
-    if isinstance(value, (Map, list)):
-        return "a mapping" if isinstance(value, Map) else "a list"
-    return "empty" if value is None else kind_of(value)

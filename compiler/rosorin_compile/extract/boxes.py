@@ -7,9 +7,13 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from . import writing
-from .fits import Fit, fits
+from .fits import Fit, Tell, fits
 from .measure import Measured, Ruler
 from .parts import Part
+from .progress import Progress
+
+# The share of the time that fitting takes, the rest is measuring: about.
+_FITTING = 0.6
 
 HEAD = ("part", "shape", "volume", "overhang", "sticks out", "overlap")
 
@@ -27,11 +31,23 @@ class Fitted(NamedTuple):
         return min(self.fits, key=lambda kind: self.fits[kind].volume)
 
 
-def fit_part(part: Part, digits: int, stack: int, axis: str) -> Fitted:
-    """Return shapes of every kind around a part, measured."""
-    made = fits(part.triangles, digits, stack, axis)
+def fit_parts(parts: Sequence[Part], digits: int, stack: int, axis: str) -> list[Fitted]:
+    """Return shapes of every kind around each part, measured."""
+    progress = Progress("fitting")
+    try:
+        return [_fit(part, digits, stack, axis, progress.part(index, len(parts))) for index, part in enumerate(parts)]
+    finally:
+        progress.end()
+
+
+def _fit(part: Part, digits: int, stack: int, axis: str, tell: Tell) -> Fitted:
+    made = fits(part.triangles, digits, stack, axis, lambda share: tell(_FITTING * share))
     ruler = Ruler(part.triangles)
-    return Fitted(part, made, {kind: ruler.measure(fit) for kind, fit in made.items()})
+    measured: dict[str, Measured] = {}
+    for kind, fit in made.items():
+        tell(_FITTING + (1 - _FITTING) * len(measured) / len(made))
+        measured[kind] = ruler.measure(fit)
+    return Fitted(part, made, measured)
 
 
 def table(fitted: Sequence[Fitted], kinds: Sequence[str]) -> list[str]:

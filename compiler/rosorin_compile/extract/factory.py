@@ -17,11 +17,12 @@ from ..model import Box, HeightMap
 from ..tree import Map
 from . import digits, writing
 from .files import MARK
-from .fits import box
+from .fits import axis_aligned
 from .heights import Wanted, make_map
 from .meshes import placed
 from .parts import AUTO, RobotSource, part_of_link
 from .problems import ExtractProblem, fail
+from .progress import Progress
 
 _KEYS = (
     "type",
@@ -109,16 +110,24 @@ def extract(source: RobotSource, package: str, asked: Asked) -> Factory:
             source.link(link)
     made.joints = list(source.robot.joint)
     made.files["joints.yaml"] = _joints(source, package)
-    for link in source.robot.link:
-        part = None if link == asked.map_link else part_of_link(source, link, asked.section)
-        if part is not None:
-            shape = box(part.triangles, asked.digits).geometry
-            assert isinstance(shape, Box)  # noqa: S101
-            made.boxes[link] = shape
+    _add_boxes(source, asked, made)
     if asked.map_link is not None:
         _add_map(source, package, asked, made)
     made.files["boxes.yaml"] = _boxes(source, package, made)
     return made
+
+
+def _add_boxes(source: RobotSource, asked: Asked, made: Factory) -> None:
+    """Add the box around the meshes of each link but that of the height map."""
+    progress = Progress("measuring")
+    try:
+        for index, link in enumerate(source.robot.link):
+            progress(index, len(source.robot.link))
+            part = None if link == asked.map_link else part_of_link(source, link, asked.section)
+            if part is not None:
+                made.boxes[link] = axis_aligned(part.triangles, asked.digits)
+    finally:
+        progress.end()
 
 
 def _add_map(source: RobotSource, package: str, asked: Asked, made: Factory) -> None:

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+Tell = Callable[[float], None]
 
 KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack")
 AXES = ("x", "y", "z")
@@ -46,16 +49,21 @@ class Fit:
         return sum(_volume(piece) for piece in self.pieces)
 
 
-def fits(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict[str, Fit]:
-    """Return a shape of each kind around triangles (n, 3, 3), by kind; ``stack`` boxes along x, y, z or auto."""
+def fits(
+    triangles: Floats, digits: int, stack: int, axis: str = "auto", tell: Tell = lambda _share: None
+) -> dict[str, Fit]:
+    """Return a shape of each kind around triangles (n, 3, 3), by kind; ``stack`` boxes along x, y, z or auto.
+
+    ``tell`` hears the share that is done, from 0 to 1.
+    """
     hull, normals = _hull(triangles)
-    turned = _oriented(hull, normals, digits)
+    turned = _oriented(hull, normals, digits, tell)
     frames = [Transform(), turned.pose.transform()]
     directions = [_ALONG[name] for name in AXES]
     if turned.pose.rpy != (0, 0, 0):
         directions += [angles_of_axis(frames[1], index) for index in range(3)]
     return {
-        "box": Fit("box", (box(triangles, digits),)),
+        "box": Fit("box", (Shape(axis_aligned(triangles, digits)),)),
         "oriented_box": Fit("oriented_box", (turned,)),
         "cylinder": Fit("cylinder", (_smallest([_cylinder(hull, rpy, digits) for rpy in directions]),)),
         "capsule": Fit("capsule", (_smallest([_capsule(hull, rpy, digits) for rpy in directions]),)),
@@ -63,9 +71,9 @@ def fits(triangles: Floats, digits: int, stack: int, axis: str = "auto") -> dict
     }
 
 
-def box(triangles: Floats, digits: int) -> Shape:
+def axis_aligned(triangles: Floats, digits: int) -> Box:
     """Return the axis-aligned box around triangles (n, 3, 3)."""
-    return Shape(_box_between(*bounds(triangles), digits))
+    return _box_between(*bounds(triangles), digits)
 
 
 def _box_between(lower: Floats, upper: Floats, digits: int) -> Box:
@@ -98,13 +106,16 @@ def _hull(triangles: Floats) -> tuple[Floats, Floats]:
     return points[np.sort(hull.vertices)], faces[np.argsort(-np.round(total, 12), kind="stable")][:_MOST_FACES]
 
 
-def _oriented(hull: Floats, normals: Floats, digits: int) -> Shape:
+def _oriented(hull: Floats, normals: Floats, digits: int, tell: Tell) -> Shape:
     """Return the smallest box around points: along the axes, turned about one of them, or on a face of the hull."""
     import numpy as np
 
     best = _turned_box(hull, (0.0, 0.0, 0.0), digits)
     for group in ([np.eye(3)[2]], [np.eye(3)[0], np.eye(3)[1]], list(normals)):
-        tried = [_on_face(hull, normal) for normal in group]
+        tried: list[tuple[float, Floats]] = []
+        for normal in group:
+            tell(len(tried) / len(group))
+            tried.append(_on_face(hull, normal))
         if tried:
             _, frame = min(tried, key=lambda volume_and_frame: volume_and_frame[0])
             turned = _turned_box(hull, nice_angles(frame), digits)

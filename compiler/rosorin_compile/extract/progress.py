@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import time
+from collections.abc import Callable
 
 _AFTER = 1.0  # seconds
 _EVERY = 0.1
@@ -30,6 +31,10 @@ class Progress:
         bar = "#" * full + "." * (_WIDTH - full)
         sys.stderr.write(f"\r{self.what} [{bar}] {100 * done // max(total, 1):3d}%")
         sys.stderr.flush()
+
+    def part(self, index: int, count: int) -> Callable[[float], None]:
+        """Return what is told the share (0 to 1) that is done of one part of several."""
+        return lambda share: self(int(1000 * (index + share)), 1000 * count)
 
     def end(self) -> None:
         """Wipe the bar off."""

@@ -8,8 +8,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from ..model import UNPUBLISHED, Edge, Joint, Pose, Publisher, Robot, Transform
-
-Positions = Mapping[str, float]
+from .several import Positions, at
 
 
 class NoWay(Exception):
@@ -64,7 +63,7 @@ class Step(NamedTuple):
     def transform(self, robot: Robot, positions: Positions) -> Transform:
         """Return the child in the parent at joint positions (radians or metres). Raises ValueError if not known."""
         if self.joint is not None:
-            return self.joint.transform(robot.position(self.joint, positions))
+            return self.joint.transform(at(robot, self.joint, positions))
         if self.pose is None:
             raise ValueError(f"the description does not know {self.parent} -> {self.child}")
         return self.pose.transform()

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 from ..model import Robot, Transform, Vector
 from ..model.motion import motion
-from .graph import Graph, Move, Positions, Step
+from .graph import Graph, Move, Step
 from .quaternions import UNIT, Quaternion, Rows, inverse, of_rows, product, rotate, rows_of_rpy, rpy, to_rows
+from .several import Positions, at
 
 _Accumulated = tuple[Quaternion, Vector]
 _NOTHING: _Accumulated = (UNIT, (0.0, 0.0, 0.0))
@@ -89,7 +90,7 @@ def _published(step: Step, robot: Robot, positions: Positions) -> Transform:
     joint = step.joint
     if joint is None or joint.is_fixed:
         return mount
-    return mount.then(motion(joint.type, joint.axis, robot.position(joint, positions)))
+    return mount.then(motion(joint.type, joint.axis, at(robot, joint, positions)))
 
 
 def _plus(a: Vector, b: Vector) -> Vector:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
@@ -12,7 +12,8 @@ from ..diagnostic import did_you_mean
 from ..expression import ExpressionError, evaluate
 from ..model import Joint, Robot
 from ..pulses import to_radians
-from ..quantity import ANGLE, LENGTH, NUMBER, describe, dimension_of, parse_quantity, unknown_unit
+from ..quantity import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of, parse_quantity, unknown_unit
+from .several import FORMS, KINDS, Position, Positions, at, from_angles
 
 # Positions come from pulses and printed limits: a hair beyond is rounding (as in the rules about poses).
 ROUNDING = 1e-6
@@ -68,16 +69,37 @@ def free_joint(robot: Robot, name: str) -> Joint:
     if joint.mimic is not None:
         raise NoState(f'joint "{name}" follows "{joint.mimic.joint}": set that one')
     if not joint.moves:
-        why = "it never moves" if joint.type == "fixed" else "its position is not one number; it stays at zero"
+        why = "it never moves" if joint.type == "fixed" else "its position is not one number"
         raise NoState(f'joint "{name}" is {joint.type}: {why}')
     return joint
 
 
+def place(robot: Robot, name: str, text: str) -> Position:
+    """Return where a joint is as it is written: of a planar or floating one several numbers. Raises NoState."""
+    joint = robot.joint.get(name)
+    if joint is None or joint.type not in FORMS:
+        return position(free_joint(robot, name), text)
+    parts = [part.strip() for part in text.split(",")]
+    form = next((form for form in FORMS[joint.type] if len(form) == len(parts)), None)
+    if form is None:
+        forms = " or ".join(f"{name}={','.join(form)}" for form in FORMS[joint.type])
+        raise NoState(f'joint "{name}" is {joint.type}: write {forms}')
+    numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
+    if "roll" in form:
+        return from_angles(numbers)
+    if "qw" in form and not any(numbers[3:]):
+        raise NoState(f'the quaternion of joint "{name}" is zero: {text}')
+    return numbers
+
+
 def position(joint: Joint, text: str) -> float:
     """Return a position as it is written: a number in SI units, a quantity, an expression. Raises NoState."""
+    return _number(joint, text, ANGLE if joint.type in _TURNS else LENGTH)
+
+
+def _number(joint: Joint, text: str, wanted: Dimension) -> float:
     quantity = parse_quantity(text)
     value = _evaluated(joint, text) if quantity is None else quantity
-    wanted = ANGLE if joint.type in _TURNS else LENGTH
     dimension = dimension_of(value)
     if dimension not in (None, NUMBER, wanted):
         raise NoState(f'joint "{joint.name}" is {joint.type}: {text} is {describe(dimension)}, not {describe(wanted)}')
@@ -104,18 +126,20 @@ def _evaluated(joint: Joint, text: str) -> float:
     return value
 
 
-def given(robot: Robot, pose: str, joints: Iterable[str], pulses: Iterable[str]) -> dict[str, float]:
+def given(robot: Robot, pose: str, joints: Iterable[str], pulses: Iterable[str]) -> dict[str, Position]:
     """Return the positions of a named pose ("" for none), then pulses, then positions; what is said later wins.
 
     Raises NoState, and NoServo and NoPulse of ``pulses``.
     """
-    found = pose_of(robot, pose) if pose else {}
+    found: dict[str, Position] = {}
+    if pose:
+        found |= pose_of(robot, pose)
     for text in pulses:
         name, value = split(text, "JOINT=PULSE")
         found |= to_radians(robot, {name: whole(value)})
     for text in joints:
         name, value = split(text, "JOINT=POSITION")
-        found[name] = position(free_joint(robot, name), value)
+        found[name] = place(robot, name, value)
     return found
 
 
@@ -142,7 +166,7 @@ def sweep_of(robot: Robot, text: str) -> Sweep:
     return Sweep(name, tuple(positions))
 
 
-def states(start: Mapping[str, float], sweeps: Sequence[Sweep]) -> Iterator[dict[str, float]]:
+def states(start: Positions, sweeps: Sequence[Sweep]) -> Iterator[dict[str, Position]]:
     """Yield the states of sweeps: of several every combination, the last one fastest. Raises NoState for too many."""
     count = math.prod(len(sweep.positions) for sweep in sweeps)
     if count > MAX_STATES:
@@ -151,7 +175,7 @@ def states(start: Mapping[str, float], sweeps: Sequence[Sweep]) -> Iterator[dict
         yield {**start, **{sweep.joint: value for sweep, value in zip(sweeps, values, strict=True)}}
 
 
-def beyond(robot: Robot, state: Mapping[str, float]) -> Iterator[Beyond]:
+def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
     """Yield the joints that a state puts beyond a limit, those that follow a joint of the state included."""
     for joint in robot.joints:
         leader = joint
@@ -159,9 +183,11 @@ def beyond(robot: Robot, state: Mapping[str, float]) -> Iterator[Beyond]:
             leader = robot.joint[leader.mimic.joint]
         if leader.name not in state or joint.limit is None or joint.type == "continuous":
             continue
-        at = robot.position(joint, state)
+        here = at(robot, joint, state)
         lower, upper = joint.limit.lower, joint.limit.upper
-        if lower is not None and at < lower - ROUNDING:
-            yield Beyond(joint, at, "lower", lower)
-        elif upper is not None and at > upper + ROUNDING:
-            yield Beyond(joint, at, "upper", upper)
+        if isinstance(here, tuple):
+            continue
+        if lower is not None and here < lower - ROUNDING:
+            yield Beyond(joint, here, "lower", lower)
+        elif upper is not None and here > upper + ROUNDING:
+            yield Beyond(joint, here, "upper", upper)

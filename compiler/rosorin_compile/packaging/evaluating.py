@@ -5,12 +5,16 @@ from __future__ import annotations
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from types import MappingProxyType
 from typing import Any
 
 Names = Mapping[str, Any]
 _MOST = 10_000  # characters or items; a launch file has no need of more
 _LARGEST = 10**30
+_CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
 
 
 class Unknown(Exception):
@@ -26,7 +30,7 @@ _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 
 
 def value(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression of plain values, ``str()``, ``math.pi``, joins of paths and ``names``.
+    """Return the value of an expression of plain values and ``names``, of joins of paths, of a few calls and ``math.pi``.
 
     Raises Unknown for anything else.
     """
@@ -40,7 +44,7 @@ def value(node: ast.expr, names: Names) -> Any:
         return math.pi
     try:
         return _combined(node, names)
-    except (ArithmeticError, IndexError, TypeError, ValueError) as problem:
+    except (ArithmeticError, LookupError, TypeError, ValueError) as problem:
         raise Unknown from problem
 
 
@@ -57,6 +61,10 @@ def _combined(node: ast.expr, names: Names) -> Any:
     if isinstance(node, ast.Subscript):
         index = value(node.slice, names)
         return value(node.value, names)[index]
+    if isinstance(node, ast.Dict):
+        return {value(key, names): value(item, names) for key, item in zip(node.keys, node.values, strict=True) if key}
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "split":
+        return _split(value(node.func.value, names), [value(argument, names) for argument in node.args])
     if isinstance(node, ast.Call) and not node.keywords:
         return _called(ast.unparse(node.func), [value(argument, names) for argument in node.args])
     raise Unknown
@@ -74,6 +82,12 @@ def _called(function: str, arguments: list[Any]) -> Any:
     raise Unknown
 
 
+def _split(text: Any, arguments: list[Any]) -> list[str]:
+    if not isinstance(text, str) or len(arguments) > 1:
+        raise Unknown
+    return text.split(*arguments)
+
+
 def _part(node: ast.expr, names: Names) -> str:
     if isinstance(node, ast.FormattedValue):
         if node.format_spec is not None or node.conversion != -1:
@@ -89,19 +103,32 @@ def _short(result: Any) -> Any:
     return result
 
 
-def constants(tree: ast.AST) -> dict[str, Any]:
-    """Return the names of a program that are assigned once, and to a plain value."""
-    assigned: dict[str, list[ast.expr]] = {}
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Assign):
-            for target in node.targets:
-                if isinstance(target, ast.Name):
-                    assigned.setdefault(target.id, []).append(node.value)
-    found: dict[str, Any] = {}
-    for name, values in assigned.items():
-        if len(values) == 1:
-            try:
-                found[name] = value(values[0], found)
-            except Unknown:
-                continue
+def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
+    """Return ``names``, and those that a program or function assigns once, and to a plain value.
+
+    What it assigns more often, or changes in place, has no value that is known here.
+    """
+    nodes = list(ast.walk(tree))
+    times = Counter(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load))
+    times.update(name for node in nodes for name in _changed(node))
+    found = {name: known for name, known in names.items() if not times[name]}
+    for node in nodes:
+        targets = (
+            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
+        )
+        for target in targets:
+            if isinstance(target, ast.Name) and times[target.id] == 1 and node.value is not None:
+                with suppress(Unknown):
+                    found[target.id] = value(node.value, found)
     return found
+
+
+def _changed(node: ast.AST) -> Iterator[str]:
+    """Yield the name whose list or table a node changes: ``name.append(...)``, ``name[0] = ...``."""
+    changed: ast.expr | None = None
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _CHANGES:
+        changed = node.func.value
+    elif isinstance(node, ast.Subscript) and not isinstance(node.ctx, ast.Load):
+        changed = node.value
+    if isinstance(changed, ast.Name):
+        yield changed.id

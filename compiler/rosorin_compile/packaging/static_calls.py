@@ -57,13 +57,13 @@ def _python(_: str, text: str) -> Iterator[Call]:
         if not _starts_publisher(given, names):
             continue
         arguments = given.get("arguments", ast.List([], ast.Load()))
-        plain = _arguments(arguments, names)
+        plain = _arguments(arguments, names if function is None else _inside(function, names))
         if plain is not None or function is None:
             yield Call(node.lineno, plain)
             continue
         called = list(_calls_of(function.name, tree))
         for call in called:
-            yield Call(call.lineno, _arguments(arguments, _bound(function, call, names)))
+            yield Call(call.lineno, _arguments(arguments, constants(function, _bound(function, call, names))))
         if not called:
             yield Call(node.lineno, None)
 
@@ -102,6 +102,18 @@ def _calls_of(function: str, tree: ast.Module) -> Iterator[ast.Call]:
     yield from sorted((call for call in found if ast.unparse(call.func) == function), key=lambda call: call.lineno)
 
 
+def _parameters(function: ast.FunctionDef) -> set[str]:
+    every = function.args
+    more = [one for one in (every.vararg, every.kwarg) if one is not None]
+    return {argument.arg for argument in (*every.posonlyargs, *every.args, *every.kwonlyargs, *more)}
+
+
+def _inside(function: ast.FunctionDef, names: Mapping[str, Any]) -> dict[str, Any]:
+    """Return ``names`` as a function has them whoever calls it: without its parameters, with its own constants."""
+    taken = _parameters(function)
+    return constants(function, {name: known for name, known in names.items() if name not in taken})
+
+
 def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) -> dict[str, Any]:
     """Return ``names`` as they are inside a function: its parameters have the plain values of a call, or no value."""
     parameters = [argument.arg for argument in (*function.args.posonlyargs, *function.args.args)]
@@ -112,8 +124,7 @@ def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) 
     expressions.update({argument.arg: default for argument, default in only if default is not None})
     expressions.update(zip(parameters, call.args, strict=False))
     expressions.update({keyword.arg: keyword.value for keyword in call.keywords if keyword.arg})
-    every = {*parameters, *(argument.arg for argument in function.args.kwonlyargs)}
-    found = {name: known for name, known in names.items() if name not in every}
+    found = {name: known for name, known in names.items() if name not in _parameters(function)}
     if any(isinstance(argument, ast.Starred) for argument in call.args) or any(not word.arg for word in call.keywords):
         return found  # which parameter gets what is known only when it runs
     for name, expression in expressions.items():

@@ -91,7 +91,9 @@ class Complaint:
     def _propertynames(self) -> list[Diagnostic]:
         name = self.kind.value.instance
         message = f'"{name}" cannot be a name in {self.where}'
-        return [self._make("bad-name", message, "use letters, digits and _", [*self.path, name], True)]
+        plain = self.schema_path[0] != "$defs"  # else it is the form that links and joints have
+        help = "use letters, digits and _" if plain else "no markup, no quotes; spaces only within"
+        return [self._make("bad-name", message, help, [*self.path, name], True)]
 
     def _minlength(self) -> list[Diagnostic]:
         return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]

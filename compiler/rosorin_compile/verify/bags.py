@@ -9,11 +9,14 @@ from typing import Any
 
 import numpy as np
 
-from . import cdr
+from ..diagnostic import WARNING
+from . import cdr, cut
 from .arrays import SECOND, Samples
-from .findings import problem
+from .clock import Clock
+from .findings import Finding, count, problem
+from .joints import in_order
 from .recording import MAX_DESCRIPTIONS, Batch, Recording
-from .topics import JOINTS, ROBOT, TF, TF_STATIC, Topic, topics_of
+from .topics import CLOCK, JOINTS, ROBOT, TF, TF_STATIC, Topic, topics_of
 
 BATCH = 16_384
 BATCH_BYTES = 32 << 20
@@ -37,25 +40,47 @@ class _Damage(Exception):
 
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
     """Read rosbag2 folders or files, one after the other, into a recording. Raises Unreadable."""
+    clock = Clock(recording)
     for path in paths:
-        with _opened(path) as reader:
-            _read_one(reader, path, recording, progress)
+        for file in _files(path):
+            with _opened(file, recording) as reader:
+                _read_one(reader, file, recording, clock, progress)
     recording.finish()
 
 
-def _opened(path: Path) -> Any:
-    """Return an open reader. Raises Unreadable."""
+def _files(path: Path) -> Sequence[Path]:
+    """Return a folder as it is, or its files if one of them is cut: rosbags opens all of a folder or nothing."""
+    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3")) if path.is_dir() else ()
+    return files if any(map(cut.is_cut, files)) else [path]
+
+
+def _opened(path: Path, recording: Recording) -> Any:
+    """Return an open reader; of a file whose end is missing one of what is left. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
         help = "pip install 'rosorin-compile[verify]'"
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
+    left = cut.opened(path) if path.is_file() and cut.is_cut(path) else None
+    if left is not None:
+        recording.troubles.append(_cut_off(path, left))
+        return _Closing(left)
     try:
         reader = Reader(path)
         reader.open()
-    except Exception as problem:
-        raise Unreadable(f"{path} cannot be read: {_reason(problem)}", _help(path)) from None
+    except Exception as wrong:
+        raise Unreadable(f"{path} cannot be read: {_reason(wrong)}", _help(path)) from None
     return _Closing(reader)
+
+
+def _cut_off(path: Path, left: cut.CutReader) -> Finding:
+    """Return the finding for a file whose end is missing."""
+    until = (left.end_time - left.start_time) / SECOND
+    said = f"it ends {until:.1f} s after its begin, with {count(left.message_count, 'message')}"
+    message = f"{path.name} is cut off: {said if left.message_count else 'it ends before its first message'}"
+    help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
+    numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}
+    return problem("recording-cut-off", "the recording", message, help, severity=WARNING, numbers=numbers)
 
 
 class _Closing:
@@ -83,11 +108,11 @@ def _help(path: Path) -> str:
     return "if the recorder was stopped hard, ros2 bag reindex FOLDER may help"
 
 
-def _read_one(reader: Any, path: Path, recording: Recording, progress: Progress) -> None:
+def _read_one(reader: Any, path: Path, recording: Recording, clock: Clock, progress: Progress) -> None:
     topics = topics_of(reader, recording)
     options = recording.description.options
-    count, first = int(reader.message_count), int(reader.start_time)
-    if not count:
+    number, first = int(reader.message_count), int(reader.start_time)
+    if not number:
         return
     start = first if options.since is None else first + int(options.since * SECOND)
     stop = None if options.until is None else first + int(options.until * SECOND)
@@ -96,12 +121,13 @@ def _read_one(reader: Any, path: Path, recording: Recording, progress: Progress)
     if not wanted:
         return
     latched = [connection for connection in wanted if topics[connection.id].kind in (TF_STATIC, ROBOT)]
+    decoder = _Decoder(recording, clock)
     try:
         if start > first and latched:
-            _take_all(reader.messages(latched, stop=start), topics, recording, progress, count)
-            recording.start = start
+            _take_all(reader.messages(latched, stop=start), topics, decoder, progress, number)
+            recording.begin_at(start)
         late = None if start == first else start
-        _take_all(reader.messages(wanted, start=late, stop=stop), topics, recording, progress, count)
+        _take_all(reader.messages(wanted, start=late, stop=stop), topics, decoder, progress, number)
     except _Damage as wrong:
         text = f"{path} is damaged: after {recording.messages:,} messages, {wrong}"
         help = f"what came before is compared all the same; {_help(path)}"
@@ -124,12 +150,11 @@ def _whole(messages: Iterator[tuple[Any, int, bytes]]) -> Iterator[tuple[Any, in
 def _take_all(
     messages: Iterator[tuple[Any, int, bytes]],
     topics: dict[int, Topic],
-    recording: Recording,
+    decoder: _Decoder,
     progress: Progress,
     count: int,
 ) -> None:
     """Read messages in batches. Raises _Damage, after the messages before have been taken."""
-    decoder = _Decoder(recording)
     waiting: dict[int, tuple[list[int], list[bytes], list[int]]] = {key: ([], [], []) for key in topics}
     number = size = 0
     try:
@@ -142,7 +167,7 @@ def _take_all(
             size += len(raw)
             if number >= BATCH or size >= BATCH_BYTES:
                 decoder.take(waiting, topics, number)
-                progress(recording.messages, count)
+                progress(decoder.recording.messages, count)
                 number = size = 0
     except _Damage:
         decoder.take(waiting, topics, number)
@@ -153,8 +178,9 @@ def _take_all(
 class _Decoder:
     """Decodes batches of raw messages into a recording."""
 
-    def __init__(self, recording: Recording) -> None:
+    def __init__(self, recording: Recording, clock: Clock) -> None:
         self.recording = recording
+        self.clock = clock
         self.transforms = cdr.Reader(cdr.transforms)
         self.states = cdr.Reader(cdr.joint_state)
         self.frames: dict[bytes, str] = {}
@@ -163,6 +189,10 @@ class _Decoder:
         """Decode what waits, and forget it."""
         batch = Batch()
         self.recording.messages += number
+        self.clock.put(waiting, topics)
+        came = [times for times, _, _ in waiting.values() if times]
+        if came:
+            self.recording.came(np.concatenate(came), len(topics))
         for key, (times, raws, order) in waiting.items():
             if not raws:
                 continue
@@ -175,7 +205,7 @@ class _Decoder:
                 self._states(times, raws, broken)
             elif topic.kind == ROBOT:
                 self._robot(raws, broken)
-            else:
+            elif topic.kind != CLOCK:
                 self._headers(batch, topic, times, raws, broken)
             if broken:
                 self._broken(topic, broken)
@@ -201,8 +231,8 @@ class _Decoder:
         for group in self.states.groups(raws, broken):
             item = group.layout.items[0]
             stamps[group.places] = group.stamps(item.stamp)
-            positions = group.doubles(item.numbers, item.size)
-            places.setdefault((item.names, item.size), []).append((group.places, positions))
+            names, positions = in_order(item.names, group.doubles(item.numbers, item.size))
+            places.setdefault((names, item.size), []).append((group.places, positions))
         if places:
             good = np.sort(np.concatenate([part[0] for parts in places.values() for part in parts]))
             joints.pace.add(received[good], stamps[good], self.recording.start or 0)

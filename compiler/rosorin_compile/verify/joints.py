@@ -17,6 +17,16 @@ REMEMBERED = 32_768
 MAX_PUBLISHERS = 16
 MAX_NAMES = 1000
 BEYOND = 1e-6
+# A servo that holds its place trembles by some steps (rad, or m).
+TREMBLING = 0.02
+
+
+def in_order(names: tuple[str, ...], positions: Floats) -> tuple[tuple[str, ...], Floats]:
+    """Return names and positions (n, number of names) sorted by name: some drivers name their joints in any order."""
+    if positions.shape[1] != len(names):
+        return names, positions
+    order = sorted(range(len(names)), key=names.__getitem__)
+    return tuple(names[at] for at in order), positions[:, order]
 
 
 class _Ring:
@@ -67,13 +77,15 @@ class JointLog:
         self.description = description
         self.pace = Pace()
         self.ranges: dict[str, Range] = {}
-        self.leaps = Leaps()
-        self.too_short = 0  # messages with fewer positions than names
+        self.leaps = Leaps(leap=TREMBLING)
+        self.too_short = 0  # messages with fewer positions than names; those without any speak of speeds or efforts
         self.names_first: tuple[str, ...] = ()
         self._rings: dict[tuple[str, ...], _Ring] = {}
 
     def add(self, names: tuple[str, ...], received: Times, stamps: Times, positions: Floats) -> None:
         """Take joint states that name the same joints; ``positions`` (n, number of names) in rad or m."""
+        if not positions.shape[1]:
+            return
         if positions.shape[1] < len(names):
             self.too_short += len(stamps)
             names = names[: positions.shape[1]]

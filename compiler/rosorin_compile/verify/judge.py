@@ -24,6 +24,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
     found += judge_edges.edges(recording)
     found += judge_tree.missing(recording)
     found += judge_tree.stale(recording)
+    found += judge_tree.late(recording)
     found += judge_tree.clocks(recording)
     found += judge_joints.joints(recording)
     found += judge_joints.robot_description(recording, artifacts)

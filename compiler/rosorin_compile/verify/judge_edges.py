@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from ..diagnostic import WARNING, did_you_mean
 from ..model import Transform
 from .arrays import SECOND, Samples, transform_from
-from .expected import Description, Expected
+from .expected import Expected
 from .findings import Finding, count, difference, half_turn_about, pose_text, problem, rate_text, seconds, share
 from .leaps import FEWEST_TWICE, Leaps
 from .recording import Recording
@@ -16,6 +16,8 @@ from .series import Series, Wrong
 
 # A stream is told to be published twice from this share of stamps on that come twice.
 DOUBLES = 0.4
+_FEW = 3
+_DECLARE = "declare it under edges, with the node that publishes it"
 _DOUBLED = "tf2 takes whichever came last: let one node publish it"
 
 
@@ -47,7 +49,7 @@ def _frame(recording: Recording, child: str, found: Sequence[Series]) -> Iterato
     expected = recording.description.by_child.get(child)
     parents = list(dict.fromkeys(series.parent for series in found))
     if expected is None:
-        yield from _not_described(recording.description, found)
+        yield from _not_described(recording, found)
         return
     described = [edge.parent for edge in expected]
     if len(parents) > 1:
@@ -64,17 +66,44 @@ def _frame(recording: Recording, child: str, found: Sequence[Series]) -> Iterato
         yield from _topics([series for series in found if series.parent == parent], expected)
 
 
-def _not_described(description: Description, found: Sequence[Series]) -> Iterator[Finding]:
-    series = found[0]
+def _not_described(recording: Recording, found: Sequence[Series]) -> Iterator[Finding]:
+    """Yield the finding for an edge that is not described; many below one frame of the robot are told once."""
+    series, description = found[0], recording.description
     joint = description.robot.joint_to.get(series.child)
     if joint is not None:
         message = f"{series.name} was published, but the description says that nobody does: {joint.publisher.about}"
         help = "find out which node does, and declare it"
-    else:
+        yield problem("edge-not-described", series.name, message, help, severity=WARNING)
+        return
+    top = _top(recording, series)
+    names = [other.name for other in _strange(recording) if _top(recording, other) == top]
+    if len(names) <= _FEW:
         message = f"{series.name} was published, but no such edge is described"
         help = did_you_mean(series.child, description.frames) if description.frames else ""
-        help = help if help.startswith("did you mean") else "declare it under edges, with the node that publishes it"
-    yield problem("edge-not-described", series.name, message, help, severity=WARNING)
+        help = help if help.startswith("did you mean") else _DECLARE
+        yield problem("edge-not-described", series.name, message, help, severity=WARNING)
+    elif series.name == names[0]:
+        message = f"{len(names)} edges below {top} were published, but no such edges are described"
+        numbers = {"edges": names}
+        yield problem(
+            "edge-not-described", names[0], message, _DECLARE, severity=WARNING, evidence=names, numbers=numbers
+        )
+
+
+def _strange(recording: Recording) -> list[Series]:
+    """Return the first recorded edge into each frame that is no frame of the description."""
+    return [found[0] for child, found in recording.into.items() if child not in recording.description.by_child]
+
+
+def _top(recording: Recording, series: Series) -> str:
+    """Return the first frame above an edge that is described, or the topmost there is."""
+    above = {other.child: other.parent for other in _strange(recording)}
+    frame = series.parent
+    for _ in above:  # as often at most: there may be a loop
+        if frame not in above:
+            break
+        frame = above[frame]
+    return frame
 
 
 def _topics(found: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Finding]:

@@ -14,7 +14,7 @@ from .joints import JointLog, Range
 from .judge_edges import leaps_text
 from .recording import Recording
 
-_SHOWN = 8
+_SHOWN, _FEW = 8, 3
 _TOPIC = "/joint_states"
 
 
@@ -30,12 +30,7 @@ def joints(recording: Recording) -> Iterator[Finding]:
             )
             yield problem("not-compared", _TOPIC, message, f"record {_TOPIC}, too", severity=NOTE)
         return
-    for name in log.names:
-        if name not in robot.joint:
-            help = did_you_mean(name, recording.description.joint_names)
-            yield problem(
-                "joint-state-unknown", _TOPIC, f'{_TOPIC} names "{name}", a joint that is not described', help
-            )
+    yield from _unknown(recording, [name for name in log.names if name not in robot.joint])
     absent = [joint.name for joint in robot.joints if joint.name in recording.description.joint_names - set(log.names)]
     if absent:
         message = f"{_TOPIC} never names {', '.join(absent)}: robot_state_publisher does not publish what hangs on it"
@@ -55,6 +50,20 @@ def joints(recording: Recording) -> Iterator[Finding]:
         message = f"no transform has the stamp of a message of {_TOPIC}: compared only with what the joints can do"
         help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
         yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
+
+
+def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Finding]:
+    """Yield the joints that are not described: each, or many of them in one finding."""
+    for name in names if len(names) <= _FEW else ():
+        help = did_you_mean(name, recording.description.joint_names)
+        message = f'{_TOPIC} names "{name}", a joint that is not described'
+        yield problem("joint-state-unknown", _TOPIC, message, help)
+    if len(names) > _FEW:
+        shown = ", ".join(f'"{name}"' for name in names[:_SHOWN])
+        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
+        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}{more}"
+        help = "describe them, or look whether this is the recording of this robot"
+        yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
 
 
 def _range(log: JointLog, name: str, seen: Range) -> Iterator[Finding]:

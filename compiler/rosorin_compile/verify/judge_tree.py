@@ -5,16 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from ..diagnostic import NOTE, WARNING
 from ..model import ROBOT_STATE_PUBLISHER
 from .arrays import SECOND
 from .expected import Expected
 from .findings import Finding, problem, rate_text, seconds
 from .judge_edges import owner_of, two_values
-from .pace import Pace
+from .pace import Gap, Pace
 from .recording import Recording
 from .series import Series
 
 _MANY = 3
+# An edge on /tf that comes within this time (s) of a recording was there before.
+LATE = 1.0
 
 
 class Missing(NamedTuple):
@@ -45,11 +48,28 @@ def missing(recording: Recording) -> Iterator[Finding]:
         leader = recording.description.leader(edge.joint)[0] if edge.joint is not None else ""
         if leader not in silent:
             by_owner.setdefault(edge.owner, []).append(edge)
+    if recording.no_static:
+        absent = [edge for edge in way.edges if not edge.moving]
+        by_owner = {owner: [edge for edge in edges if edge.moving] for owner, edges in by_owner.items()}
+        yield from _no_static(absent)
     for owner, edges in by_owner.items():
         all_of_it = [edge for edge in way.present if edge.owner == owner]
         groups = [edges] if len(edges) > _MANY else [[edge] for edge in edges]
         for group in groups:
             yield _missing(recording, owner, group, len(all_of_it), way.modes)
+
+
+def _no_static(absent: Sequence[Expected]) -> Iterator[Finding]:
+    """Yield the finding for a recording without /tf_static: whether anybody published it cannot be told."""
+    if not absent:
+        return
+    edges = "the edge" if len(absent) == 1 else f"the {len(absent)} edges"
+    message = f"the recording has no message of /tf_static: {edges} that should be there could not be compared"
+    help = "it is sent once, when a node starts: record it with durability transient_local, as ros2 bag record does"
+    names = [edge.name for edge in absent]
+    yield problem(
+        "recording-no-static", "/tf_static", message, help, evidence=[", ".join(names)], numbers={"edges": names}
+    )
 
 
 def _silent_joints(recording: Recording) -> set[str]:
@@ -92,16 +112,39 @@ def stale(recording: Recording) -> Iterator[Finding]:
     if not recording.timed:
         return
     by_owner: dict[str, list[Series]] = {}
+    limit = recording.description.options.stale
+    silent = recording.silence.seconds > limit
+    if silent:
+        yield _silence(recording)
     for series in recording.series.values():
         edge = series.edge
-        if series.still or series.pace.zeros or series.pace.jumps or (edge is not None and not edge.moving):
+        if series.still or series.pace.unstamped or series.pace.jumps or (edge is not None and not edge.moving):
             continue
-        if series.pace.oldest_until(recording.end).seconds > recording.description.options.stale:
+        oldest = series.pace.oldest_until(recording.end)
+        if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)):
             by_owner.setdefault(series.owner or series.name, []).append(series)
     for owner, found in by_owner.items():
         groups = [found] if len(found) > 1 and found[0].edge is not None else [[series] for series in found]
         for group in groups:
             yield _stale(recording, owner, group)
+
+
+def _within(oldest: Gap, silence: Gap) -> bool:
+    """Whether an edge grew old only because nothing at all was recorded."""
+    return (
+        oldest.seconds < silence.seconds + LATE
+        and abs(oldest.began - silence.began) < (silence.seconds + LATE) * SECOND
+    )
+
+
+def _silence(recording: Recording) -> Finding:
+    """Return the finding for a time in which nothing at all was recorded."""
+    silence = recording.silence
+    at = (silence.began - (recording.start or 0)) / SECOND
+    message = f"nothing was recorded for {seconds(silence.seconds)}, {at:.1f} s into the recording"
+    help = "the recorder was paused, the computer stood still, or its clock was set; no edge is called stale for that"
+    numbers = {"seconds": silence.seconds, "at": at}
+    return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
 
 
 def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding:
@@ -123,6 +166,33 @@ def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
 
 
+def late(recording: Recording) -> Iterator[Finding]:
+    """Yield the moving edges that came only some time after all else, those of one node in one finding."""
+    if not recording.timed:
+        return
+    by_owner: dict[str, list[Series]] = {}
+    for series in recording.series.values():
+        edge = series.edge
+        if series.still or edge is None or not edge.moving or edge.parent != series.parent:
+            continue
+        if _waited(recording, series) > (max(LATE, 3 / series.pace.rate) if series.pace.rate > 0 else LATE):
+            by_owner.setdefault(series.owner, []).append(series)
+    for owner, found in by_owner.items():
+        first = min(found, key=lambda series: series.pace.first)
+        waited = _waited(recording, first)
+        more = len(found) - 1
+        names = f"{first.name} and {more} more of {owner} were" if more else f"{first.name} was"
+        message = f"{names} there only from {waited:.1f} s into the recording on"
+        help = f"until then nothing in {first.parent} could be looked up: start {owner} earlier, or wait for it"
+        numbers = {"seconds": waited, "edges": [series.name for series in found]}
+        yield problem("edge-late", first.name, message, help, severity=NOTE, numbers=numbers)
+
+
+def _waited(recording: Recording, series: Series) -> float:
+    """Return how long (s) a recording ran before the first message of an edge."""
+    return (series.pace.first - (recording.start or 0)) / SECOND
+
+
 def clocks(recording: Recording) -> Iterator[Finding]:
     """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
     streams: list[tuple[str, Pace]] = []
@@ -133,7 +203,7 @@ def clocks(recording: Recording) -> Iterator[Finding]:
         streams.append(("/joint_states", recording.joints.pace))
     for log in recording.sensors.values():
         streams += [(log.topic, use.pace) for use in log.frames.values()]
-    zero = [(name, pace) for name, pace in streams if pace.zeros]
+    zero = [(name, pace) for name, pace in streams if pace.unstamped]
     if zero:
         message = f"{_names(zero)} {'is' if len(zero) == 1 else 'are'} stamped with time zero"
         help = "a node with use_sim_time that hears no /clock, or a driver that does not set the stamp"

@@ -14,6 +14,8 @@ LOOK_BACK = 6
 LEAP = 5e-3
 # From this share of leaps on, and so many, a stream is told to have two sources.
 SHARE, FEWEST, FEWEST_TWICE = 0.2, 4, 3
+# From this share of the leaps on that lead back; of a source that is noisy few happen to.
+BACK = 0.45
 
 Apart = Callable[[Floats, Floats], Floats]
 
@@ -24,10 +26,11 @@ def apart(one: Floats, other: Floats) -> Floats:
 
 
 class Leaps:
-    """Counts what tells of two sources. ``apart`` says how far two rows of values are apart."""
+    """Counts what tells of two sources. ``apart`` says how far two rows are apart, ``leap`` what is no trembling."""
 
-    def __init__(self, apart: Apart = apart) -> None:
-        self.apart = apart
+    def __init__(self, apart: Apart = apart, leap: float = LEAP) -> None:
+        self.apart, self.leap = apart, leap
+        self.leaps = 0
         self.count = 0
         self.returns = 0  # leaps back to where the stream was shortly before
         self.largest = 0.0
@@ -44,7 +47,7 @@ class Leaps:
     @property
     def two(self) -> bool:
         """Whether the stream seems to have two sources with different values."""
-        returns = self.returns >= FEWEST and self.returns > SHARE * self.steps
+        returns = self.returns >= FEWEST and self.returns > max(SHARE * self.steps, BACK * self.leaps)
         return self.twice_different >= FEWEST_TWICE or returns
 
     def add(self, stamps: Times, values: Floats) -> None:
@@ -62,7 +65,8 @@ class Leaps:
         far = self.apart(values[at], values[at - 1])
         again = (stamps[at] == stamps[at - 1]) & (stamps[at] != 0) & (far > 2 * SIX_ANGLE)
         self.twice_different += int(np.count_nonzero(again))
-        leaping, far = at[far > LEAP], far[far > LEAP]
+        leaping, far = at[far > self.leap], far[far > self.leap]
+        self.leaps += len(leaping)
         back = np.full(len(leaping), np.inf)
         for lag in range(2, LOOK_BACK + 1):
             lands = self.apart(values[leaping], values[np.maximum(leaping - lag, 0)])

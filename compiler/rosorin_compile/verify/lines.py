@@ -26,6 +26,7 @@ _NOTHING = {
     "recording-empty",
     "recording-foreign",
     "recording-type",
+    "recording-no-static",
     "text-not-understood",
     "text-frames",
     "not-compared",

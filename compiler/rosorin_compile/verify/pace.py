@@ -12,6 +12,8 @@ from .arrays import SECOND, Floats, Times
 BINS = 240
 # A stamp that lies further behind the one before it has jumped; less is two messages that overtook each other.
 JUMP = SECOND // 10
+# No wall clock says less (1973): what does is the clock of a simulation, which begins at zero.
+SIMULATED = 10**8 * SECOND
 
 
 @dataclass
@@ -112,6 +114,12 @@ class Pace:
         single = one[1] / SECOND
         double = (times[1, 2:] - times[1, :-2])[-new:] / SECOND
         self.steps += (len(single), single.sum(), (single**2).sum(), double.sum(), (double**2).sum())
+
+    @property
+    def unstamped(self) -> bool:
+        """Whether messages have no stamp; those that come first in a simulation may be of its time zero."""
+        begins = self.first_stamp == 0 and self.newest < SIMULATED and self.zeros <= max(1, self.count // 20)
+        return self.zeros > 0 and not begins
 
     @property
     def rate(self) -> float:

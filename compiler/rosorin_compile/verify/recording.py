@@ -9,10 +9,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..model.geometry import Rows, Vector
-from .arrays import Samples
+from .arrays import SECOND, Samples, Times
 from .expected import Description, Expected
 from .findings import Finding
 from .joints import JointLog
+from .pace import Gap
 from .sensors import FrameUse, Headers, SensorLog, look_up, ready_at
 from .series import Series
 
@@ -91,6 +92,7 @@ class Recording:
         self.start: int | None = None
         self.end = 0
         self.messages = 0
+        self.silence = Gap()  # the longest time without a message on several topics, and when it began
         self.series: dict[EdgeKey, Series] = {}
         self.parents: dict[str, str] = {}
         self.joints = JointLog(description)
@@ -102,12 +104,24 @@ class Recording:
         self.rows: list[FrameRow] = []
         self.refused: list[Refused] = []
         self.too_many = False
+        self._came: int | None = None
 
     def frame(self, name: str) -> str:
-        """Return a recorded name of a frame as the description has it: without "/" before it and without the prefix."""
+        """Return a recorded name of a frame as the description has it: without "/" before it and without the prefix.
+
+        robot_state_publisher puts the prefix before all links: a link without it is another frame.
+        """
         name = name.removeprefix("/")
         prefix = self.description.options.prefix
+        if prefix and not name.startswith(prefix) and name in self.description.robot.link:
+            return f"{name} without {prefix}"
         return name.removeprefix(prefix) if prefix else name
+
+    def of_another(self, frame: str) -> bool:
+        """Whether a frame has the prefix of another robot of a fleet."""
+        own = frame.rpartition("/")[2]
+        fleet = bool(self.description.options.prefix) and "/" in frame and " " not in frame
+        return fleet and (own in self.description.frames or own in self.description.robot.link)
 
     def expected(self, parent: str, child: str) -> Expected | None:
         """Return the described edge into a frame, that from this parent if there are several."""
@@ -119,19 +133,40 @@ class Recording:
         self.start = first if self.start is None else min(self.start, first)
         self.end = max(self.end, last)
 
+    def begin_at(self, start: int) -> None:
+        """Begin at a time (ns); what was latched before has been taken."""
+        self.start, self.silence, self._came = start, Gap(), None
+
+    def came(self, times: Times, topics: int) -> None:
+        """Take the times (ns) of the messages of a batch; of one topic alone nothing follows for the others."""
+        ordered = np.sort(times)
+        if self._came is not None:
+            ordered = np.concatenate(([self._came], ordered))
+        self._came = int(ordered[-1])
+        steps = np.diff(ordered)
+        if topics > 1 and len(steps) and steps.max() / SECOND > self.silence.seconds:
+            at = int(steps.argmax())
+            self.silence = Gap(float(steps[at] / SECOND), int(ordered[at]))
+
+    @property
+    def no_static(self) -> bool:
+        """Whether a bag has not one message of /tf_static."""
+        return self.timed and not any(series.still for series in self.series.values())
+
     def take(self, batch: Batch) -> None:
         """Take a batch: the edges first, then the messages that ask for them."""
         start = self.start or 0
         for series in self.series.values():
             series.begin_batch()
         for key, parts in batch.edges.items():
-            found = self._series(key)
+            found = None if self.of_another(key[2]) else self._series(key)
             if found is not None:
                 found.add(_in_order(parts), start)
         for series in self.series.values():
             series.compare(self.joints, last=False)
         for (topic, kind, frame), times in batch.headers.items():
-            self._headers(topic, kind, frame, times)
+            if not self.of_another(frame):
+                self._headers(topic, kind, frame, times)
 
     def finish(self) -> None:
         """Compare what still waits for a joint state."""

@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 
 from .findings import problem
+from .plain_lines import plain_lines
 from .recording import Asked, Reading, Recording, Refused
 from .text_echo import HEAD, Block, block_at
 from .text_frames import dot_rows, literal_rows, yaml_rows
@@ -33,7 +34,7 @@ class _TextReader:
     """Goes through the lines of a text once."""
 
     def __init__(self, text: str, recording: Recording) -> None:
-        self.lines = text.splitlines()
+        self.lines = plain_lines(text)
         self.recording = recording
         self.questions: list[tuple[str, str]] = []
         self.blocks: list[Block] = []
@@ -92,6 +93,7 @@ class _TextReader:
             self.questions.append((self._name(question[1]), self._name(question[2])))
         if topic:
             words = [word for word in topic[1].split() if not word.startswith("-")]
+            words.sort(key=lambda word: not word.startswith("/"))  # others may be values of options
             self.topic = words[0] if words else ""
         return bool(question or topic)
 
@@ -129,6 +131,11 @@ class _TextReader:
         for number, block in enumerate(blocks):
             source, target = asked[number] if one_each else asked[-1]
             readings: tuple[Reading, ...] = block.readings()
+            if not readings:
+                message = f"line {block.line} begins an answer of tf2_echo, but it cannot be read"
+                help = "paste the lines as they are printed, from At time to the matrix"
+                self.recording.troubles.append(problem("text-not-understood", f"line {block.line}", message, help))
+                continue
             self.recording.asked.append(Asked(source, target, readings, block.line, self._positions()))
 
     def _positions(self) -> Mapping[str, float]:

@@ -7,14 +7,15 @@ from typing import Any, NamedTuple
 from .findings import problem
 from .recording import Recording
 
-TF, TF_STATIC, JOINTS, ROBOT, HEADER = range(5)
+TF, TF_STATIC, JOINTS, ROBOT, HEADER, CLOCK = range(6)
 TYPES = {
     TF: "tf2_msgs/msg/TFMessage",
     TF_STATIC: "tf2_msgs/msg/TFMessage",
     JOINTS: "sensor_msgs/msg/JointState",
     ROBOT: "std_msgs/msg/String",
+    CLOCK: "rosgraph_msgs/msg/Clock",
 }
-TOPICS = {"tf": TF, "tf_static": TF_STATIC, "joint_states": JOINTS, "robot_description": ROBOT}
+TOPICS = {"tf": TF, "tf_static": TF_STATIC, "joint_states": JOINTS, "robot_description": ROBOT, "clock": CLOCK}
 # Their frame_id, if there is one, is no place.
 NOT_PLACED = {
     f"sensor_msgs/msg/{name}" for name in ("JointState", "Joy", "BatteryState", "TimeReference", "Temperature")

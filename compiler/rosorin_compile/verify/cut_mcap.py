@@ -1,0 +1,129 @@
+"""The records of an .mcap file, one after the other, as far as they are whole (https://mcap.dev/spec)."""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+MAGIC = b"\x89MCAP0\r\n"
+_HEADER, _FOOTER, _SCHEMA, _CHANNEL, _MESSAGE, _CHUNK, _DATA_END = 1, 2, 3, 4, 5, 6, 15
+_HEAD = struct.Struct("<BQ")  # of every record: what it is, its length
+_MESSAGE_HEAD = struct.Struct("<HIQQ")  # channel, sequence, when it was received, when it was published
+_CHUNK_HEAD = struct.Struct("<QQQI")  # first and last time, size when it is unpacked, checksum
+MAX_RECORD = 1 << 32  # bytes; the length of a longer one is damaged
+
+
+class NoMcap(Exception):
+    """A file does not begin as an .mcap of ROS 2 does."""
+
+
+class Channel(NamedTuple):
+    """A topic, its type, and the definition of that."""
+
+    topic: str
+    type: str
+    definition: str
+
+
+class CutMcap:
+    """An open .mcap file of which nothing but the begin is needed. Raises NoMcap, OSError."""
+
+    def __init__(self, path: Path) -> None:
+        self.channels: dict[int, Channel] = {}
+        self._schemas: dict[int, tuple[str, str]] = {}
+        self._file = path.open("rb")
+        if self._file.read(len(MAGIC)) != MAGIC:
+            self.close()
+            raise NoMcap("it does not begin as an .mcap")
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+    def messages(self) -> Iterator[tuple[int, int, bytes]]:
+        """Yield channel, time of arrival (ns) and bytes of each message, from the begin to where the file ends."""
+        self._file.seek(len(MAGIC))
+        while True:
+            head = self._file.read(_HEAD.size)
+            if len(head) < _HEAD.size:
+                return
+            kind, length = _HEAD.unpack(head)
+            if kind in (_DATA_END, _FOOTER) or length > MAX_RECORD:
+                return
+            body = self._file.read(length)
+            try:
+                if kind == _CHUNK:
+                    yield from self._chunk(body)
+                elif len(body) == length:
+                    yield from self._record(kind, body)
+            except (struct.error, UnicodeDecodeError, KeyError):
+                return  # bytes that are none of an .mcap: what came before was
+            if len(body) < length:
+                return
+
+    def _chunk(self, body: bytes) -> Iterator[tuple[int, int, bytes]]:
+        """Yield the messages of a chunk in the order of their arrival, of one that is cut those that are left."""
+        _, _, size, _ = _CHUNK_HEAD.unpack_from(body)
+        compression, at = _text(body, _CHUNK_HEAD.size)
+        data = _unpacked(compression, body[at + 8 :])[:size]
+        found: list[tuple[int, int, bytes]] = []
+        at = 0
+        while at + _HEAD.size <= len(data):
+            kind, length = _HEAD.unpack_from(data, at)
+            at += _HEAD.size
+            if at + length > len(data):
+                break
+            found += self._record(kind, data[at : at + length])
+            at += length
+        yield from sorted(found, key=lambda message: message[1])
+
+    def _record(self, kind: int, body: bytes) -> Iterator[tuple[int, int, bytes]]:
+        """Take a record; yield it if it is a message of a channel."""
+        if kind == _MESSAGE:
+            channel, _, received, _ = _MESSAGE_HEAD.unpack_from(body)
+            yield channel, received, body[_MESSAGE_HEAD.size :]
+        elif kind == _SCHEMA:
+            name, at = _text(body, 2)
+            _, at = _text(body, at)
+            self._schemas[_short(body, 0)] = (name, _text(body, at)[0])
+        elif kind == _CHANNEL:
+            schema = self._schemas.get(_short(body, 2), ("", ""))
+            self.channels[_short(body, 0)] = Channel(_text(body, 4)[0], *schema)
+
+
+def _short(body: bytes, at: int) -> int:
+    return int.from_bytes(body[at : at + 2], "little")
+
+
+def _text(body: bytes, at: int) -> tuple[str, int]:
+    """Return a text and the place behind it."""
+    (length,) = struct.unpack_from("<I", body, at)
+    end = at + 4 + length
+    return body[at + 4 : end].decode(), end
+
+
+def _unpacked(compression: str, data: bytes) -> bytes:
+    """Return the bytes of a chunk; of one that is cut, or of a compression that nobody knows, what can be had."""
+    if not compression:
+        return data
+    try:
+        return bytes(_unpacker(compression).decompress(data))
+    except Exception:  # each library has errors of its own
+        return b""
+
+
+def _unpacker(compression: str) -> Any:
+    """Return what unpacks a stream, out of the packages that rosbags brings along."""
+    if compression == "lz4":
+        from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
+
+        return LZ4FrameDecompressor()
+    if compression != "zstd":
+        raise LookupError(compression)
+    try:
+        from compression import zstd  # type: ignore[import-not-found,unused-ignore]
+    except ImportError:
+        from backports import zstd
+    return zstd.ZstdDecompressor()

@@ -132,3 +132,12 @@ def test_messages_about_the_folder(base: Path, capsys: pytest.CaptureFixture[str
     deploy(base / "rosorin_base" / ".." / ".." / ".." / "src", "--map", "urdf=a.urdf", "--dry-run")
     message = "is in no ROS package: nothing here says how the files get to the robot"
     assert f"src {message}\n    rosorin-compile package writes a package\n" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("kind", "decides"), [("ament_python", "setup.py"), ("ament_cmake", "CMakeLists.txt")])
+def test_the_build_type_says_which_file_counts(tmp_path: Path, kind: str, decides: str) -> None:
+    (tmp_path / "package.xml").write_text(f"<package><export><build_type>{kind}</build_type></export></package>")
+    (tmp_path / "setup.py").write_text("setup(data_files=[])")
+    (tmp_path / "CMakeLists.txt").write_text("ament_package()")
+    ((file, found),) = missing(tmp_path, "p", ["urdf/r.urdf"])
+    assert (file, found.decided_by) == ("urdf/r.urdf", decides)

@@ -44,6 +44,8 @@ def test_plain_values_are_read(text: str) -> None:
         f"P = {{}}\n{NODE}P['laser'])",
         f"{NODE}'a b'.split(' ', 1))",
         f"{NODE}'a b'.split(sep))",
+        f"{NODE}'a,b c'.split(sep=','))",
+        f"P = {{'laser': ['0'], **more}}\n{NODE}P['laser'])",
     ],
 )
 def test_what_is_known_only_at_run_time_is_never_guessed(text: str) -> None:

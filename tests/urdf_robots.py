@@ -17,12 +17,17 @@ TOLERANCE = 1e-12
 _INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 _SIZES = {"box": ("size",), "cylinder": ("radius", "length"), "sphere": ("radius",), "mesh": ("scale",)}
 
+# Elements of the robot that are no business of ours: compared as XML, in their order.
+_KEPT = ("gazebo", "ros2_control", "transmission")
+
 
 def facts(urdf: str) -> Facts:
     """Return all that a URDF says, by what it is about. Raises ValueError on what is not compared."""
     root = ET.fromstring(urdf)
-    _only(root, {"name"}, {"link", "joint", "material"})
+    _only(root, {"name"}, {"link", "joint", "material", *_KEPT})
     found: Facts = {"robot": root.attrib["name"]}
+    kept = [element for element in root if element.tag in _KEPT]
+    found |= {f"kept {i}": ET.canonicalize(ET.tostring(each), strip_text=True) for i, each in enumerate(kept)}
     colours = {m.attrib["name"]: _colour(m) for m in root.findall("material")}
     for link in root.findall("link"):
         _take(found, f"link {link.attrib['name']}", _link(link, colours))

@@ -16,8 +16,10 @@ from .shared import (
     format_options,
     given_arguments,
     nothing_written,
+    one_robot,
+    place,
 )
-from .single import one, place
+from .single import one
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -30,7 +32,7 @@ _HOW = "rosorin-compile deploy ROBOT --to FOLDER"
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    command.add_argument("words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file")
+    one_robot(command)
     command.add_argument("--to", required=True, type=place, metavar="FOLDER", help="the package, or any other folder")
     command.add_argument(
         "--map",
@@ -44,8 +46,8 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--full", action="store_true", help="show text differences in full")
-    argument_options(command)
     format_options(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:

@@ -7,7 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 from ..console import Console
 from ..project import Description, NoDescription, all_here, find
-from .shared import FINE, PROBLEMS, Given, WrongUsage, argument_options, given_arguments, json_option
+from .shared import (
+    FINE,
+    PROBLEMS,
+    Given,
+    WrongUsage,
+    argument_options,
+    descriptions,
+    given_arguments,
+    json_option,
+    named_robot,
+)
 
 if TYPE_CHECKING:
     from ..explain import Explanation
@@ -22,6 +32,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="frames, links, joints or sensors; before them the robot, where there are several",
     )
     command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
+    named_robot(command)
     json_option(command)
     argument_options(command)
 
@@ -29,7 +40,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
     given, words = given_arguments(options, options.words)
-    description, names = _asked(words)
+    description, names = _asked(words, options.robot)
     found = _explained(given, description, names, options.pose, Console("text"))
     if found is None:
         return PROBLEMS
@@ -47,8 +58,10 @@ def run(options: argparse.Namespace) -> int:
     return FINE
 
 
-def _asked(words: list[str]) -> tuple[Description, list[str]]:
+def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
     """Return the robot and the names that are meant: of several words the first is the robot if it can be."""
+    if robot:
+        return descriptions([robot])[0], words
     if len(words) > 1:
         try:
             return find(words[:1], None)[0], words[1:]

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments
-from .single import one, place, understood
+from .modes import mode_option, mode_states
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, one_robot, place
+from .single import one, understood
 
 if TYPE_CHECKING:
     from ..drawing.edges import Row
@@ -20,21 +21,14 @@ if TYPE_CHECKING:
 
 _HOW = "rosorin-compile frames ROBOT"
 _LINES = "└├│─╌"
-_STATES = {"on": True, "off": False}
 
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    command.add_argument("words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file")
+    one_robot(command)
     command.add_argument("--frame", metavar="NAME", help="only the way to a frame, and who publishes each step")
     command.add_argument("--publisher", metavar="NAME", help="only the edges of a publisher; nobody is one, too")
-    command.add_argument(
-        "--mode",
-        action="append",
-        default=[],
-        metavar="NAME",
-        help='a mode that is on, or off: slam, "not slam"; default: every tree that the modes make',
-    )
+    mode_option(command, "on and off, each in a tree")
     command.add_argument(
         "-o",
         "--output",
@@ -44,7 +38,7 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
-    command.add_argument("--json", action="store_true", help="all of it, for programs")
+    command.add_argument("--json", action="store_true", help="the result as JSON, in full")
     argument_options(command)
 
 
@@ -63,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     from ..drawing.situations import TooMany, situations
 
     try:
-        shown = situations(known.robot, _fixed(known.robot, options.mode))
+        shown = situations(known.robot, mode_states(known.robot, options.modes))
     except TooMany as problem:
         raise WrongUsage(f"{problem}; name modes: --mode NAME") from None
     if options.output is not None:
@@ -72,27 +66,6 @@ def run(options: argparse.Namespace) -> int:
     text = _json(known.robot, shown, options) if options.json else _text(known.robot, shown, options)
     print(text)
     return FINE
-
-
-def _fixed(robot: Robot, texts: list[str]) -> dict[str, bool]:
-    """Return the modes that the command line sets. Raises WrongUsage."""
-    found: dict[str, bool] = {}
-    for text in texts:
-        name, equals, state = text.partition("=")
-        words = name.split()
-        negated = len(words) == 2 and words[0] == "not"
-        name = words[-1] if negated else name.strip()
-        if name not in robot.modes:
-            from ..diagnostic import did_you_mean
-
-            known = did_you_mean(name, robot.modes) or "it has none"
-            raise WrongUsage(f'{robot.name} has no mode "{name}"; {known}')
-        if (equals and state not in _STATES) or (equals and negated):
-            raise WrongUsage(f'"{text}" is not a mode: write {name}, "not {name}", {name}=on or {name}=off')
-        on = _STATES[state] if equals else not negated
-        if found.setdefault(name, on) != on:
-            raise WrongUsage(f'the mode "{name}" cannot be on and off')
-    return found
 
 
 def _check_names(robot: Robot, options: argparse.Namespace) -> None:

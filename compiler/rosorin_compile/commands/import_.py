@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from ..project import DESCRIPTIONS
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments, package_option
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments, package_option, place
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -27,11 +27,18 @@ _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     command.add_argument("words", nargs="+", metavar="SOURCE", help="a .urdf, .xacro or .xml file")
-    command.add_argument("-o", "--output", metavar="FOLDER", help="the new folder; default: descriptions/ROBOT")
+    command.add_argument(
+        "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
+    )
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
+    command.add_argument(
+        "--meshes",
+        metavar="FOLDER",
+        help="put before relative names of meshes: a folder as seen from the artifacts, or package://NAME",
+    )
     package_option(command)
     format_options(command)
     argument_options(command)
@@ -45,6 +52,8 @@ def run(options: argparse.Namespace) -> int:
     packages = _packages(options.packages)
     if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
+    if options.meshes is not None and not _can_begin(options.meshes):
+        raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
     console = Console(options.format)
     expanded: list[Diagnostic] = []
 
@@ -82,6 +91,11 @@ def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
     except LoadError as problem:
         raise WrongUsage(problem.diagnostic.message) from None
     return path, {name: str(FUNCTIONS["str"](value)) for name, value in values.items()}
+
+
+def _can_begin(folder: str) -> bool:
+    """Say whether the name of a file can begin so."""
+    return folder.isprintable() and bool(folder.strip()) and not folder.endswith("://")
 
 
 def _kind(path: Path) -> str:
@@ -132,6 +146,7 @@ def _strictly(diagnostic: Diagnostic) -> Diagnostic:
 def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ..diagnostic import ERROR
+    from ..importing.mesh_paths import renamed
     from ..importing.naming import safe
     from ..importing.prove import prove
 
@@ -139,9 +154,11 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     if imported.tree is None or errors:
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
-    imported = imported._replace(tree=tree)
     folder = Path(options.output) if options.output else Path(DESCRIPTIONS, safe(tree["robot"]))
     _check_folder(folder, options.force)
+    named = renamed(tree, source, folder, options.meshes)
+    _show(console, named.diagnostics)
+    imported = imported._replace(tree=named.tree)
     try:
         proof = prove(imported, folder)
     except OSError as problem:
@@ -196,7 +213,7 @@ def _write(console: Console, folder: Path, proof: Proof) -> Written | None:
 def _report(console: Console, folder: Path, imported: Imported, proof: Proof, written: Written) -> None:
     """Say what was made, what was proved, what is kept as it was, and what comes next."""
     from ..importing.telling import accepted, kept, sizes
-    from ..importing.writing import tree_of
+    from ..importing.writing import CAPSULES, outputs, tree_of
 
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(proof.files)}")
@@ -208,6 +225,8 @@ def _report(console: Console, folder: Path, imported: Imported, proof: Proof, wr
         console.say(f"no mjcf among its outputs: {proof.without_mjcf}")
     for line in (*kept(tree), *accepted(tree)):
         console.say(line)
+    if CAPSULES in outputs(imported).remarks:
+        console.say(f"its URDF has version 1.2: {CAPSULES}")
     if imported.left_out:
         count = len(imported.left_out)
         console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")

@@ -18,8 +18,10 @@ from .shared import (
     format_options,
     given_arguments,
     nothing_written,
+    one_robot,
+    place,
 )
-from .single import one, place
+from .single import one
 
 if TYPE_CHECKING:
     from ..emit import Artifact
@@ -36,7 +38,7 @@ _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    command.add_argument("words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file")
+    one_robot(command)
     command.add_argument(
         "-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder of the package"
     )
@@ -53,8 +55,8 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="SENSOR=TOPIC",
         help="where a sensor publishes, for the view in RViz",
     )
-    argument_options(command)
     format_options(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:

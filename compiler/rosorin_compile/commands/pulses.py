@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot
 from .single import Known, beyond_limit, one, understood
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="[ROBOT] JOINT=VALUE",
         help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
     )
-    command.add_argument("-r", "--robot", default="", metavar="ROBOT", help="name in descriptions/, folder or file")
+    named_robot(command)
     plain = command.add_mutually_exclusive_group()
     plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
     plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 
 FINE, PROBLEMS, USAGE = 0, 1, 2
 FORMAT_NAMES = ("text", "json", "github", "sarif")
+_ROBOT = "name in descriptions/, folder or file"
 MARK = ":="  # between name and value of an argument, as xacro has it
 
 
@@ -46,19 +47,27 @@ class Run(NamedTuple):
     given: Given
 
 
+def place(text: str) -> str:
+    """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
 def robot_options(command: argparse.ArgumentParser) -> None:
     """Add what a command takes that goes through robots: their names, and arguments."""
-    command.add_argument(
-        "words", nargs="*", metavar="ROBOT", help="name in descriptions/, folder or file; default: every robot"
-    )
+    command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; default: every robot")
     argument_options(command)
 
 
-def robot_option(command: argparse.ArgumentParser, form: str = "ROBOT") -> None:
-    """Add what a command takes that is about one robot."""
-    command.add_argument(
-        "words", nargs="*", metavar=form, help="name in descriptions/, folder or file; needed where there are several"
-    )
+def one_robot(command: argparse.ArgumentParser) -> None:
+    """Add the robot of a command that is about one."""
+    command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; needed where there are several")
+
+
+def named_robot(command: argparse.ArgumentParser) -> None:
+    """Add the option that names the robot, for commands whose words may be other names, too."""
+    command.add_argument("-r", "--robot", default="", metavar="ROBOT", help=_ROBOT)
 
 
 def argument_options(command: argparse.ArgumentParser) -> None:
@@ -96,7 +105,7 @@ def package_option(command: argparse.ArgumentParser) -> None:
 
 def output_options(command: argparse.ArgumentParser) -> None:
     """Add the option that names the folder of the artifacts."""
-    command.add_argument("--outputs", metavar="FOLDER", help="where the artifacts stand; default: outputs/")
+    command.add_argument("--outputs", type=place, metavar="FOLDER", help="where the artifacts stand; default: outputs/")
 
 
 def format_options(command: argparse.ArgumentParser) -> None:

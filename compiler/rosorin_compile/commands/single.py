@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -27,13 +26,6 @@ class Known(NamedTuple):
 
     robot: Robot
     case: Case
-
-
-def place(text: str) -> str:
-    """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
-    if not text:
-        raise argparse.ArgumentTypeError("the name is empty")
-    return text
 
 
 def one(name: str, how: str) -> Description:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..console import Console
 from .modes import mode_option, mode_states
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot
 from .single import Known, beyond_limit, edge_index, one, understood
 
 if TYPE_CHECKING:
@@ -43,13 +43,13 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="SOURCE TARGET [ROBOT]",
         help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
     )
-    command.add_argument("-r", "--robot", default="", metavar="ROBOT", help="name in descriptions/, folder or file")
+    named_robot(command)
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
     state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
-    mode_option(state, "off, where one is named")
+    mode_option(command, "off, where one is named")
     answer = command.add_mutually_exclusive_group()
     answer.add_argument("--json", action="store_true", help="the result as JSON, in full")
     answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")

@@ -1,4 +1,4 @@
-"""Names of meshes and textures in an included robot: relative ones are relative to its file, not to the artifacts."""
+"""Names of meshes and textures in a robot of others: relative ones are relative to its file, not to the artifacts."""
 
 from __future__ import annotations
 
@@ -9,16 +9,22 @@ from ..tree import Map, Seq
 
 # An address, an absolute path, or one with the letter of a drive.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
+_ARTIFACTS = "outputs"  # they are files too, of another kind
 
 
-def relative_files(node: Any) -> list[str]:
-    """Return the relative names of mesh and texture files in a tree, each once, in their order."""
-    return list(dict.fromkeys(node[key] for node, key in _places(node)))
+def relative_files(tree: Map) -> list[str]:
+    """Return the relative names of mesh and texture files in the tree of a robot, each once, in their order."""
+    sections = [value for key, value in tree.items() if key != _ARTIFACTS]
+    return list(dict.fromkeys(node[key] for section in sections for node, key in _places(section)))
 
 
 def moved(tree: Map, folder: str) -> Map:
-    """Return a tree in which ``folder`` stands before the relative names of mesh and texture files."""
-    made: Map = _copied(tree, f"{folder.rstrip('/')}/")
+    """Return the tree of a robot in which ``folder`` stands before the relative names of mesh and texture files."""
+    before = f"{folder.rstrip('/')}/"
+    made = Map(tree.span, tree.via)
+    for key, value in tree.items():
+        value = value if key == _ARTIFACTS else _copied(value, before)
+        made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     return made
 
 

@@ -3,31 +3,18 @@
 from __future__ import annotations
 
 import ast
-import operator
 from collections.abc import Callable, Mapping
 from typing import Any
 
 from ..quantity import UNITS, Quantity
 from .bounds import EFFORT, bounded
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, common_dimension, kind_of
-from .operators import BINARY, combine, entry
+from .operators import BINARY, COMPARE, called, combine, entry, holds, sliced
 
 MAX_DEPTH = 40
 
 Lookup = Callable[[str], Any]
 Code = Callable[[Lookup], Any]
-
-_COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
-    ast.Eq: operator.eq,
-    ast.NotEq: operator.ne,
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-    ast.In: lambda a, b: a in b,
-    ast.NotIn: lambda a, b: a not in b,
-}
-
 
 def compile_node(node: ast.AST, depth: int) -> Code:
     """Return the function of a node. Raises ExpressionError, with its column, for a node that is not allowed."""
@@ -142,7 +129,7 @@ def _boolop(node: ast.BoolOp, depth: int) -> Code:
 def _compare(node: ast.Compare, depth: int) -> Code:
     first = compile_node(node.left, depth)
     rest = [
-        (_COMPARE.get(type(op)), compile_node(part, depth)) for op, part in zip(node.ops, node.comparators, strict=True)
+        (COMPARE.get(type(op)), compile_node(part, depth)) for op, part in zip(node.ops, node.comparators, strict=True)
     ]
     if any(function is None for function, _ in rest):
         raise ExpressionError("this comparison is not allowed here", node.col_offset)
@@ -153,21 +140,12 @@ def _compare(node: ast.Compare, depth: int) -> Code:
             right = part(lookup)
             if isinstance(left, Quantity) and isinstance(right, Quantity):
                 common_dimension([left, right])
-            if not _holds(function, left, right):
+            if not holds(function, left, right):
                 return False
             left = right
         return True
 
     return apply
-
-
-def _holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
-    if isinstance(left, (str, list, dict)) or isinstance(right, (str, list, dict)):
-        EFFORT.spend(left, right)
-    try:
-        return function is not None and bool(function(left, right))
-    except TypeError:
-        raise ExpressionError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
 
 
 def _ifexp(node: ast.IfExp, depth: int) -> Code:
@@ -186,16 +164,9 @@ def _subscript(node: ast.Subscript, depth: int) -> Code:
         ends = [
             compile_node(end, depth) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
         ]
-        return lambda lookup: _sliced(container(lookup), [end(lookup) if end else None for end in ends])
+        return lambda lookup: sliced(container(lookup), [end(lookup) if end else None for end in ends])
     index = compile_node(node.slice, depth)
     return lambda lookup: entry(container(lookup), index(lookup))
-
-
-def _sliced(container: Any, ends: list[Any]) -> Any:
-    if not isinstance(container, (list, str)):
-        raise ExpressionError(f"{kind_of(container)} has no items in order")
-    EFFORT.spend(container)
-    return container[slice(*ends)]
 
 
 def _attribute(node: ast.Attribute, depth: int) -> Code:
@@ -262,30 +233,15 @@ def _call(node: ast.Call, depth: int) -> Code:
     function, column = FUNCTIONS.get(name), node.col_offset
 
     def apply(lookup: Lookup) -> Any:
-        called = function
-        if called is None:
+        found = function
+        if found is None:
             try:
-                called = lookup(f"{name}()")  # a function of the scope, such as load
+                found = lookup(f"{name}()")  # a function of the scope, such as load
             except KeyError:
                 raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
-        return _called(name, called, [item(lookup) for item in items])
+        return called(name, found, [item(lookup) for item in items])
 
     return apply
-
-
-def _called(name: str, function: Callable[..., Any], values: list[Any]) -> Any:
-    """Return what a function gives, within bounds. Raises ExpressionError in the words of the description."""
-    EFFORT.spend(*values)
-    try:
-        result = bounded(function(*values))
-    except (TypeError, AttributeError):
-        given = ", ".join(map(kind_of, values)) or "nothing"
-        raise ExpressionError(f"{name}() does not take {given}") from None
-    except (ValueError, ArithmeticError, LookupError):
-        raise ExpressionError(f"{name}() has no value for this") from None
-    if isinstance(result, (list, str)):
-        EFFORT.spend(result)
-    return result
 
 
 _NODES: dict[type[ast.AST], Callable[[Any, int], Code]] = {

@@ -16,6 +16,8 @@ from .writing_remarks import placed
 
 MAX_LINES = 150  # a longer description is split into files
 LINKS, JOINTS, EXTENSIONS = "links.yaml", "joints.yaml", "extensions.yaml"
+# urdfdom before version 5 (ROS up to Jazzy) refuses the version that has capsules.
+CAPSULES = "ROS up to Jazzy reads no URDF 1.2: for it, take the version out, and cylinders stand for the capsules"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
 _TAIL = ("poses", "disabled_contacts", "accept", "outputs")
@@ -52,10 +54,10 @@ _POSED = ("links", "joints")  # where xyz and rpy are zero by default
 
 
 class Outputs(NamedTuple):
-    """The artifacts that a description asks for: entries of its section, and a remark on what it does not ask for."""
+    """The artifacts that a description asks for: entries of its section, and remarks on what is not usual in it."""
 
     entries: Mapping[str, Mapping[str, str]]
-    remark: str = ""
+    remarks: tuple[str, ...] = ()
 
 
 def tree_of(imported: Imported) -> Map:
@@ -72,12 +74,13 @@ def outputs(imported: Imported, left_out: str = "") -> Outputs:
     urdf = {"file": f"{name}.urdf"}
     if imported.version == "1.2" or _has_capsule(tree):
         urdf["version"] = "1.2"
+    remarks = (CAPSULES,) if "version" in urdf else ()
     for_people = {"frames": {"file": "frames.md"}, "frames_picture": {"file": "frames.svg"}}
     if left_out:
-        return Outputs({"urdf": urdf, **for_people}, f"no mjcf: {left_out}")
+        return Outputs({"urdf": urdf, **for_people}, (*remarks, f"no mjcf: {left_out}"))
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
     mjcf = {"file": f"{name}.xml", **{key: value for key, value in wishes.items() if key != "file"}}
-    return Outputs({"urdf": urdf, "mjcf": mjcf, **for_people})
+    return Outputs({"urdf": urdf, "mjcf": mjcf, **for_people}, remarks)
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, str]:
@@ -106,8 +109,8 @@ def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outpu
     """Return the text of one file."""
     root = name == ROOT_FILE
     said = placed(imported.comments, document, head if root else [*head, _ABOUT[name]], root)
-    if root and wanted.remark:
-        inside = {**said.inside, ("outputs",): [wanted.remark]}
+    if root and wanted.remarks:
+        inside = {**said.inside, ("outputs",): list(wanted.remarks)}
         said = said._replace(inside=inside)
     return layout(document, said)
 

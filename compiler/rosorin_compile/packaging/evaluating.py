@@ -30,7 +30,7 @@ _BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
 
 
 def value(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression of plain values and ``names``, of joins of paths, of a few calls and ``math.pi``.
+    """Return the value of an expression of plain values, ``names``, ``math.pi``, joins of paths and a few calls.
 
     Raises Unknown for anything else.
     """
@@ -61,12 +61,15 @@ def _combined(node: ast.expr, names: Names) -> Any:
     if isinstance(node, ast.Subscript):
         index = value(node.slice, names)
         return value(node.value, names)[index]
-    if isinstance(node, ast.Dict):
-        return {value(key, names): value(item, names) for key, item in zip(node.keys, node.values, strict=True) if key}
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "split":
-        return _split(value(node.func.value, names), [value(argument, names) for argument in node.args])
+    if isinstance(node, ast.Dict) and None not in node.keys:
+        return dict(
+            zip((value(key, names) for key in node.keys if key), (value(v, names) for v in node.values), strict=True)
+        )
     if isinstance(node, ast.Call) and not node.keywords:
-        return _called(ast.unparse(node.func), [value(argument, names) for argument in node.args])
+        arguments = [value(argument, names) for argument in node.args]
+        if isinstance(node.func, ast.Attribute) and node.func.attr == "split":
+            return _split(value(node.func.value, names), arguments)
+        return _called(ast.unparse(node.func), arguments)
     raise Unknown
 
 
@@ -112,15 +115,19 @@ def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, A
     times = Counter(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load))
     times.update(name for node in nodes for name in _changed(node))
     found = {name: known for name, known in names.items() if not times[name]}
-    for node in nodes:
-        targets = (
-            node.targets if isinstance(node, ast.Assign) else [node.target] if isinstance(node, ast.AnnAssign) else []
-        )
-        for target in targets:
-            if isinstance(target, ast.Name) and times[target.id] == 1 and node.value is not None:
-                with suppress(Unknown):
-                    found[target.id] = value(node.value, found)
+    for target, given in (pair for node in nodes for pair in _assigned(node)):
+        if isinstance(target, ast.Name) and times[target.id] == 1:
+            with suppress(Unknown):
+                found[target.id] = value(given, found)
     return found
+
+
+def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
+    """Yield what a node assigns to, and the value."""
+    if isinstance(node, ast.Assign):
+        yield from ((target, node.value) for target in node.targets)
+    elif isinstance(node, ast.AnnAssign) and node.value is not None:
+        yield node.target, node.value
 
 
 def _changed(node: ast.AST) -> Iterator[str]:

@@ -25,9 +25,13 @@ class Missing(NamedTuple):
 
 
 def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[str, Missing]]:
-    """Yield the files, relative to the package, that plainly neither setup.py nor CMakeLists.txt installs."""
+    """Yield the files, relative to the package, that plainly neither setup.py nor CMakeLists.txt installs.
+
+    Where a package has both, its build type says which of them counts.
+    """
     setup, cmake = package / "setup.py", package / "CMakeLists.txt"
-    if cmake.is_file():
+    in_python = setup.is_file() and "<build_type>ament_python<" in _text(package / "package.xml")
+    if cmake.is_file() and not in_python:
         text = re.sub(r"#[^\n]*", "", cmake.read_text("utf-8", "replace"))
         for file in files:
             folder = file.rpartition("/")[0]
@@ -42,6 +46,10 @@ def missing(package: Path, name: str, files: Sequence[str]) -> Iterator[tuple[st
                 folder = file.rpartition("/")[0]
                 share = f"share/{name}/{folder}".rstrip("/")
                 yield file, Missing("setup.py", f"('{share}', ['{file}']),")
+
+
+def _text(path: Path) -> str:
+    return path.read_text("utf-8", "replace") if path.is_file() else ""
 
 
 def _cmake_installs(text: str, file: str) -> bool:
@@ -85,7 +93,7 @@ def _matches(file: str, pattern: str) -> bool:
 
 def undeclared(package: Path, launch: Sequence[str]) -> list[str]:
     """Return the packages whose nodes the ``launch`` texts start, and which package.xml does not name."""
-    text = (package / "package.xml").read_text("utf-8", "replace")
+    text = _text(package / "package.xml")
     declared = set(re.findall(r"<(?:exec_|run_)?depend[^<>]*>\s*([^<\s]+)\s*<", text))
     started = [name for name in _NODES if any(name in one for one in launch)]
     return [name for name in started if name not in declared]

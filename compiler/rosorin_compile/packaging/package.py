@@ -76,7 +76,11 @@ def make(
         return Package(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
-    carried = {place: artifact for artifact in artifacts if (place := place_of(artifact, main))}
+    carried: dict[str, Artifact] = {}
+    for artifact in artifacts:
+        place = place_of(artifact, main)
+        if place and carried.setdefault(place, artifact) is not artifact:
+            return Package({}, [_twice(place, carried[place], artifact)])
     files: dict[str, bytes] = {}
     needs: set[str] = set()
     diagnostics: list[Diagnostic] = []
@@ -93,6 +97,11 @@ def make(
         files[place] = text.encode()
     files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs))
     return Package(files, [*diagnostics, *_defaults(options)])
+
+
+def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
+    message = f"the outputs {one.output} and {other.output} would both be {place} in the package"
+    return error("package-same-place", message, None, "let their file names differ, not their folders alone")
 
 
 def place_of(artifact: Artifact, main: Artifact) -> str:

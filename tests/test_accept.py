@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pinocchio
 import pytest
@@ -13,6 +12,8 @@ from rosorin_compile.accepting import ACCEPTABLE
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.diagnostic import NOTE, has_errors
 from rosorin_compile.pipeline import compile_robot
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
 
 BODY = "inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}"
 ROBOT = """
@@ -106,7 +107,8 @@ CASES = {
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
     "shape-size": (
         {
-            "hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}], visual: [{{mesh: {{file: a.stl, scale: [1, 1, 0]}}}}]"
+            "hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}],"
+            " visual: [{mesh: {file: a.stl, scale: [1, 1, 0]}}]"
         },
         "hand",
         'size="1 0 1"',

@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+pytest.importorskip("mujoco", minversion="4")
+
 from mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from robots import OUTPUTS, ROOT, compiled
 from rosorin_compile.importing import ReadOptions

@@ -7,18 +7,19 @@ import warnings
 from pathlib import Path
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ
-from rosorin_compile.importing import mjcf, mjcf_engine
-from rosorin_compile.importing.mjcf_numbers import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle
-from rosorin_compile.importing.mjcf_process import Answer
-from rosorin_compile.model.geometry import rotation_of_rpy
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
+from rosorin_compile.importing import mjcf, mjcf_engine  # noqa: E402
+from rosorin_compile.importing.mjcf_numbers import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
+from rosorin_compile.importing.mjcf_process import Answer  # noqa: E402
+from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 component = st.floats(-1, 1)

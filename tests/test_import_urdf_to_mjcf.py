@@ -12,18 +12,19 @@ from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
 
-import mujoco
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from robots import OUTPUTS, ROOT, compiled
-from rosorin_compile.build import build
-from rosorin_compile.emit import urdf
-from rosorin_compile.importing import ReadOptions, read_robot
-from rosorin_compile.model import Output, Robot
-from rosorin_compile.templating import Templates
-from simulator import emit, load, pose, random_states
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from robots import OUTPUTS, ROOT, compiled  # noqa: E402
+from rosorin_compile.build import build  # noqa: E402
+from rosorin_compile.emit import urdf  # noqa: E402
+from rosorin_compile.importing import ReadOptions, read_robot  # noqa: E402
+from rosorin_compile.model import Output, Robot  # noqa: E402
+from rosorin_compile.templating import Templates  # noqa: E402
+from simulator import emit, load, pose, random_states  # noqa: E402
 
 SETTINGS = '<mujoco><compiler fusestatic="false" strippath="false" discardvisual="false"/></mujoco>'
 EXAMPLES = sorted(ROOT.glob("examples/*/robot.yaml"))

@@ -10,8 +10,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 from machines import exact_urdf, machine  # noqa: E402
 from rosorin_compile.emit import mjcf, urdf  # noqa: E402
 from rosorin_compile.emit.xml_facts import angles  # noqa: E402
-from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
+from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
 from simulator import BASES, emit, frame, load, matrix, pose, random_states  # noqa: E402
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pytest
 
 from rosorin_compile.pipeline import compile_robot
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
 
 ROBOT = """
 robot: hopper

@@ -6,7 +6,6 @@ import math
 import random
 from pathlib import Path
 
-import mujoco
 import numpy as np
 import pinocchio
 import pytest
@@ -16,6 +15,8 @@ from rosorin_compile.diagnostic import has_errors
 from rosorin_compile.emit import backend
 from rosorin_compile.model import Joint, Pose, Transform, plane_axes
 from rosorin_compile.pipeline import compile_robot
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
 
 ROBOT = """
 robot: mobile

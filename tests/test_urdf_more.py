@@ -5,7 +5,6 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-import mujoco
 import pytest
 import yourdfpy
 from hypothesis import given, settings
@@ -17,6 +16,8 @@ from rosorin_compile.diagnostic import has_errors
 from rosorin_compile.elements_text import damage, indented
 from rosorin_compile.emit import Fact, backend
 from rosorin_compile.pipeline import compile_robot
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
 
 OUTPUTS = "outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml}, frames: {file: a.md}, static_tf: {file: a.launch.py}}\n"
 ROBOT = """

@@ -135,7 +135,7 @@ def test_a_difference_is_seen(old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "more", ['<gazebo reference="a"/>', '<link name="a" kind="b"/>', "<link name='a'><note/></link>"]
+    "more", ['<plugin reference="a"/>', '<link name="a" kind="b"/>', "<link name='a'><note/></link>"]
 )
 def test_what_is_not_compared_is_an_error(more: str) -> None:
     with pytest.raises(ValueError, match="not compared"):

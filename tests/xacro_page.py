@@ -46,13 +46,13 @@ _HEAD = """
 <!-- Made by: python tests/xacro_page.py. Edit the cases in tests/xacro, or the head in tests/xacro_page.py. -->
 
 You have a robot as [xacro](https://github.com/ros/xacro) and want it here: `rosorin-compile import`
-[does that](bring-your-own-robot.md), and an include [takes it as it is](add-to-a-bought-robot.md). Both take the robot that
-the xacro makes.
+[does that](bring-your-own-robot.md), and an include [takes it as it is](add-to-a-bought-robot.md). Both take the robot
+that the xacro makes.
 
-To write a robot anew, with parts and loops in place of macros, look here for the word. This page has each feature of xacro,
-with the same robot in both. A test lets the real xacro 2.1 expand the one and compiles the other: links, joints, poses,
-axes, limits, masses and shapes are equal, numbers to 1e-12. What is not carried over has its reason, and what to write
-instead.
+To write a robot anew, with parts and loops in place of macros, look here for the word. This page has each feature of
+xacro, with the same robot in both. A test lets the real xacro 2.1 expand the one and compiles the other: links, joints,
+poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not carried over has its reason, and
+what to write instead.
 
 | xacro | here |
 |---|---|

@@ -10,6 +10,10 @@ from ..tree import Map, Seq
 _NOTHING = object()
 
 
+class Failed(Exception):
+    """A value that cannot be had; what is wrong has been reported already."""
+
+
 class Step(NamedTuple):
     """What is to be done with one entry of a mapping or a sequence each time that it is evaluated."""
 

@@ -6,7 +6,7 @@ are taken over as they are.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ..diagnostic import Related, Span, error
@@ -15,15 +15,13 @@ from ..expression.bounds import weight
 from ..expression.functions import FUNCTIONS, ExpressionError, kind_of
 from ..expression.interpolation import Piece, pieces
 from ..tree import Instance, Map, Place, Seq
-from .ledger import Ledger
-from .telling import as_tree, explained, shifted, short
+from .ledger import Failed, Ledger
+from .loops import turns
+from .telling import as_tree, explained, shifted
+
+__all__ = ["Failed", "Scope"]
 
 MAX_NODES = 1_500_000
-MAX_NESTED = 80
-
-
-class Failed(Exception):
-    """A value that cannot be had; what is wrong has been reported already."""
 
 
 class Scope:
@@ -40,6 +38,10 @@ class Scope:
         self.running: list[str] = parent.running if parent else []
         if via is not None:
             ledger.scopes[id(via)] = self
+
+    def inner(self, via: Instance) -> Scope:
+        """Return a scope within this one, for a turn of a loop."""
+        return Scope(self.ledger, self, via)
 
     def define(self, name: str, value: Any, place: Place, said: Place | None = None) -> None:
         """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
@@ -219,62 +221,9 @@ class Scope:
             yield self, item
             return
         body = self.ledger.body(item)
-        for scope in self._turns(item):
+        for scope in turns(self, item):
             if "if" not in item or scope.condition(item["if"], Place(item.value_spans["if"], self.via or item.via)):
                 yield scope, body
-
-    def _turns(self, item: Map) -> Iterator[Scope]:
-        """Yield a scope for each turn of a ``for``; several names are nested loops, the last one fastest."""
-        loops = item.get("for")
-        if loops is None:
-            yield self
-            return
-        via = self.via or item.via
-        place = Place(item.value_spans["for"], via)
-        if not isinstance(loops, Map) or not loops:
-            self.report(
-                "wrong-type", "for maps a name to the values that it takes", place, "write for: {side: [left, right]}"
-            )
-            raise Failed
-        scopes = [self]
-        for name, values in loops.items():
-            where = Place(loops.value_spans[name], via)
-            turned: list[Scope] = []
-            counted = 0
-            for scope in scopes:
-                given = scope.loop_values(values, where)
-                if len(given) > counted:  # as if every turn had as many, so that a huge product is refused at once
-                    self.count((len(given) - counted) * len(scopes), where.span, where.via)
-                    counted = len(given)
-                for value in given:
-                    turn = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
-                    inner = Scope(self.ledger, scope, turn)
-                    inner.bind_loop(name, value, where)
-                    turned.append(inner)
-            scopes = turned
-        yield from scopes
-
-    def loop_values(self, values: Any, place: Place) -> Sequence[Any]:
-        """Return what a loop runs over: a list; for a table its keys."""
-        found = self.resolve(values, place)
-        if isinstance(found, Mapping):
-            return list(found)
-        if isinstance(found, list):
-            return found
-        self.report("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
-        raise Failed
-
-    def bind_loop(self, names: str, value: Any, place: Place) -> None:
-        """Bind the name of a loop; ``key, value`` names take a row apart."""
-        split = [name.strip() for name in names.split(",")]
-        if len(split) == 1:
-            self.bind(split[0], value, place)
-            return
-        if not isinstance(value, list) or len(value) != len(split):
-            self.report("wrong-type", f"a turn of this loop does not give {len(split)} values", place, "")
-            raise Failed
-        for name, item in zip(split, value, strict=True):
-            self.bind(name, item, place)
 
     def condition(self, value: Any, place: Place) -> bool:
         """Return whether an ``if`` holds; it has to be true or false."""

@@ -1,4 +1,4 @@
-"""The operators of expressions: what two values give together, with their dimension, and within bounds."""
+"""The operators of expressions: what values and functions give together, with their dimension, and within bounds."""
 
 from __future__ import annotations
 
@@ -20,6 +20,17 @@ BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.FloorDiv: operator.floordiv,
     ast.Mod: operator.mod,
     ast.Pow: operator.pow,
+}
+
+COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.In: lambda a, b: a in b,
+    ast.NotIn: lambda a, b: a not in b,
 }
 
 
@@ -97,3 +108,36 @@ def entry(container: Any, key: Any) -> Any:
     if not isinstance(key, int):
         raise ExpressionError(f"an item is named by its number, not {kind_of(key)}")
     return container[key]
+
+
+def holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
+    """Say whether a comparison holds. Raises ExpressionError where the two cannot be compared."""
+    if isinstance(left, (str, list, dict)) or isinstance(right, (str, list, dict)):
+        EFFORT.spend(left, right)
+    try:
+        return function is not None and bool(function(left, right))
+    except TypeError:
+        raise ExpressionError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
+
+
+def sliced(container: Any, ends: list[Any]) -> Any:
+    """Return the part of a list or a text from one end to another, by steps. Raises ExpressionError."""
+    if not isinstance(container, (list, str)):
+        raise ExpressionError(f"{kind_of(container)} has no items in order")
+    EFFORT.spend(container)
+    return container[slice(*ends)]
+
+
+def called(name: str, function: Callable[..., Any], values: list[Any]) -> Any:
+    """Return what a function gives, within bounds. Raises ExpressionError in the words of the description."""
+    EFFORT.spend(*values)
+    try:
+        result = bounded(function(*values))
+    except (TypeError, AttributeError):
+        given = ", ".join(map(kind_of, values)) or "nothing"
+        raise ExpressionError(f"{name}() does not take {given}") from None
+    except (ValueError, ArithmeticError, LookupError):
+        raise ExpressionError(f"{name}() has no value for this") from None
+    if isinstance(result, (list, str)):
+        EFFORT.spend(result)
+    return result

@@ -16,6 +16,7 @@ MAX_DEPTH = 40
 Lookup = Callable[[str], Any]
 Code = Callable[[Lookup], Any]
 
+
 def compile_node(node: ast.AST, depth: int) -> Code:
     """Return the function of a node. Raises ExpressionError, with its column, for a node that is not allowed."""
     column = getattr(node, "col_offset", 0)

@@ -226,8 +226,11 @@ def test_link_that_leads_outside(tmp_path, monkeypatch):
     folder = tmp_path / "robot"
     folder.mkdir()
     (folder / "arm.yaml").symlink_to(tmp_path / "secret.yaml")
-    found = compiled(folder, monkeypatch, robot=b"robot: bad\ninclude: [arm.yaml]\n")
-    assert found[0].endswith("error[include-outside]: arm.yaml is outside the folder of the description")
+    (folder / "arm.urdf").symlink_to(tmp_path / "secret.yaml")
+    for name in ("arm.yaml", "arm.urdf"):
+        found = compiled(folder, monkeypatch, robot=f"robot: bad\ninclude: [{name}]\n".encode())
+        expected = f"error[include-outside]: {name} is outside the folder of the description: a link leads there"
+        assert found[0].endswith(expected)
 
 
 def test_template_link_that_leads_outside(tmp_path, monkeypatch):

@@ -111,6 +111,32 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
     assert capsys.readouterr().out == (ROOT / "schemas" / "authoring.schema.json").read_text("utf-8")
 
 
+def test_the_pages_tell_of_every_command_and_schema() -> None:
+    pages = {path.name: path.read_text("utf-8") for path in (ROOT / "docs").glob("*.md")}
+    for name in COMMANDS:
+        assert any(f"$ rosorin-compile {name} " in page for page in pages.values()) or name in ("watch", "schema"), name
+    assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
+    listed = pages["README.md"].partition("## Schemas")[2]
+    assert all(f"`{name}`" in listed for name in NAMES)
+
+
+def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    session = str(ROOT / "tests" / "data" / "recordings" / "session.txt")
+    for words in (["tf", "map", "odom", "rosorin"], ["frames", "rosorin"], ["verify", session, "rosorin"]):
+        said = set()
+        for form in ("not slam", "slam=off"):
+            main([*words, "--mode", form])
+            said.add(capsys.readouterr())
+        assert len(said) == 1
+        for form, message in (
+            ("slm", 'rosorin has no mode "slm"; did you mean "slam"?'),
+            ("slam=of", '"slam=of" is not a mode: write slam, "not slam", slam=on or slam=off'),
+        ):
+            assert main([*words, "--mode", form]) == 2
+            assert message in capsys.readouterr().err
+
+
 def test_import_names_a_file_that_is_nearly_called_so(capsys: Shown) -> None:
     known = ROOT / "tests" / "imported" / "little_arm" / "little_arm.urdf"
     assert main(["import", str(known.with_suffix(".udf"))]) == 2

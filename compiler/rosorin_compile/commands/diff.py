@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..console import Console
-from .shared import FINE, MARK, PROBLEMS, WrongUsage, argument_options, given_arguments, json_option
+from .shared import FINE, MARK, PROBLEMS, WrongUsage, argument_options, given_arguments, json_option, package_option
 
 if TYPE_CHECKING:
     from ..difference import Side
@@ -25,7 +25,6 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="A B",
         help="two robots: each the name, folder or file of a description, or a URDF, xacro, MJCF or driver's JSON",
     )
-    argument_options(command)
     for side in _SIDES:
         command.add_argument(
             f"--{side.lower()}-arg",
@@ -34,13 +33,6 @@ def options(command: argparse.ArgumentParser) -> None:
             metavar="NAME=VALUE",
             help=f"set an argument of {side} alone",
         )
-    command.add_argument(
-        "--package",
-        action="append",
-        default=[],
-        metavar="NAME=PATH",
-        help="the folder of a ROS package that a xacro file asks for",
-    )
     command.add_argument(
         "--prefix",
         metavar="TEXT",
@@ -54,7 +46,9 @@ def options(command: argparse.ArgumentParser) -> None:
         "default: 1e-9",
     )
     command.add_argument("--full", action="store_true", help="show every difference")
+    package_option(command)
     json_option(command)
+    argument_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -72,7 +66,7 @@ def run(options: argparse.Namespace) -> int:
         Console("text").show([problem.diagnostic])
         return PROBLEMS
     own = [{**arguments, **_pairs(texts, "")} for texts in (options.a_arg, options.b_arg)]
-    packages = {name: Path(path) for name, path in _pairs(options.package, " of a package and its folder").items()}
+    packages = {name: Path(path) for name, path in _pairs(options.packages, " of a package and its folder").items()}
     read = [_read(word, values, packages) for word, values in zip(words, own, strict=True)]
     sides = _sides(read, words)
     if sides is None:

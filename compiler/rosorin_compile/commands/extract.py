@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place
 
 if TYPE_CHECKING:
     from ..diagnostic import Source
@@ -27,28 +27,28 @@ _STATUSES = ("calculated", "measured", "factory")
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     ways = command.add_subparsers(required=True, metavar="WHAT", dest="what")
-    for name, help, more in (
+    for name, words, help, more in (
         (
             "boxes",
+            "SOURCE ...",
             "a box, an oriented box, a cylinder, a capsule and a stack of boxes around each part",
             _boxes_options,
         ),
-        ("heightmap", "the top surface of a mesh as heights on a grid", _heightmap_options),
-        ("factory", "all numbers of a ROS description package: joints, boxes, height map", _factory_options),
+        ("heightmap", "SOURCE ...", "the top surface of a mesh as heights on a grid", _heightmap_options),
+        (
+            "factory",
+            "PACKAGE -o FOLDER",
+            "all numbers of a ROS description package: joints, boxes, height map",
+            _factory_options,
+        ),
     ):
         way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
         # A value such as -12.5mm,-10mm is no option: argparse knows that of plain numbers only.
         way._negative_number_matcher = re.compile(r"-\.?\d")
         more(way)
-        way.add_argument(
-            "--package",
-            action="append",
-            default=[],
-            metavar="NAME=DIR",
-            dest="packages",
-            help="folder of a ROS package",
-        )
+        package_option(way)
         argument_options(way)
+        way.usage = f"rosorin-compile extract {name} [options] {words}"
 
 
 def _boxes_options(way: argparse.ArgumentParser) -> None:
@@ -60,7 +60,7 @@ def _boxes_options(way: argparse.ArgumentParser) -> None:
     way.add_argument("--shape", choices=_KINDS, default="box", help="the shape to write; default: box")
     way.add_argument("--stack", type=int, default=4, metavar="N", help="boxes of a stack; default: 4")
     way.add_argument(
-        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="the way of the stack; default: best"
+        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="the axis of the stack; default: auto, the best"
     )
     way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
     way.add_argument("--digits", type=int, default=5, metavar="N", help="decimals of metres; default: 5")
@@ -86,7 +86,7 @@ def _heightmap_options(way: argparse.ArgumentParser) -> None:
 
 def _factory_options(way: argparse.ArgumentParser) -> None:
     way.add_argument("words", nargs="+", metavar="PACKAGE", help="the folder of a ROS description package")
-    way.add_argument("-o", "--output", required=True, metavar="FOLDER", help="the folder for the files")
+    way.add_argument("-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder for the files")
     way.add_argument("--robot", metavar="FILE", help="the file of the robot in the package; default: the only one")
     way.add_argument("--heightmap-link", metavar="LINK", help="the link whose meshes become the height map")
     way.add_argument("--frame", metavar="LINK", help="the link that the height map is given in; default: the same")
@@ -118,7 +118,7 @@ def _grid_options(way: argparse.ArgumentParser) -> None:
 
 
 def _output_options(way: argparse.ArgumentParser) -> None:
-    way.add_argument("-o", "--output", metavar="FILE", help="write a file instead of standard output")
+    way.add_argument("-o", "--output", type=place, metavar="FILE", help="write a file instead of standard output")
     way.add_argument("--force", action="store_true", help="overwrite a file that extract did not make")
     way.add_argument("--json", action="store_true", help="JSON instead of YAML")
 

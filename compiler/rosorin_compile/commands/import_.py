@@ -226,7 +226,7 @@ def _report(console: Console, folder: Path, imported: Imported, proof: Proof, wr
     for line in (*kept(tree), *accepted(tree)):
         console.say(line)
     if CAPSULES in outputs(imported).remarks:
-        console.say(f"its URDF has version 1.2: {CAPSULES}")
+        console.say(f"its URDF is {CAPSULES}")
     if imported.left_out:
         count = len(imported.left_out)
         console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")

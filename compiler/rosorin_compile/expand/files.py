@@ -11,6 +11,7 @@ from ..data import data_folder
 from ..diagnostic import Diagnostic, Related, Span, error
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq, locate
+from .nearby import corrected, outside
 from .parts import copy, sourced
 from .vendor import Asked, foreign
 
@@ -109,7 +110,7 @@ class Reader:
             return None
         target = path.parent / name
         if not self.inside(target):
-            self._error("include-outside", f"{name} is outside the folder of the description", place, "move it inside")
+            self._error("include-outside", outside(name, path, self.folder), place, "move it inside")
             return None
         real = target.resolve()
         if real in within:
@@ -118,7 +119,11 @@ class Reader:
         if len(self.files) >= MAX_FILES:
             self._error("include-too-many", f"more than {MAX_FILES} files are included", place, "include fewer files")
             return None
-        return self.read(target, shown(target), place.span, Instance("included here", place.span, place.via), within)
+        said = len(self.diagnostics)
+        made = self.read(target, shown(target), place.span, Instance("included here", place.span, place.via), within)
+        if made is None:
+            self.diagnostics[said:] = [corrected(found, name, target) for found in self.diagnostics[said:]]
+        return made
 
     def inside(self, target: Path) -> bool:
         """Say whether a file is inside the folder of the description, links followed."""

@@ -18,6 +18,7 @@ from ..tree import Instance, Map, Place
 from .attaching import free_name, joint_above, root_of
 from .include_checks import check_include, kind, place_of
 from .mesh_names import moved, relative_files
+from .nearby import corrected, outside
 from .parts import sourced
 from .scope import Failed, Scope
 
@@ -141,7 +142,7 @@ class Robots:
             self.known[key] = read
             self.reader.files += [file for file in read.files if file not in self.reader.files]
             for found in read.diagnostics:
-                self._say(found, via)
+                self._say(corrected(found, entry["file"], path), via)
             if texts and not ran and read.tree is not None:
                 self.known[key] = read = read._replace(tree=None)
                 place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
@@ -174,8 +175,7 @@ class Robots:
             target = include.by.parent / name
             if not self.reader.inside(target):
                 help = "move it inside, or name the ROS package that it is in: package: NAME"
-                message = f"{name} is outside the folder of the description"
-                scope.report("include-outside", message, include.place, help)
+                scope.report("include-outside", outside(name, include.by, self.reader.folder), include.place, help)
                 raise Failed
             return Path(shown(target))
         folder = Packages(packages, os.environ, include.by).find(package)

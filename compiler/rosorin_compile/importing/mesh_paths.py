@@ -11,7 +11,7 @@ from ..expand.mesh_names import moved, relative_files
 from ..project import DESCRIPTIONS, OUTPUTS
 from ..tree import Map
 
-RULE = "import-mesh-path"
+_RULE = "import-mesh-path"
 
 
 class Renamed(NamedTuple):
@@ -31,7 +31,7 @@ def renamed(tree: Map, source: Path, folder: Path, meshes: str | None) -> Rename
     span = tree.value_spans.get("robot", tree.span)
     if meshes is not None:
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
-        ignored = [] if files else [Diagnostic(RULE, WARNING, message, span, (), "leave --meshes out")]
+        ignored = [] if files else [Diagnostic(_RULE, WARNING, message, span, (), "leave --meshes out")]
         return Renamed(moved(tree, meshes), ignored)
     return Renamed(tree, [_warning(files, source, folder, span)] if files else [])
 
@@ -47,7 +47,7 @@ def _warning(files: list[str], source: Path, folder: Path, span: Span) -> Diagno
     if os.path.exists(source.parent / files[0]):  # noqa: PTH110 - a name that is too long for a file is no error here
         where = Path(os.path.relpath(source.parent, artifacts)).as_posix()
         help = f"import again with --meshes {where}, which is right for {artifacts.as_posix()}, or package://NAME"
-    return Diagnostic(RULE, WARNING, message, span, (), help)
+    return Diagnostic(_RULE, WARNING, message, span, (), help)
 
 
 def _artifacts(folder: Path) -> Path:

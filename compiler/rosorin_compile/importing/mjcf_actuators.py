@@ -106,11 +106,14 @@ def _tell(reading: Reading, lost: Sequence[tuple[Mapping[str, Any], Element]]) -
     """List what is not carried, one message for each kind of actuator."""
     kinds: dict[str, list[tuple[str, Element]]] = {}
     for actuator, element in lost:
-        kinds.setdefault(element.tag, []).append((actuator["name"] or "without a name", element))
+        kinds.setdefault(element.tag, []).append((actuator["name"], element))
     for tag, found in kinds.items():
-        names = [name for name, _ in found[:5]]
-        more = f" and {len(found) - 5} more" if len(found) > 5 else ""
+        named = [name for name, _ in found if name]
+        bare = len(found) - len(named)
+        if bare:
+            named.append("without a name" if bare == 1 else "without names" if not named else f"{bare} without names")
+        names = ", ".join(named[:5]) + (f" and {len(named) - 5} more" if len(named) > 5 else "")
         count = f"{len(found)} actuators" if len(found) > 1 else "the actuator"
-        what = f"{count} <{tag}> ({', '.join(names)}{more})"
+        what = f"{count} <{tag}> ({names})"
         others = [element.span for _, element in found[1:]]
         reading.lost(what, found[0][1].span, "only servos of joints are known", len(found) > 1, others)

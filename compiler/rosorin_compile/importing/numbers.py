@@ -1,6 +1,7 @@
 """Number forms: how a number of the source is written, always so that it reads back as the same double.
 
-An angle that is exactly a number of degrees is written so; every other number has the digits of the source.
+An angle that is exactly a number of degrees is written so; every other number has the digits of the source, unless a
+program printed more of them than a double has: 0.050000000000000003 is 0.05.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from .layout import Verbatim
 ROTATING = ("revolute", "continuous")
 _DECIMALS = (0, 1, 2)  # of degrees that a person would write
 _MAX_DEGREES = 1e6
+_DIGITS = 15  # of every decimal number that a double tells from all others
 
 # Keys of a joint that are angles, or angular speeds, where the joint turns.
 _OF_JOINT: dict[Path, str] = {
@@ -67,7 +69,15 @@ def _digits(value: float, span: Span | None) -> str:
         return ""
     read = plain_scalar(token)
     same = isinstance(read, (int, float)) and not isinstance(read, (bool, Quantity)) and float(read) == float(value)
-    return token if same else ""
+    if not same or (_significant(token) > _DIGITS and len(exact(value)) < len(token)):
+        return ""
+    return token
+
+
+def _significant(token: str) -> int:
+    """Return how many digits a number is written with, zeros before the first other one left out."""
+    mantissa = token.lower().partition("e")[0]
+    return len("".join(filter(str.isdigit, mantissa)).lstrip("0"))
 
 
 def angle_of(tree: Map, path: Path) -> str:

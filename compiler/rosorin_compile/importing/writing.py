@@ -16,8 +16,8 @@ from .writing_remarks import placed
 
 MAX_LINES = 150  # a longer description is split into files
 LINKS, JOINTS, EXTENSIONS = "links.yaml", "joints.yaml", "extensions.yaml"
-# urdfdom before version 5 (ROS up to Jazzy) refuses the version that has capsules.
-CAPSULES = "ROS up to Jazzy reads no URDF 1.2: for it, take the version out, and cylinders stand for the capsules"
+# urdfdom before version 5 (ROS up to Jazzy) refuses that version.
+CAPSULES = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for them"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
 _TAIL = ("poses", "disabled_contacts", "accept", "outputs")
@@ -74,7 +74,7 @@ def outputs(imported: Imported, left_out: str = "") -> Outputs:
     urdf = {"file": f"{name}.urdf"}
     if imported.version == "1.2" or _has_capsule(tree):
         urdf["version"] = "1.2"
-    remarks = (CAPSULES,) if "version" in urdf else ()
+    remarks = (CAPSULES,) if _has_capsule(tree) else ()
     for_people = {"frames": {"file": "frames.md"}, "frames_picture": {"file": "frames.svg"}}
     if left_out:
         return Outputs({"urdf": urdf, **for_people}, (*remarks, f"no mjcf: {left_out}"))

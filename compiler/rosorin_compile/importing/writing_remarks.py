@@ -39,9 +39,14 @@ def placed(comments: Iterable[Comment], document: Mapping[str, Any], head: Seque
             inside.setdefault(path, []).extend(lines)
         elif comment.where == BESIDE and path == tuple(comment.path) and len(lines) == 1:
             beside.setdefault(path, []).extend(lines)
-        else:
+        elif not _is_repeated(before.get(path, []), lines):
             before.setdefault(path, []).extend(lines)
     return Remarks(before, beside, inside)
+
+
+def _is_repeated(said: list[str], lines: list[str]) -> bool:
+    """Say whether a comment of several lines stands there already: a file that is expanded twice says all twice."""
+    return len(lines) > 1 and said[-len(lines) :] == lines
 
 
 def cleaned(text: str) -> list[str]:

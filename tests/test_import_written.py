@@ -184,3 +184,44 @@ def test_a_scale_is_named_where_all_have_it() -> None:
     assert named(meshes(*files, scale='scale="1 1 1"')).scale is None
     assert named(meshes(*files)).scale is None
     assert named(meshes(*files[:2], scale='scale="2 2 2"')).scale is None
+
+
+PRINTED = """\
+<robot name="printed">
+  <!-- one link
+       and nothing else -->
+  <!-- one link
+       and nothing else -->
+  <link name="base">
+    <inertial>
+      <origin xyz="0.050000000000000003 -0.10000000000000001 1.50"/>
+      <mass value="{mass}"/>
+      <inertia ixx="1e-3" iyy="1.0000000000000000e-3" izz="0.00100000" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(
+    ("digits", "written"),
+    [
+        ("0.69999999999999996", "0.7"),
+        ("6.999999999999999556e-01", "0.7"),
+        ("0.7000", "0.7000"),
+        ("0.3333333333333333", "0.3333333333333333"),
+        ("0.33333333333333331", "0.3333333333333333"),
+        ("3.6651914291880923", "3.6651914291880923"),
+    ],
+)
+def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
+    tmp_path: Path, digits: str, written: str
+) -> None:
+    source = tmp_path / "printed.urdf"
+    source.write_text(PRINTED.format(mass=digits), "utf-8")
+    imported = read_robot(source)
+    (text,) = write(imported, outputs(imported)).values()
+    assert text.count("# and nothing else") == 1
+    assert f"      mass: {written}\n" in text or f"mass: {written}," in text
+    assert "xyz: [0.05, -0.1, 1.50]" in text
+    assert "inertia: {ixx: 1e-3, iyy: 0.001, izz: 0.00100000}" in text

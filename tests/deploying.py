@@ -34,11 +34,10 @@ from launch import LaunchDescription
 from launch_ros.actions import Node
 
 
-def static_tf(name, xyz, rpy, parent, child):
-    return Node(package='tf2_ros', executable='static_transform_publisher', name=name,
-                arguments=['--x', xyz[0], '--y', xyz[1], '--z', xyz[2],
-                           '--roll', rpy[0], '--pitch', rpy[1], '--yaw', rpy[2],
-                           '--frame-id', parent, '--child-frame-id', child])
+def mounted(node, place, angles, on, child):
+    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
+    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
+        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
 
 
 def generate_launch_description():
@@ -47,10 +46,10 @@ def generate_launch_description():
     return LaunchDescription([
         Node(package='robot_state_publisher', executable='robot_state_publisher', name='robot_state_publisher',
              parameters=[{'robot_description': urdf}]),
-        static_tf('tf_base_laser', ['0.048156', '0.0000756', '0.106748'], ['0', '0', '3.14159265'],
-                  'base_link', 'laser'),
-        static_tf('tf_base_imu', ['-0.027258', '-0.0000564', '0.048046'], ['0', '-0.0087266', '1.5707'],
-                  'base_link', 'imu_link'),
+        mounted('tf_base_laser', ['0.048156', '0.0000756', '0.106748'], ['0', '0', '3.14159265'],
+                'base_link', 'laser'),
+        mounted('tf_base_imu', ['-0.027258', '-0.0000564', '0.048046'], ['0', '-0.0087266', '1.5707'],
+                'base_link', 'imu_link'),
     ])
 """
 

@@ -22,7 +22,7 @@ from rosorin_compile.emit import urdf
 from rosorin_compile.importing import ReadOptions
 from rosorin_compile.importing.imported import Imported
 from rosorin_compile.importing.mjcf import read_mjcf
-from rosorin_compile.importing.mjcf_links import NO_MASS
+from rosorin_compile.importing.mjcf.links import NO_MASS
 from rosorin_compile.importing.writing import outputs, write
 from rosorin_compile.model import Box, Capsule, Cylinder, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.pipeline import compile_robot

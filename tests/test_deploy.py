@@ -61,9 +61,9 @@ def test_a_launch_file_by_hand_that_is_wrong(base: Path, capsys: pytest.CaptureF
     launch.write_text(LAUNCH.replace("'3.14159265'", "'0'").replace("'0.048046'", "'0.0408'"), "utf-8")
     assert deploy(base) == 1
     said = capsys.readouterr().err
-    assert f"{launch}:20:9: error[deployed-launch-differs]: base_link -> laser is not as described: --yaw 0" in said
+    assert f"{launch}:19:9: error[deployed-launch-differs]: base_link -> laser is not as described: --yaw 0" in said
     assert "--yaw 0 -> 3.14159265, rotation 180 deg off\n" in said
-    assert f"{launch}:22:9: error[deployed-launch-differs]: base_link -> imu_link is not as described: --z" in said
+    assert f"{launch}:21:9: error[deployed-launch-differs]: base_link -> imu_link is not as described: --z" in said
     assert "--z 0.0408 -> 0.048046\n" in said
     assert launch.read_text("utf-8") == LAUNCH.replace("'3.14159265'", "'0'").replace("'0.048046'", "'0.0408'")
     assert check(base) == 1

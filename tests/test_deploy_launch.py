@@ -59,16 +59,16 @@ import math
 from launch_ros.actions import Node
 X = '0.048156'
 
-def static_tf(name, xyz, rpy, parent, child='laser'):
-    return Node(package='tf2_ros', executable='static_transform_publisher', name=name,
-                arguments=['--x', xyz[0], '--y', xyz[1], '--z', xyz[2], '--roll', rpy[0], '--pitch', rpy[1],
-                           '--yaw', rpy[2], '--frame-id', parent, '--child-frame-id', child])
+def mounted(node, place, angles, on, child='laser'):
+    turned = ['--roll', angles[0], '--pitch', angles[1], '--yaw', angles[2]]
+    return Node(package='tf2_ros', executable='static_transform_publisher', name=node, arguments=[
+        '--x', place[0], '--y', place[1], '--z', place[2]] + turned + ['--frame-id', on, '--child-frame-id', child])
 
 def generate_launch_description():
     zero = '0'
     return [
-        static_tf('tf_base_laser', [X, '0.0000756', '0.106748'], [zero, '0', YAW], 'base_link'),
-        static_tf('other', (X, '0', '0'), ('0', '0', '0'), parent='base_link', child='x'),
+        mounted('tf_base_laser', [X, '0.0000756', '0.106748'], [zero, '0', YAW], 'base_link'),
+        mounted('other', (X, '0', '0'), ('0', '0', '0'), on='base_link', child='x'),
     ]
 """
 

@@ -212,9 +212,7 @@ def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["boxes", "a.stl"], "error[mesh-unreadable]: cannot read a.stl: No such file or directory"),
-        (["boxes", "nothing"], 'error[mesh-unreadable]: no description "nothing"'),
-        (["boxes", "robot.urdf", "--link", "bdy"], 'error[unknown-link]: the robot has no link "bdy"'),
+        (["boxes", "folder.stl"], "error[mesh-unreadable]: cannot read folder.stl: Is a directory"),
         (["boxes", "robot.urdf", "--link", "floor"], "error[mesh-empty]: robot.urdf has no link with a mesh"),
         (["heightmap", "robot.urdf", "--link", "floor"], "error[mesh-empty]: floor has no mesh that can be read"),
         (["heightmap", "brick.stl", "--cell", "1um"], "error[height-map-grid]: 200,001 x 100,001 cells are none, or"),
@@ -224,7 +222,7 @@ def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
     ],
 )
 def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> None:
-    assert here.is_dir()
+    (here / "folder.stl").mkdir()
     assert main(["extract", *words]) == 1
     assert message in capsys.readouterr().err
 
@@ -252,6 +250,18 @@ def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> N
             ["heightmap", "brick.stl", "--into", "a", "-o", "b"],
             "--into edits a file; it goes with neither -o nor --json",
         ),
+        (["boxes", "a.stl"], 'there is no file "a.stl"; check the name'),
+        (["boxes", "brick.stl/a.stl"], 'there is no file "brick.stl/a.stl"; check the name'),
+        (["heightmap", "a.stl"], 'there is no file "a.stl"; check the name'),
+        (["boxes", "nothing"], 'no description "nothing": it is no file, no folder with robot.yaml, no name; '),
+        (["boxes", "nothing.urdf"], 'no description "nothing.urdf": it is no file'),
+        (["boxes", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
+        (["heightmap", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
+        (
+            ["heightmap", "robot.urdf", "--link", "body", "--frame", "flor"],
+            'the robot has no link "flor"; did you mean',
+        ),
+        (["factory", "a", "-o", "b"], "a is not a folder; name the folder of a description package"),
         (["factory", "a", "-o", "b", "--frame", "c"], "--frame is that of the height map; say of which link: "),
         (["boxes", "robot.urdf", "--package", "x"], '"x" is not NAME=PATH with the folder of a package'),
     ],

@@ -196,23 +196,27 @@ def test_several_robots(package: Path, capsys: Said) -> None:
     ]
     assert not Path("numbers").exists()
     assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/plain.urdf"]) == 0
-    assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/plane.urdf"]) == 1
-    assert 'error[factory-robot]: nano has no file "urdf/plane.urdf"\n    did you mean "urdf/plain.urdf"?' in (
-        capsys.readouterr().err
+    assert main(["extract", "factory", str(package), "-o", "numbers", "--robot", "urdf/plane.urdf"]) == 2
+    assert capsys.readouterr().err.endswith(
+        'rosorin-compile: nano has no file "urdf/plane.urdf"; did you mean "urdf/plain.urdf"?\n'
     )
 
 
 @pytest.mark.parametrize(
-    ("words", "message"),
+    ("words", "code", "message"),
     [
-        (["nothing"], "error[factory-robot]: nothing is not a folder"),
-        (["nano/meshes"], "error[factory-robot]: nano/meshes has no file of a robot"),
-        (["nano", "--heightmap-link", "base_lnk"], 'error[unknown-link]: the robot has no link "base_lnk"'),
+        (["nothing"], 2, "rosorin-compile: nothing is not a folder; name the folder of a description package"),
+        (["nano/meshes"], 1, "error[factory-robot]: nano/meshes has no file of a robot"),
+        (
+            ["nano", "--heightmap-link", "base_lnk"],
+            2,
+            'rosorin-compile: the robot has no link "base_lnk"; did you mean',
+        ),
     ],
 )
-def test_what_cannot_be(package: Path, capsys: Said, words: list[str], message: str) -> None:
+def test_what_cannot_be(package: Path, capsys: Said, words: list[str], code: int, message: str) -> None:
     assert package.is_dir()
-    assert main(["extract", "factory", *words, "-o", "numbers"]) == 1
+    assert main(["extract", "factory", *words, "-o", "numbers"]) == code
     assert message in capsys.readouterr().err
     assert not Path("numbers").exists()
 

@@ -130,7 +130,7 @@ def test_broken_files_say_what_is_wrong(name: str, tmp_path: Path) -> None:
 def test_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(ExtractProblem) as caught:
         load_mesh(tmp_path / "a.stl")
-    assert caught.value.diagnostic.message == f"cannot read {tmp_path}/a.stl: No such file or directory"
+    assert caught.value.diagnostic.message == f'there is no file "{tmp_path}/a.stl"'
 
 
 ORIGINALS = sorted(path for path in PACKAGE.iterdir() if path.suffix != ".bin")

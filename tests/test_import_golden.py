@@ -14,8 +14,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.importing import read_robot
-from rosorin_compile.importing.layout import WIDTH
 from rosorin_compile.importing.prove import prove
+from rosorin_compile.importing.writing.layout import WIDTH
 
 FOLDER = Path(__file__).resolve().parent / "imported"
 ROBOTS = sorted(path.name for path in FOLDER.iterdir() if path.is_dir())

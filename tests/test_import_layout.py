@@ -13,9 +13,9 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostic import Source, Span
 from rosorin_compile.expand.ledger import Ledger
 from rosorin_compile.expand.scope import Scope
-from rosorin_compile.importing.layout import WIDTH, Expression, Remarks, Verbatim, layout
-from rosorin_compile.importing.numbers import in_degrees, number
-from rosorin_compile.importing.scalars import escaped, scalar
+from rosorin_compile.importing.writing.layout import WIDTH, Expression, Remarks, Verbatim, layout
+from rosorin_compile.importing.writing.numbers import in_degrees, number
+from rosorin_compile.importing.writing.scalars import escaped, scalar
 from rosorin_compile.load import parse_yaml, plain_scalar
 from rosorin_compile.tree import Place, first_line
 

@@ -16,9 +16,9 @@ from scipy.spatial.transform import Rotation
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
-from rosorin_compile.importing import mjcf, mjcf_engine  # noqa: E402
-from rosorin_compile.importing.mjcf_numbers import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
-from rosorin_compile.importing.mjcf_process import Answer  # noqa: E402
+from rosorin_compile.importing.mjcf import engine, robot  # noqa: E402
+from rosorin_compile.importing.mjcf.numbers import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
+from rosorin_compile.importing.mjcf.process import Answer  # noqa: E402
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
@@ -121,7 +121,7 @@ def here(path: Path) -> Answer:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         spec = mujoco.MjSpec.from_file(str(path))
-        return Answer(mjcf_engine.facts(mujoco, spec, spec.compile()))
+        return Answer(engine.facts(mujoco, spec, spec.compile()))
 
 
 @settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
@@ -130,7 +130,7 @@ def test_any_tree_of_bodies_moves_as_in_mujoco(tmp_path_factory: pytest.TempPath
     path = tmp_path_factory.mktemp("any") / "robot.xml"
     path.write_text(f"<mujoco><worldbody>{''.join(bodies)}</worldbody></mujoco>", "utf-8")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(mjcf, "ask", here)
+        patch.setattr(robot, "ask", here)
         case = imported(path)
     assert frames_differ(case, 5) < 1e-9
     assert inertias_differ(case) < 1e-9

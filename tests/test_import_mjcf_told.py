@@ -13,8 +13,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.importing import ReadOptions, read_robot
-from rosorin_compile.importing import mjcf_process as process
-from rosorin_compile.importing.mjcf import read_mjcf
+from rosorin_compile.importing.mjcf import process, read_mjcf
 
 DATA = Path(__file__).resolve().parent / "data" / "mjcf"
 TOLD = sorted(DATA.glob("told/*.xml"))

@@ -14,10 +14,10 @@ from engines import Pinocchio, Yourdfpy
 from importing_robots import robot
 from rosorin_compile.expand import expand
 from rosorin_compile.importing import read_robot
-from rosorin_compile.importing.naming import named, safe
-from rosorin_compile.importing.numbers import ROTATING
 from rosorin_compile.importing.prove import prove
 from rosorin_compile.importing.writing import outputs, write
+from rosorin_compile.importing.writing.naming import named, safe
+from rosorin_compile.importing.writing.numbers import ROTATING
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.report import text as report
 from rosorin_compile.tree import Map, Seq

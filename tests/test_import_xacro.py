@@ -11,7 +11,7 @@ import pytest
 
 from rosorin_compile.diagnostic import Diagnostic, arrange
 from rosorin_compile.importing import Imported, ReadOptions, read_robot
-from rosorin_compile.importing import xacro as reader
+from rosorin_compile.importing.xacro import expanding as reader
 from rosorin_compile.report import text as report
 
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">\n'

@@ -128,6 +128,14 @@ def test_asked_amiss(words: str, code: int, message: str, capsys: Shown) -> None
     assert pulses(capsys, *words.split(), code=code).startswith(f"rosorin-compile: {message}")
 
 
+@pytest.mark.usefixtures("project")
+@pytest.mark.parametrize("word", ["500", "30deg", ".5"])
+def test_a_number_without_its_joint_says_how_to_write_it(word: str, capsys: Shown) -> None:
+    hint = "if it is a pulse or a position, write JOINT="
+    assert pulses(capsys, word, code=2).endswith(f"; {hint}{word}\n")
+    assert hint not in pulses(capsys, "nobody", code=2)
+
+
 def test_the_committed_model_of_the_driver_is_proven(project: Path, capsys: Shown) -> None:
     model = project / "model.json"
     model.write_bytes((OUTPUTS / "robot_model.json").read_bytes())

@@ -16,8 +16,8 @@ from bags import STORE, TYPES, Message, Scene, judged, ns, rules
 from robots import ROOT
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose
-from rosorin_compile.verify.bags import Unreadable
-from rosorin_compile.verify.lines import table
+from rosorin_compile.verify.bags.reading import Unreadable
+from rosorin_compile.verify.output.lines import table
 
 ROBOT = str(ROOT / "descriptions" / "rosorin")
 

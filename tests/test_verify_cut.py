@@ -8,7 +8,7 @@ import pytest
 
 import bags
 from bags import Scene, judged, rules
-from rosorin_compile.verify.bags import Unreadable
+from rosorin_compile.verify.bags.reading import Unreadable
 from test_verify_bags import part
 
 
@@ -50,7 +50,7 @@ def test_of_a_chunk_that_is_cut_the_blocks_before_are_read(compression: str) -> 
         from lz4.frame import compress
     else:
         from backports.zstd import compress
-    from rosorin_compile.verify.cut_mcap import _unpacked
+    from rosorin_compile.verify.bags.cut_mcap import _unpacked
 
     data = bytes(range(256)) * 4096
     packed = compress(data)

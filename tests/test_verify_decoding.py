@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 import bags
 from bags import STORE, TYPES, judged
 from rosorin_compile.model import Transform
-from rosorin_compile.verify import Verdict, cdr
-from rosorin_compile.verify import bags as reading
+from rosorin_compile.verify import Verdict
+from rosorin_compile.verify.bags import cdr, reading
 
 TF = "tf2_msgs/msg/TFMessage"
 
@@ -107,7 +107,7 @@ def facts(verdict: Verdict) -> dict[str, Any]:
 def test_what_is_kept_does_not_grow_with_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Counted, not measured: the arrays that are kept after four times the length are not larger."""
     monkeypatch.setattr(reading, "BATCH", 500)
-    monkeypatch.setattr("rosorin_compile.verify.joints.REMEMBERED", 100)
+    monkeypatch.setattr("rosorin_compile.verify.recording.joints.REMEMBERED", 100)
     short = judged(bags.bag(tmp_path / "short", seconds=15.0)).recording
     long = judged(bags.bag(tmp_path / "long", seconds=60.0)).recording
     assert long.messages > 3.9 * short.messages

@@ -18,8 +18,8 @@ from rosorin_compile.report import text
 from rosorin_compile.verify import Verdict, verify
 from rosorin_compile.verify.arrays import Samples, arrays_of, transform_from
 from rosorin_compile.verify.expected import Description, Options
-from rosorin_compile.verify.joints import JointLog
-from rosorin_compile.verify.reference import Moving, reference
+from rosorin_compile.verify.recording.joints import JointLog
+from rosorin_compile.verify.recording.reference import Moving, reference
 
 ROBOT = """\
 robot: many_joints

@@ -1,9 +1,10 @@
-"""What verify prints and writes: JSON, JUnit, the picture, the bar; and what it needs for that."""
+"""What verify prints and writes: JSON, JUnit, the picture, the bar; what it needs for that; words in a wrong order."""
 
 from __future__ import annotations
 
 import json
 import math
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -21,10 +22,10 @@ from robots import ROOT
 from rosorin_compile.cli import main
 from rosorin_compile.model import Transform
 from rosorin_compile.report import text as report
-from rosorin_compile.verify import bags as reading
-from rosorin_compile.verify.lines import table
-from rosorin_compile.verify.machine import as_json, as_junit
-from rosorin_compile.verify.picture import as_svg
+from rosorin_compile.verify.bags import reading
+from rosorin_compile.verify.output.lines import table
+from rosorin_compile.verify.output.machine import as_json, as_junit
+from rosorin_compile.verify.output.picture import as_svg
 from test_artifact_schemas import properties
 
 ROBOT = str(ROOT / "descriptions" / "rosorin")
@@ -172,3 +173,29 @@ def test_a_bar_is_shown_on_a_terminal_after_a_second(
     said = capsys.readouterr().err
     assert " of 625 messages" in said or "messages" in said
     assert said.endswith("\r\033[K")
+
+
+def test_a_robot_in_the_place_of_the_recording(
+    clean: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = str(ROOT / "tests" / "imported" / "little_arm" / "little_arm.urdf")
+    source = "SOURCE is a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
+    monkeypatch.chdir(ROOT)
+    for words, how in {
+        (arm,): f"SOURCE {arm}; {source}",
+        (arm, str(clean["mcap"])): f"{clean['mcap']} {arm}",
+        (ROBOT,): f"SOURCE {ROBOT}; {source}",
+        (f"{ROBOT}/robot.yaml",): f"SOURCE {ROBOT}/robot.yaml; {source}",
+        ("rosorin",): f"SOURCE rosorin; {source}",
+    }.items():
+        assert main(["verify", *words]) == 2
+        said = capsys.readouterr().err
+        assert said == (f"rosorin-compile: {words[0]} is a robot, and the recording comes first: write verify {how}\n")
+    bag = tmp_path / "rosorin"
+    shutil.copytree(clean["mcap"], bag)
+    (bag / "robot.yaml").write_text("robot: rosorin\n", "utf-8")
+    pasted = tmp_path / "pasted.json"
+    pasted.write_text("{}", "utf-8")
+    for recording, code in ((bag, 0), (pasted, 1)):
+        assert main(["verify", str(recording), ROBOT]) == code
+        assert "comes first" not in capsys.readouterr().err

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import pytest
 
 from bags import judged, rules
-from rosorin_compile.verify.plain_lines import plain_lines
+from rosorin_compile.verify.text.plain_lines import plain_lines
 
 SESSION = """robot@ubuntu:~$ ros2 run tf2_ros tf2_echo base_link laser
 [INFO] [1712345678.123456789] [tf2_echo]: Waiting for transform base_link ->  laser: Invalid frame ID "base_link" passed to canTransform argument target_frame - frame does not exist

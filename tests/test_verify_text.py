@@ -19,7 +19,7 @@ from rosorin_compile.model import Pose, Transform
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.verify import Options, Verdict, verify
 from rosorin_compile.verify.expected import Choice
-from rosorin_compile.verify.lines import summary
+from rosorin_compile.verify.output.lines import summary
 
 DATA = ROOT / "tests" / "data" / "recordings"
 TUCK = Choice(bags.robot().poses[0].positions, "tuck")

@@ -124,10 +124,10 @@ def _output_options(way: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Do what is asked for; a problem is said and is exit code 1."""
+    """Do what is asked for; a problem is said and is exit code 1. Raises WrongUsage for a name of nothing."""
     from ..extract.meshes import need_trimesh
     from ..extract.parts import SourceProblem
-    from ..extract.problems import ExtractProblem
+    from ..extract.problems import ExtractProblem, NotThere
     from .extract_words import say
 
     ways: dict[str, Callable[[argparse.Namespace, Console], int]] = {
@@ -141,6 +141,9 @@ def run(options: argparse.Namespace) -> int:
         return ways[options.what](options, console)
     except SourceProblem as problem:
         say(console, problem.diagnostics)
+    except NotThere as problem:
+        said = problem.diagnostic
+        raise WrongUsage(f"{said.message}; {said.help}" if said.help else said.message) from None
     except ExtractProblem as problem:
         console.show([problem.diagnostic])
     return PROBLEMS

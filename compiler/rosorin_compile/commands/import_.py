@@ -147,8 +147,8 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ..diagnostic import ERROR
     from ..importing.mesh_paths import renamed
-    from ..importing.naming import safe
     from ..importing.prove import prove
+    from ..importing.writing.naming import safe
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
     if imported.tree is None or errors:

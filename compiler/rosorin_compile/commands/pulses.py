@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
+from ..project import Description
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot
 from .single import Known, beyond_limit, one, understood
 
@@ -58,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
     console = Console("text")
-    known = understood(given, one("".join(names), _HOW), console)
+    known = understood(given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS
     if not known.robot.servos:
@@ -76,6 +77,16 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"rosorin-compile: {problem}")
         return PROBLEMS
     return _show(known, rows, options, console)
+
+
+def _named(name: str) -> Description:
+    """Return the robot that is meant. Raises WrongUsage, which says how a number is written that has no joint."""
+    try:
+        return one(name, _HOW)
+    except WrongUsage as problem:
+        if not name.lstrip("+-.")[:1].isdecimal():
+            raise
+        raise WrongUsage(f"{problem}; if it is a pulse or a position, write JOINT={name}") from None
 
 
 def _rows(robot: Robot, options: argparse.Namespace, values: list[str]) -> list[Row]:

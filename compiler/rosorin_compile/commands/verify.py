@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
-from ..project import Description
+from ..project import ROOT_FILE, Description, NoDescription, find
 from .modes import mode_option, mode_states
 from .shared import (
     FINE,
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
     from ..verify.expected import Choice
     from ..verify.findings import Finding
 
+_SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
+_RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
 _INSTALL = "rosorin-compile verify needs numpy, and rosbags for recordings: pip install 'rosorin-compile[verify]'"
 
 
@@ -65,7 +68,7 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     source, description = _asked(words)
     if source != "-" and not Path(source).exists():
-        raise WrongUsage(f"there is no {source}; name a rosbag2 folder, a .mcap or .db3 file, a text file, or -")
+        raise WrongUsage(f"there is no {source}; name {_SOURCES}")
     console = Console("text")
     compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
@@ -74,7 +77,7 @@ def run(options: argparse.Namespace) -> int:
         return PROBLEMS
     try:
         from ..verify import verify
-        from ..verify.bags import Unreadable
+        from ..verify.bags.reading import Unreadable
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
             raise
@@ -114,11 +117,28 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
     if not words or len(words) > 2:
         raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+    if _is_robot(words[0]):
+        how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
+        raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
     found = descriptions(words[1:])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")
     return words[0], found[0]
+
+
+def _is_robot(source: str) -> bool:
+    """Say whether the word for the recording is a robot: a description, or a file in another format."""
+    path = Path(source)
+    try:
+        if path.is_dir():
+            files = {file.name for file in path.iterdir()}
+            return ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
+        found = path if path.is_file() else find([source], None)[0].path
+    except (NoDescription, OSError, ValueError):
+        return False
+    # Messages may be pasted as JSON or as YAML of any name.
+    return found.name == ROOT_FILE or (is_foreign(found) and found.suffix.lower() != ".json")
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:
@@ -186,10 +206,10 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
-    from ..verify.lines import summary, table
+    from ..verify.output.lines import summary, table
 
     if options.format == "json":
-        from ..verify.machine import as_json
+        from ..verify.output.machine import as_json
 
         sys.stdout.write(as_json(verdict, source))
         return
@@ -204,11 +224,11 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
 def _write(verdict: Verdict, options: argparse.Namespace) -> None:
     """Write the files that are asked for. Raises WrongUsage."""
     if options.junit:
-        from ..verify.machine import as_junit
+        from ..verify.output.machine import as_junit
 
         _save(options.junit, as_junit(verdict, options.strict))
     if options.picture:
-        from ..verify.picture import as_svg
+        from ..verify.output.picture import as_svg
 
         try:
             _save(options.picture, as_svg(verdict))

@@ -13,12 +13,14 @@ def corrected(found: Diagnostic, name: str, target: Path) -> Diagnostic:
     if found.rule != "file-unreadable":
         return found
     try:
-        beside = [] if target.exists() else [file.name for file in target.parent.iterdir() if file.is_file()]
+        beside = [] if target.exists() else [file for file in target.parent.iterdir() if file.is_file()]
     except (OSError, ValueError):  # no folder, or a name that no file can have
         return found
-    close = nearest(target.name, beside)
-    if close is None:
+    stems = {file.stem: file.name for file in sorted(beside)}  # all descriptions end alike: that is no likeness
+    stem = nearest(target.stem, stems)
+    if stem is None:
         return found
+    close = stems[stem]
     folder = name.rpartition("/")[0]
     return found._replace(help=f'did you mean "{folder}/{close}"?' if folder else f'did you mean "{close}"?')
 

@@ -21,7 +21,7 @@ from .fits import axis_aligned
 from .heights import Wanted, make_map
 from .meshes import placed
 from .parts import AUTO, RobotSource, part_of_link
-from .problems import ExtractProblem, fail
+from .problems import ExtractProblem, fail, missing
 from .progress import Progress
 
 _KEYS = (
@@ -70,15 +70,15 @@ def robot_file(package: Path, asked: str | None) -> Path:
     """Return the file of the robot in a package: the one that is asked for, or the only one that there is.
 
     A file is that of a robot if its root names one, and no other file of the package includes it.
-    Raises ExtractProblem.
+    Raises NotThere if there is no such package or file, else ExtractProblem.
     """
     if not package.is_dir():
-        raise fail("factory-robot", f"{package} is not a folder", "name the folder of a description package")
+        raise missing("factory-robot", f"{package} is not a folder", "name the folder of a description package")
     if asked is not None:
         path = next((path for path in (package / asked, Path(asked)) if path.is_file()), None)
         if path is None:
             help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
-            raise fail("factory-robot", f'{package} has no file "{asked}"', help)
+            raise missing("factory-robot", f'{package} has no file "{asked}"', help)
         return path
     found = _candidates(package)
     if len(found) == 1:
@@ -103,7 +103,7 @@ def name_of(package: Path) -> str:
 
 
 def extract(source: RobotSource, package: str, asked: Asked) -> Factory:
-    """Return the numbers of a robot of a package. Raises ExtractProblem for a link or frame that it does not have."""
+    """Return the numbers of a robot of a package. Raises NotThere for a link or frame that it does not have."""
     made = Factory(diagnostics=source.diagnostics)
     for link in (asked.map_link, asked.frame):
         if link is not None:

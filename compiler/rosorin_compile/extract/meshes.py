@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostic import WARNING, Diagnostic
-from .problems import ExtractProblem, fail, plural
+from .problems import ExtractProblem, fail, missing, plural
 
 if TYPE_CHECKING:
     import numpy as np
@@ -43,7 +43,7 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mesh:
 
     STL, OBJ and glTF have no unit that differs from file to file: their numbers times ``scale`` are metres. A DAE names
     its unit, which is applied; its up axis is not: what the file has along z is height.
-    Raises ExtractProblem.
+    Raises NotThere if there is no such file, else ExtractProblem.
     """
     need_trimesh()
     import numpy as np
@@ -117,6 +117,8 @@ def _read(path: Path) -> bytes:
             help = "reduce the number of triangles"
             raise fail("mesh-unreadable", f"{path} is larger than {MAX_BYTES:,} bytes", help)
         data = path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        raise missing("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         help = "check the name and the permissions"

@@ -17,7 +17,7 @@ from ..model import Robot, Shape
 from ..project import NoDescription, find
 from ..tree import Map, locate
 from .meshes import load_mesh, placed
-from .problems import ExtractProblem, fail
+from .problems import ExtractProblem, missing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -52,17 +52,17 @@ class RobotSource:
     diagnostics: list[Diagnostic] = field(default_factory=list)
 
     def link(self, name: str) -> str:
-        """Return the name of a link. Raises ExtractProblem if the robot has none of this name."""
+        """Return the name of a link. Raises NotThere if the robot has none of this name."""
         if name not in self.robot.link:
             help = did_you_mean(name, self.robot.link)
-            raise fail("unknown-link", f'the robot has no link "{name}"', help)
+            raise missing("unknown-link", f'the robot has no link "{name}"', help)
         return name
 
 
 def read_source(word: str, options: ReadOptions) -> RobotSource:
     """Return the robot of a URDF, xacro or MJCF file, or of a description by name, folder or file.
 
-    Raises ExtractProblem; other problems that there are, are among the diagnostics of what is returned.
+    Raises NotThere if there is none, else ExtractProblem; other problems are among the diagnostics of what is returned.
     """
     path = Path(word)
     if path.suffix.lower() in (".yaml", ".yml") or not path.is_file():
@@ -95,7 +95,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
     try:
         (description,) = find([word], None)
     except NoDescription as problem:
-        raise fail("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
+        raise missing("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
     understood = understand(description.path, options.arguments)
     if understood.built is None or understood.built.robot is None or has_errors(understood.diagnostics):
         raise SourceProblem(understood.diagnostics)

@@ -13,6 +13,15 @@ class ExtractProblem(Exception):
         self.diagnostic = diagnostic
 
 
+class NotThere(ExtractProblem):
+    """What is asked for by name is not there: a file, a robot, a package, a link. For commands it is wrong usage."""
+
+
+def missing(rule: str, message: str, help: str = "") -> NotThere:
+    """Return the problem that nothing has the name that is asked for, to be raised."""
+    return NotThere(error(rule, message, None, help))
+
+
 def fail(rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
     """Return a problem, to be raised."""
     return ExtractProblem(error(rule, message, span, help))

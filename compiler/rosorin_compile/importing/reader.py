@@ -73,7 +73,7 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
 
 def _robot(document: Document, path: Path, options: ReadOptions) -> Imported:
     from .urdf import read_urdf
-    from .xacro import is_xacro, read_xacro
+    from .xacro.expanding import is_xacro, read_xacro
 
     if document.root.tag == "mujoco":
         return _other("mjcf", "read_mjcf", path, options)

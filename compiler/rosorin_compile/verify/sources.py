@@ -9,11 +9,11 @@ import numpy as np
 
 from ..emit import Artifact
 from ..model import Robot
-from .bags import Progress, Unreadable, read
+from .bags.reading import Progress, Unreadable, read
 from .expected import Description, Options
-from .judge import judge
-from .recording import Recording
-from .text import read_text
+from .judging.judge import judge
+from .recording.recording import Recording
+from .text.reading import read_text
 from .verdict import Verdict
 
 STANDARD_INPUT = "-"

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from ..diagnostic import ERROR, WARNING
 from .expected import Description
 from .findings import Finding
-from .recording import Recording
+from .recording.recording import Recording
 
 
 class Verdict(NamedTuple):

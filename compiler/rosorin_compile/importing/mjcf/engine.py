@@ -1,0 +1,142 @@
+"""The program of the child process: MuJoCo reads a file, and what it made of it is written as JSON.
+
+It runs in a process of its own: a file that makes MuJoCo's native code crash, hang or eat all memory ends that process
+and not the command. ``process`` starts it. Nothing of the package is imported here but what this file says.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+import warnings
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+
+MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
+
+
+def main(path: str, answer: str, cpu_seconds: int) -> None:
+    """Read the MJCF at ``path`` and write what was made of it, or why it was refused, to the file ``answer``."""
+    _limit(cpu_seconds)
+    mujoco: Any = import_module("mujoco")
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        try:
+            spec = mujoco.MjSpec.from_file(path)
+            # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
+            spec.compiler.fusestatic = spec.compiler.discardvisual = False
+            made: dict[str, Any] = facts(mujoco, spec, spec.compile())
+        except Exception as problem:  # whatever the reader refuses is told, not raised
+            made = {"refused": str(problem)}
+    made["warnings"] = [str(warning.message) for warning in said]
+    Path(answer).write_text(json.dumps(made), encoding="utf-8")
+
+
+def _limit(cpu_seconds: int) -> None:
+    """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
+    try:
+        import resource
+    except ImportError:
+        return
+    resource.setrlimit(resource.RLIMIT_CPU, (cpu_seconds, cpu_seconds + 5))
+    resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
+    resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
+
+
+# What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and our word for each array.
+_PLACE = {"body": "bodyid", "pos": "pos", "quat": "quat"}
+_TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
+    "bodies": (
+        "BODY",
+        "body",
+        {"parent": "parentid", "pos": "pos", "quat": "quat", "mass": "mass", "ipos": "ipos", "iquat": "iquat"}
+        | {"inertia": "inertia"},
+    ),
+    "joints": (
+        "JOINT",
+        "jnt",
+        {"body": "bodyid", "type": "type", "pos": "pos", "axis": "axis", "limited": "limited", "range": "range"}
+        | {"address": "qposadr", "dof": "dofadr", "forced": "actfrclimited", "force": "actfrcrange"},
+    ),
+    "geoms": (
+        "GEOM",
+        "geom",
+        {**_PLACE, "type": "type", "size": "size", "contype": "contype", "conaffinity": "conaffinity"}
+        | {"group": "group", "rgba": "rgba", "material": "matid", "data": "dataid"},
+    ),
+    "sites": ("SITE", "site", _PLACE),
+    "cameras": ("CAMERA", "cam", {**_PLACE, "mode": "mode"}),
+    "materials": ("MATERIAL", "mat", {"rgba": "rgba", "textures": "texid"}),
+    "meshes": ("MESH", "mesh", {"pos": "pos", "quat": "quat", "scale": "scale"}),
+    "equalities": (
+        "EQUALITY",
+        "eq",
+        {"type": "type", "first": "obj1id", "second": "obj2id", "active": "active0", "data": "data"},
+    ),
+    "actuators": (
+        "ACTUATOR",
+        "actuator",
+        {"transmission": "trntype", "target": "trnid", "gain": "gaintype", "bias": "biastype", "dynamics": "dyntype"}
+        | {"gainprm": "gainprm", "biasprm": "biasprm", "gear": "gear", "forced": "forcelimited", "force": "forcerange"}
+        | {"controlled": "ctrllimited", "control": "ctrlrange"},
+    ),
+    "keys": ("KEY", "key", {"qpos": "qpos"}),
+}
+
+
+def facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
+    """Return the compiled model as lists of plain values; indices are those of MuJoCo, -1 is none."""
+    made: dict[str, Any] = {"name": spec.modelname}
+    for word, (kind, prefix, fields) in _TABLES.items():
+        columns = {key: getattr(model, f"{prefix}_{field}").tolist() for key, field in fields.items()}
+        count = len(next(iter(columns.values())))
+        kind_of_object = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
+        columns["name"] = [mujoco.mj_id2name(model, kind_of_object, index) or "" for index in range(count)]
+        made[word] = [{key: column[index] for key, column in columns.items()} for index in range(count)]
+    made |= {
+        "excludes": model.exclude_signature.tolist(),
+        "zero": model.qpos0.tolist(),
+        "damping": model.dof_damping.ravel().tolist(),
+        "armature": model.dof_armature.tolist(),
+        "friction": model.dof_frictionloss.tolist(),
+    }
+    _authored(spec, made)
+    return made
+
+
+def _authored(spec: Any, made: dict[str, Any]) -> None:
+    """Add what only the file says, and no compiled model: classes, written inertias, files and frames of meshes."""
+    for geom in spec.geoms:
+        made["geoms"][geom.id]["class"] = geom.classname.name if geom.classname else ""
+    for body in spec.bodies:
+        if body.explicitinertial:
+            full = body.fullinertia.tolist()
+            said = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
+            made["bodies"][body.id]["said"] = said
+    for mesh in spec.meshes:
+        entry = made["meshes"][mesh.id]
+        entry["file"] = mesh.file
+        entry["folder"] = _folder(mesh.compiler, spec, "meshdir")
+        entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
+    files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
+    meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
+    made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
+    for entry in made["materials"]:
+        used = [files.get(index, "") for index in entry.pop("textures")]
+        entry["texture"] = next((file for file in used if file), "")
+
+
+def _folder(compiler: Any, spec: Any, word: str) -> str:
+    """Return the folder that files of a kind are looked for in, relative to the main file."""
+    return (getattr(compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
+
+
+def _joined(asset: Any, spec: Any, word: str) -> str:
+    """Return the file of a mesh, height field or texture, relative to the main file; empty if it has none."""
+    folder = _folder(asset.compiler, spec, word).rstrip("/")
+    return f"{folder}/{asset.file}" if asset.file and folder else asset.file
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))

@@ -1,0 +1,179 @@
+"""Nothing lost unsaid: every element and attribute of the text that the tree does not carry is listed here.
+
+The list works from the other end: it knows what is carried, and tells of all the rest, grouped by what it is. An
+attribute that is 0 says nothing and is not told of.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ...diagnostic import Span
+from ..markup import Element
+from .reading import Reading
+
+_PLACE = "pos quat axisangle xyaxes zaxis euler"
+_COMMON = f"name class {_PLACE}"
+
+# What is carried, calculated with, or only about names and order, by element.
+_CARRIED: dict[str, frozenset[str]] = {
+    tag: frozenset(words.split())
+    for tag, words in {
+        "body": f"{_COMMON} childclass",
+        "frame": f"{_COMMON} childclass scale",
+        "replicate": "count offset euler sep childclass",
+        "attach": "model body prefix frame",
+        "inertial": f"{_PLACE} mass diaginertia fullinertia",
+        "joint": f"name class type group {_PLACE} axis range limited ref armature damping frictionloss"
+        " actuatorfrcrange actuatorfrclimited springref",
+        "freejoint": "name group align",
+        "geom": f"{_COMMON} type contype conaffinity group size fromto mass density rgba material mesh fitscale"
+        " shellinertia hfield",
+        "site": f"{_COMMON} fromto",
+        "camera": f"{_COMMON} mode target",
+        "mesh": "name class file scale refpos refquat content_type inertia smoothnormal maxhullvert vertex normal"
+        " texcoord face builtin params material octree_maxdepth needsdf",
+        "material": "name class texture rgba",
+        "exclude": "name class body1 body2",
+        "key": "name qpos ctrl",
+    }.items()
+}
+
+# Words for attributes that are told of together, by element.
+_TOPICS: dict[str, dict[str, str]] = {
+    "joint": {
+        "stiffness springdamper": "springs",
+        "solreflimit solimplimit solreffriction solimpfriction margin": "the tuning of limits and friction",
+        "actuatorgravcomp": "compensation of gravity",
+    },
+    "geom": {
+        "condim priority friction solmix solref solimp margin gap": "friction and the tuning of contacts",
+        "fluidshape fluidcoef": "the drag of fluids",
+    },
+    "body": {"gravcomp": "compensation of gravity", "mocap": "motion capture", "sleep": "the sleep policy"},
+    "material": {
+        "texrepeat texuniform emission specular shininess reflectance metallic roughness": "shine and texture mapping"
+    },
+    "camera": {
+        "fovy ipd resolution output focal focalpixel principal principalpixel sensorsize projection": "the optics"
+    },
+    "key": {"time qvel act mpos mquat": "time, speeds and activations"},
+}
+
+# Sections and elements that are about the simulation or its scene, and say nothing of the robot.
+_SCENE = {
+    "option": "settings of the simulation",
+    "size": "settings of the simulation",
+    "visual": "settings of the viewer",
+    "statistic": "settings of the viewer",
+    "light": "lights",
+    "custom": "numbers and texts for other programs",
+}
+
+# What is handled where the compiled model is read.
+_READ_ELSEWHERE = ("equality", "actuator", "compiler")
+
+_LOST = {
+    "pair": "contact pairs",
+    "sensor": "sensors",
+    "tendon": "tendons",
+    "deformable": "flexible bodies",
+    "flexcomp": "flexible bodies",
+    "skin": "skins",
+    "extension": "plugins",
+    "plugin": "plugins",
+}
+_SINGULAR = ("the ", "compensation", "motion", '"')
+_ON_LOOKS_OF_SITES = "size type rgba group material user"
+
+
+def tell(reading: Reading) -> None:
+    """List what the tree does not carry of the text of an MJCF."""
+    groups: dict[tuple[str, str], list[Span]] = {}
+    for element in _elements(reading):
+        tag = element.tag
+        if tag in _LOST:
+            groups.setdefault(("lost", _LOST[tag]), []).append(_first(element))
+        elif tag in _SCENE:
+            groups.setdefault(("scene", _SCENE[tag]), []).append(element.span)
+        else:
+            for name, span in _unsaid(element):
+                kind = "looks" if tag == "site" and name in _ON_LOOKS_OF_SITES.split() else "lost"
+                words = "how sites look" if kind == "looks" else f"{_topic(tag, name)} of {_plural(tag)}"
+                groups.setdefault((kind, words), []).append(span)
+    for (kind, words), spans in groups.items():
+        if kind == "lost":
+            places = f" ({len(spans)} places)" if len(spans) > 1 else ""
+            reading.lost(f"{words}{places}", spans[0], "", not words.startswith(_SINGULAR), spans[1:])
+        else:
+            reading.ignored(f"{words}: no part of the robot", spans[0])
+    _masks(reading)
+
+
+def _elements(reading: Reading) -> Iterator[Element]:
+    """Yield the elements to look at; of what is told of as a whole only the outermost."""
+    waiting = list(reading.markup.children(reading.markup.root))[::-1]
+    while waiting:
+        element = waiting.pop()
+        if element.tag in _READ_ELSEWHERE:
+            continue
+        yield element
+        if element.tag not in _LOST and element.tag not in _SCENE:
+            waiting += list(reading.markup.children(element))[::-1]
+
+
+def _first(element: Element) -> Span:
+    """Return the place of the first thing in a section, or of the section."""
+    return next((child.span for child in element.children), element.span)
+
+
+def _unsaid(element: Element) -> Iterator[tuple[str, Span]]:
+    """Yield the attributes of an element that are not carried and say something."""
+    carried = _CARRIED.get(element.tag)
+    if carried is None or _in_scene(element):
+        return
+    for name, attribute in element.attributes.items():
+        if name not in carried and not _says_nothing(attribute.value):
+            yield name, attribute.name_span
+
+
+def _in_scene(element: Element) -> bool:
+    """Say whether an element stands in the world itself, not in a body."""
+    above = element.parent
+    return above is not None and above.tag == "worldbody" and element.tag not in ("body", "frame")
+
+
+def _says_nothing(value: str) -> bool:
+    return all(_is_zero(word) for word in value.split()) or value in ("auto", "false", "none")
+
+
+def _is_zero(word: str) -> bool:
+    try:
+        return float(word) == 0
+    except ValueError:
+        return False
+
+
+def _topic(tag: str, name: str) -> str:
+    for names, words in _TOPICS.get(tag, {}).items():
+        if name in names.split():
+            return words
+    return f'"{name}"'
+
+
+def _plural(tag: str) -> str:
+    return "bodies" if tag == "body" else "meshes" if tag == "mesh" else f"{tag}s"
+
+
+def _masks(reading: Reading) -> None:
+    """Say that only whether a geom collides is carried, where the masks say more."""
+    masks = [(geom["contype"], geom["conaffinity"]) for geom in reading.facts["geoms"]]
+    special = [index for index, mask in enumerate(masks) if mask not in ((0, 0), (1, 1))]
+    in_robot = _first_in(reading, special)
+    if in_robot is not None:
+        span = reading.places.of("geoms", in_robot).span
+        reading.lost("which geoms collide with which others (contype and conaffinity)", span)
+
+
+def _first_in(reading: Reading, geoms: Iterable[int]) -> int | None:
+    return next((index for index in geoms if reading.facts["geoms"][index]["body"] in reading.link_of), None)

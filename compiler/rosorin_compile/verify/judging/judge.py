@@ -1,0 +1,50 @@
+"""Judge: all findings about a recording, the most serious first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from ...emit import Artifact
+from ..findings import Finding, ordered, problem
+from ..recording.recording import Recording
+from . import edges, joints, sensors, text, tree
+
+
+def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
+    """Return what is wrong with a recording, held against the description and the compiled artifacts."""
+    found = list(recording.troubles)
+    nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
+    if (
+        nothing
+        and (recording.timed or not recording.sensors)
+        and not recording.joints.pace.count
+        and not recording.descriptions
+    ):
+        return ordered([*found, *([] if found else [_foreign(recording)])])
+    found += edges.edges(recording)
+    found += tree.missing(recording)
+    found += tree.stale(recording)
+    found += tree.late(recording)
+    found += tree.clocks(recording)
+    found += joints.joints(recording)
+    found += joints.robot_description(recording, artifacts)
+    found += sensors.sensors(recording)
+    found += text.rows(recording)
+    found += text.asked(recording)
+    if recording.too_many:
+        message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
+        found.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
+    return ordered(found)
+
+
+def _foreign(recording: Recording) -> Finding:
+    """Return the finding for a recording without a transform."""
+    topics = sorted(recording.topics)
+    help = "record /tf, /tf_static, /joint_states and /robot_description"
+    if recording.messages == 0 and not topics:
+        return problem("recording-empty", "the recording", "the recording has no messages", help)
+    shown = f": it has {', '.join(topics[:6])}{', ...' if len(topics) > 6 else ''}" if topics else ""
+    namespaced = [topic for topic in topics if topic.endswith("/tf")]
+    if namespaced and not recording.description.options.namespace:
+        help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
+    return problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)

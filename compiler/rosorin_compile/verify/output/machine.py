@@ -1,0 +1,174 @@
+"""Machine: a verdict as JSON (schemas/recording.schema.json) and as JUnit XML for CI."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator
+from typing import Any
+from xml.sax.saxutils import escape, quoteattr
+
+from ...diagnostic import ERROR, NOTE, WARNING
+from ..arrays import SECOND
+from ..findings import Finding
+from ..judging.tree import best_way
+from ..recording.pace import Pace
+from ..recording.recording import Recording
+from ..recording.sensors import FrameUse, SensorLog
+from ..recording.series import Series
+from ..verdict import Verdict
+
+VERSION = 1
+
+
+def as_json(verdict: Verdict, source: str) -> str:
+    """Return a verdict as a JSON document."""
+    recording = verdict.recording
+    span = (recording.end - recording.start) / SECOND if recording.timed and recording.start is not None else None
+    way = best_way(recording)
+    document = {
+        "recording": VERSION,
+        "robot": verdict.description.robot.name,
+        "source": source,
+        "form": recording.form,
+        "as_described": not verdict.fails(),
+        "messages": recording.messages,
+        "seconds": span,
+        "modes": dict(way.modes),
+        "edges": [_edge(recording, series) for series in recording.series.values()],
+        "missing": [edge.name for edge in way.edges] if recording.whole else [],
+        "frames": [
+            {"parent": row.parent, "child": row.child, "static": row.still, "rate": _finite(row.rate), "age": row.age}
+            for row in recording.rows
+        ],
+        "joints": _joints(recording),
+        "sensors": [_sensor(log, use) for log in recording.sensors.values() for use in log.frames.values()],
+        "answers": [{"source": a.source, "target": a.target, "line": a.line} for a in recording.asked],
+        "findings": [_finding(finding) for finding in verdict.findings],
+    }
+    return json.dumps(document, indent=2, allow_nan=False) + "\n"
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None
+
+
+def _plain(value: Any) -> Any:
+    return _finite(value) if isinstance(value, float) else value
+
+
+def _pace(pace: Pace) -> dict[str, Any]:
+    return {
+        "count": pace.count,
+        "rate": _finite(pace.rate),
+        "largest_gap": pace.gap.seconds if pace.aged else None,
+        "mean_age": _finite(pace.mean_age),
+    }
+
+
+def _edge(recording: Recording, series: Series) -> dict[str, Any]:
+    values = series.values
+    oldest = series.pace.oldest_until(recording.end).seconds if recording.timed and not series.still else None
+    return {
+        "parent": series.parent,
+        "child": series.child,
+        "topic": series.topic,
+        "described": series.edge is not None,
+        "described_parent": series.edge.parent if series.edge is not None else None,
+        "publisher": series.edge.publisher.name if series.edge is not None else None,
+        **_pace(series.pace),
+        "oldest": oldest,
+        "compared": values.compared,
+        "by_joint_state": values.by_state if series.edge is not None and series.edge.moving else 0,
+        "wrong": values.wrong,
+        "farthest_metres": _finite(values.farthest[0]),
+        "farthest_radians": _finite(values.farthest[1]),
+        "values": len(values.seen) + (1 if values.others else 0),
+        "two_values_at_one_stamp": series.leaps.twice_different,
+        "leaps_back": series.leaps.returns,
+    }
+
+
+def _joints(recording: Recording) -> list[dict[str, Any]]:
+    return [
+        {
+            "name": name,
+            "described": name in recording.description.robot.joint,
+            "lowest": _finite(seen.lowest),
+            "highest": _finite(seen.highest),
+            "seen": seen.seen,
+            "beyond_limits": seen.beyond,
+        }
+        for name, seen in recording.joints.ranges.items()
+    ]
+
+
+def _sensor(log: SensorLog, use: FrameUse) -> dict[str, Any]:
+    lookups = [
+        {"target": found.target, "asked": found.asked, "failed": found.failed, "mean_lag": found.mean_lag}
+        | {"largest_lag": found.lag_most}
+        for found in use.lookups.values()
+    ]
+    row = {"topic": log.topic, "type": log.kind, "frame": use.frame, **_pace(use.pace)}
+    return row | {"before_the_frame": use.early, "lookups": lookups}
+
+
+def _finding(finding: Finding) -> dict[str, Any]:
+    return {
+        "rule": finding.rule,
+        "severity": finding.severity,
+        "subject": finding.subject,
+        "message": finding.message,
+        "help": finding.help,
+        "evidence": list(finding.evidence),
+        "numbers": {key: _plain(value) for key, value in finding.numbers.items()},
+        **({"file": finding.place.source.path, "line": finding.place.line} if finding.place else {}),
+    }
+
+
+def as_junit(verdict: Verdict, strict: bool = False) -> str:
+    """Return a verdict as JUnit XML: a test case for each edge, topic and joint, failed where an error is about it."""
+    cases: dict[str, list[Finding]] = {}
+    way = best_way(verdict.recording)
+    names = [edge.name for edge in way.present] if verdict.recording.whole else []
+    names += [series.name for series in verdict.recording.series.values()]
+    names += [f"{answer.source} -> {answer.target}" for answer in verdict.recording.asked]
+    names += list(verdict.recording.sensors)
+    for name in names:
+        cases.setdefault(name, [])
+    for finding in verdict.findings:
+        cases.setdefault(finding.subject, []).append(finding)
+    failing = {ERROR, WARNING} if strict else {ERROR}
+    failed = sum(any(finding.severity in failing for finding in found) for found in cases.values())
+    robot = verdict.description.robot.name
+    lines = ['<?xml version="1.0" encoding="UTF-8"?>', f'<testsuites tests="{len(cases)}" failures="{failed}">']
+    lines.append(f'  <testsuite name={_quoted(robot)} tests="{len(cases)}" failures="{failed}" errors="0" skipped="0">')
+    for name, found in cases.items():
+        lines += _case(robot, name, found, failing)
+    return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])
+
+
+def _case(robot: str, name: str, found: list[Finding], failing: set[str]) -> Iterator[str]:
+    start = f"    <testcase classname={_quoted(robot)} name={_quoted(name)}"
+    if not found:
+        yield f"{start}/>"
+        return
+    yield f"{start}>"
+    for finding in found:
+        text = "\n".join([finding.message, *finding.evidence, finding.help])
+        if finding.severity in failing:
+            message, kind = _quoted(finding.message), _quoted(finding.rule)
+            yield f"      <failure message={message} type={kind}>{escape(visible(text))}</failure>"
+        else:
+            word = "note" if finding.severity == NOTE else "warning"
+            yield f"      <system-out>{escape(visible(f'{word}[{finding.rule}]: {text}'))}</system-out>"
+    yield "    </testcase>"
+
+
+def _quoted(text: str) -> str:
+    return quoteattr(visible(text))
+
+
+def visible(text: str) -> str:
+    """Return a text with what XML cannot hold made visible."""
+    return "".join(c if c in "\t\n" or (c.isprintable() and c < "\ud800") or c > "\udfff" else "?" for c in text)

@@ -8,8 +8,9 @@ from typing import Any, NamedTuple
 
 from .diagnostic import Diagnostic, Span, arrange, error, has_errors
 from .expand import expand
-from .expand.files import Reader, shown
+from .expand.files import Reader
 from .load import LoadError, load_mapping
+from .paths import shown
 from .tree import Map, Seq
 from .written import Written
 

@@ -6,7 +6,6 @@ description. Templates from strangers are safe to render: they reach plain value
 
 from __future__ import annotations
 
-import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,6 +17,7 @@ from markupsafe import Markup, escape
 
 from .data import data_folder
 from .diagnostic import Diagnostic, Source, Span, error
+from .paths import shown as as_shown
 
 BUILTIN = "rosorin_compile/"
 
@@ -110,7 +110,7 @@ class Templates:
         if found is None or not line:
             return TemplateProblem(error(rule, f"{name}: {message}", asked))
         text = found[0]
-        shown = name if name.startswith(BUILTIN) or self.folder is None else _shown(self.folder / name)
+        shown = name if name.startswith(BUILTIN) or self.folder is None else as_shown(self.folder / name)
         source = Source(shown, text)
         width = max(1, len(source.line(line).strip()))
         indent = len(source.line(line)) - len(source.line(line).lstrip())
@@ -148,11 +148,6 @@ def _line(problem: BaseException) -> int:
             line = trace.tb_lineno
         trace = trace.tb_next
     return line
-
-
-def _shown(path: Path) -> str:
-    here = os.path.relpath(path)
-    return str(path) if here.startswith("..") else here
 
 
 def _bytecode_cache() -> jinja2.BytecodeCache | None:

@@ -15,8 +15,9 @@ from typing import Any, NamedTuple
 from ..data import data_folder
 from ..diagnostic import Diagnostic, did_you_mean, error
 from ..load import plain_scalar
+from ..paths import shown
 from ..tree import Map, Place
-from .files import Reader, shown
+from .files import Reader
 from .forms import ENTRIES, SECTIONS, check_controls
 from .ledger import Ledger
 from .parameters import declare

@@ -10,6 +10,7 @@ from typing import Any
 from ..data import data_folder
 from ..diagnostic import Diagnostic, Related, Span, error
 from ..load import LoadError, load_mapping
+from ..paths import shown
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import corrected, outside
 from .parts import copy, sourced
@@ -217,9 +218,3 @@ def _package_folder(package: str) -> Path | None:
         return None
     places = list(spec.submodule_search_locations or ()) if spec else []
     return Path(places[0]) if places else None
-
-
-def shown(path: Path) -> str:
-    """Return a path as a person would name it: relative to here if it is below."""
-    here = os.path.relpath(path)
-    return str(path) if here.startswith("..") else here

@@ -7,7 +7,8 @@ from typing import Any
 
 from ..expression.functions import ExpressionError
 from ..load import LoadError, parse_yaml, read_text
-from .files import Reader, shown
+from ..paths import shown
+from .files import Reader
 
 
 def table_loader(reader: Reader) -> Callable[[Any], Any]:

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
 from ..diagnostic import NOTE, WARNING, Diagnostic, Related, error
 from ..expression.functions import FUNCTIONS
+from ..paths import shown
 from ..tree import Instance, Map, Place
 from .attaching import free_name, joint_above, root_of
 from .include_checks import check_include, kind, place_of
@@ -168,7 +169,6 @@ class Robots:
     def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
         """Return the file that an include names: in the folder of the description, or in a ROS package."""
         from ..importing.packages import Packages
-        from .files import shown
 
         name, package = entry["file"], entry.get("package")
         if package is None:

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 
 from ..diagnostic import NOTE, WARNING, Diagnostic, Source, Span, did_you_mean, has_errors
 from ..importing import ReadOptions, read_robot
-from ..importing.files import shown
 from ..importing.packages import Packages
 from ..model import Mesh as MeshShape
 from ..model import Robot, Shape
+from ..paths import shown
 from ..project import NoDescription, find
 from ..tree import Map, locate
 from .meshes import load_mesh, placed

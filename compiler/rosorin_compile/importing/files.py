@@ -7,6 +7,7 @@ import re
 from pathlib import Path
 
 from ..diagnostic import Diagnostic, Source, Span, error
+from ..paths import shown
 from .markup import Document, MarkupError
 
 MAX_BYTES = 100_000_000
@@ -27,13 +28,6 @@ _DECLARED = re.compile(
 
 # Python has codecs that are no encoding of a text file; these would run an escape language over it.
 _NO_ENCODING = {"unicode-escape", "raw-unicode-escape", "idna", "punycode", "utf-7", "undefined", "mbcs", "oem"}
-
-
-def shown(path: Path) -> str:
-    """Return a path as a person would name it."""
-    from ..expand.files import shown as as_named  # a stage that a child process which reads one file does without
-
-    return as_named(path)
 
 
 def printable_name(path: Path) -> str:

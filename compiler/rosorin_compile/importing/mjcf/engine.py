@@ -7,7 +7,6 @@ and not the command. ``process`` starts it. Nothing of the package is imported h
 from __future__ import annotations
 
 import json
-import sys
 import warnings
 from importlib import import_module
 from pathlib import Path
@@ -136,7 +135,3 @@ def _joined(asset: Any, spec: Any, word: str) -> str:
     """Return the file of a mesh, height field or texture, relative to the main file; empty if it has none."""
     folder = _folder(asset.compiler, spec, word).rstrip("/")
     return f"{folder}/{asset.file}" if asset.file and folder else asset.file
-
-
-if __name__ == "__main__":
-    main(sys.argv[1], sys.argv[2], int(sys.argv[3]))

@@ -23,6 +23,10 @@ XACRO = """<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <joint name="neck" type="fixed"><parent link="foot"/><child link="head"/><origin xyz="0 0 $(arg height)"/></joint>
 </robot>
 """
+IN_PACKAGE = """<robot name="tower" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="$(find posts)/post.xacro"/>
+</robot>
+"""
 TABLE = """robot: table
 publishers: {tracker: {about: a camera above the table}}
 links: {top: {}, puck: {}, fly: {}}
@@ -46,6 +50,19 @@ def artifacts(tmp_path: Path) -> Path:
     for name, text in texts(compiled()).items():
         (tmp_path / name).write_text(text, "utf-8")
     return tmp_path
+
+
+def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
+    (tmp_path / "made_elsewhere").mkdir()
+    (tmp_path / "made_elsewhere" / "post.xacro").write_text(XACRO, "utf-8")
+    robot = tmp_path / "tower.xacro"
+    robot.write_text(IN_PACKAGE, "utf-8")
+    words = ["tf", "foot", "head", str(robot), "height:=0.3", "--json"]
+    assert "posts" in asked(capsys, *words, code=1)
+    there = f"posts={tmp_path / 'made_elsewhere'}"
+    assert json.loads(asked(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
+    assert "foot" in asked(capsys, "frames", str(robot), "--package", there)
+    assert f'there is no folder "{tmp_path}/x"' in asked(capsys, *words, "--package", f"posts={tmp_path}/x", code=2)
 
 
 @pytest.mark.parametrize("name", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
@@ -101,9 +118,9 @@ def test_verify_against_a_urdf(artifacts: Path, tmp_path: Path, capsys: Shown) -
 
 def test_the_urdf_of_a_file_is_what_stands_there(artifacts: Path) -> None:
     path = artifacts / "rosorin.urdf"
-    (artifact,) = compile_foreign(path, {}).artifacts
+    (artifact,) = compile_foreign(path, {}, {}).artifacts
     assert artifact.text == path.read_text("utf-8")
-    (artifact,) = compile_foreign(artifacts / "rosorin.xml", {}).artifacts
+    (artifact,) = compile_foreign(artifacts / "rosorin.xml", {}, {}).artifacts
     assert artifact.backend == "urdf"
 
 

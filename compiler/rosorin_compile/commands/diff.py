@@ -8,7 +8,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..console import Console
-from .shared import FINE, MARK, PROBLEMS, WrongUsage, argument_options, given_arguments, json_option, package_option
+from .shared import (
+    FINE,
+    MARK,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    json_option,
+    package_option,
+    packages_of,
+)
 
 if TYPE_CHECKING:
     from ..difference import Side
@@ -65,8 +75,8 @@ def run(options: argparse.Namespace) -> int:
     except LoadError as problem:
         Console("text").show([problem.diagnostic])
         return PROBLEMS
-    own = [{**arguments, **_pairs(texts, "")} for texts in (options.a_arg, options.b_arg)]
-    packages = {name: Path(path) for name, path in _pairs(options.packages, " of a package and its folder").items()}
+    own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
+    packages = packages_of(options)
     read = [_read(word, values, packages) for word, values in zip(words, own, strict=True)]
     sides = _sides(read, words)
     if sides is None:
@@ -96,13 +106,13 @@ def _tolerance(text: str) -> float:
     return value
 
 
-def _pairs(texts: list[str], what: str) -> dict[str, str]:
+def _pairs(texts: list[str]) -> dict[str, str]:
     """Return NAME=VALUE texts by name. Raises WrongUsage."""
     found = {}
     for text in texts:
         name, equals, value = text.partition(MARK if MARK in text else "=")
         if not equals or not name:
-            raise WrongUsage(f'"{text}" is not NAME=VALUE{what}')
+            raise WrongUsage(f'"{text}" is not NAME=VALUE')
         found[name] = value
     return found
 

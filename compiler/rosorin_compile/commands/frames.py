@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from .modes import mode_option, mode_states
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, one_robot, place
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, one_robot, package_option, place
 from .single import one, understood
 
 if TYPE_CHECKING:
@@ -39,6 +39,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    package_option(command)
     argument_options(command)
 
 

@@ -12,7 +12,17 @@ from typing import TYPE_CHECKING
 
 from ..console import Console
 from ..project import DESCRIPTIONS
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, format_options, given_arguments, package_option, place
+from .shared import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    format_options,
+    given_arguments,
+    package_option,
+    packages_of,
+    place,
+)
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -49,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     from ..importing import ReadOptions, read_robot
 
     source, arguments = _source(options)
-    packages = _packages(options.packages)
+    packages = packages_of(options)
     if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
@@ -115,19 +125,6 @@ def _alike(path: Path) -> str:
     except (OSError, ValueError):
         return ""
     return f'; did you mean "{path.with_name(close)}"?' if close else ""
-
-
-def _packages(words: list[str]) -> dict[str, Path]:
-    """Return the folders of packages that the command line names. Raises WrongUsage."""
-    found: dict[str, Path] = {}
-    for word in words:
-        name, equals, path = word.partition("=")
-        if not equals or not name or not path:
-            raise WrongUsage(f'"{word}" is not NAME=PATH')
-        if _kind(Path(path)) != "folder":
-            raise WrongUsage(f'there is no folder "{path}" for the package {name}')
-        found[name] = Path(path)
-    return found
 
 
 def _show(console: Console, diagnostics: list[Diagnostic]) -> None:

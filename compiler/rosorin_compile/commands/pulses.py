@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
 from ..project import Description
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot, package_option
 from .single import Known, beyond_limit, one, understood
 
 if TYPE_CHECKING:
@@ -48,6 +48,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    package_option(command)
     argument_options(command)
 
 

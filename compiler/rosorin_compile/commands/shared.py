@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Callable, Sequence, Sized
+import os
+from collections.abc import Callable, Mapping, Sequence, Sized
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
@@ -25,10 +27,14 @@ class WrongUsage(Exception):
 
 
 class Given(NamedTuple):
-    """The arguments of a run: texts by name from the command line, and the files that hold more of them."""
+    """The arguments of a run: texts by name from the command line, and the files that hold more of them.
+
+    ``packages`` are folders of ROS packages by name, for robots in other formats.
+    """
 
     texts: dict[str, str]
     files: tuple[Path, ...]
+    packages: Mapping[str, Path] = MappingProxyType({})
 
     def values(self) -> dict[str, Any]:
         """Return all arguments by name; the command line wins over files. Raises LoadError."""
@@ -103,6 +109,19 @@ def package_option(command: argparse.ArgumentParser) -> None:
     )
 
 
+def packages_of(options: argparse.Namespace) -> dict[str, Path]:
+    """Return the folders of packages that the command line names. Raises WrongUsage."""
+    found: dict[str, Path] = {}
+    for word in getattr(options, "packages", ()):
+        name, equals, path = word.partition("=")
+        if not equals or not name or not path:
+            raise WrongUsage(f'"{word}" is not NAME=PATH')
+        if not os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+            raise WrongUsage(f'there is no folder "{path}" for the package {name}')
+        found[name] = Path(path)
+    return found
+
+
 def output_options(command: argparse.ArgumentParser) -> None:
     """Add the option that names the folder of the artifacts."""
     command.add_argument("--outputs", type=place, metavar="FOLDER", help="where the artifacts stand; default: outputs/")
@@ -132,7 +151,7 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     for file in files:
         if not file.is_file():
             raise WrongUsage(f'there is no file "{file}" of arguments')
-    return Given(texts, files), [word for word in words if MARK not in word]
+    return Given(texts, files, packages_of(options)), [word for word in words if MARK not in word]
 
 
 def descriptions(names: list[str], outputs: str | None = None) -> list[Description]:

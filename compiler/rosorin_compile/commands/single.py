@@ -48,7 +48,7 @@ def read(given: Given, description: Description, console: Console) -> Understood
     if is_foreign(description.path):
         from ..importing.asking import understand_foreign
 
-        return understand_foreign(description.path, texts(arguments), console.ahead)
+        return understand_foreign(description.path, texts(arguments), given.packages, console.ahead)
     from ..pipeline import understand
 
     return understand(description.path, arguments, console.ahead)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..console import Console
 from .modes import mode_option, mode_states
-from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot
+from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot, package_option
 from .single import Known, beyond_limit, edge_index, one, understood
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="whose tf2_echo; jazzy says (xyzw); default: humble",
     )
     command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    package_option(command)
     argument_options(command)
 
 

@@ -22,6 +22,7 @@ from .shared import (
     descriptions,
     given_arguments,
     json_option,
+    package_option,
 )
 from .single import is_foreign, read, texts
 
@@ -60,6 +61,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
     command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
     json_option(command)
+    package_option(command)
     argument_options(command)
 
 
@@ -108,7 +110,7 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
     from ..pipeline import Compiled
 
     try:
-        return compile_foreign(description.path, texts(given.values()), console.ahead)
+        return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead)
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
 

@@ -22,12 +22,15 @@ _URDF = "urdf"
 Tell = Callable[[Diagnostic], None]
 
 
-def understand_foreign(path: Path, arguments: Mapping[str, str], tell: Tell | None = None) -> Understood:
+def understand_foreign(
+    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
+) -> Understood:
     """Return what a foreign robot says, as ``pipeline.understand`` does of a description.
 
-    ``arguments`` are those of a xacro file. It is read leniently; joints are published as in any description.
+    ``arguments`` are those of a xacro file, ``packages`` folders of ROS packages by name. It is read leniently; joints
+    are published as in any description.
     """
-    imported = read(path, ReadOptions(arguments, lenient=True, tell=tell))
+    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell))
     tree = None if imported.tree is None else _with_urdf(imported, imported.tree)
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
@@ -36,9 +39,11 @@ def understand_foreign(path: Path, arguments: Mapping[str, str], tell: Tell | No
     return Understood(expanded, built, arrange([*imported.diagnostics, *built.diagnostics]))
 
 
-def compile_foreign(path: Path, arguments: Mapping[str, str], tell: Tell | None = None) -> Compiled:
+def compile_foreign(
+    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
+) -> Compiled:
     """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
-    expanded, built, diagnostics = understand_foreign(path, arguments, tell)
+    expanded, built, diagnostics = understand_foreign(path, arguments, packages, tell)
     if built is None or built.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     artifacts: list[Artifact] = []

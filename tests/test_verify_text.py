@@ -71,6 +71,18 @@ def test_without_the_yaw_of_the_laser_they_are_not(tmp_path: Path) -> None:
     assert rules(other) == ["mounted-backwards"]
 
 
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("- Translation: [0.148, 0.000, 0.107]", "printed:   0.148 0 0.107 m (line 2)"),
+        ("- Rotation: in RPY (degree) [0.000, -0.000, 90.000]", "printed:   0 0 90 deg (line 2)"),
+    ],
+)
+def test_only_what_was_printed_is_shown_as_printed(line: str, shown: str) -> None:
+    (finding,) = judged(f"ros2 run tf2_ros tf2_echo base_link laser\n{line}\n").findings
+    assert finding.evidence[1] == shown
+
+
 def test_a_pasted_session_is_read_part_by_part() -> None:
     verdict = judged((DATA / "session.txt").read_text("utf-8"))
     assert verdict.findings == []

@@ -129,13 +129,21 @@ def _reading(recording: Recording, name: str, answer: Asked, reading: Reading, e
     recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
     metres, radians, words = difference(expected, recorded)
     rule = "mounted-backwards" if half_turn_about(expected, recorded) == "z" else "edge-wrong-value"
-    evidence = [f"described: {pose_text(expected)}", f"printed:   {pose_text(printed)} (line {answer.line})"]
+    evidence = [f"described: {pose_text(expected)}", f"printed:   {_printed(reading, printed)} (line {answer.line})"]
     edge = next((edge for edge in recording.description.edges if edge.name == name), None)
     help = "deploy what is compiled, or correct the description"
     if edge is not None:
         help = f"{edge.owner} publishes it: {help}"
     message = f"{name} is {words} against the description"
     return problem(rule, name, message, help, evidence=evidence, numbers={"metres": metres, "radians": radians})
+
+
+def _printed(reading: Reading, pose: Transform) -> str:
+    """Return a pose in words, of it only what was printed."""
+    place, turn = pose_text(pose).split(", ")
+    if reading.rows is None:
+        return place
+    return turn if reading.xyz is None else f"{place}, {turn}"
 
 
 def _refused(recording: Recording, question: Refused) -> Finding:

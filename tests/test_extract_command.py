@@ -263,7 +263,7 @@ def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> N
         ),
         (["factory", "a", "-o", "b"], "a is not a folder; name the folder of a description package"),
         (["factory", "a", "-o", "b", "--frame", "c"], "--frame is that of the height map; say of which link: "),
-        (["boxes", "robot.urdf", "--package", "x"], '"x" is not NAME=PATH with the folder of a package'),
+        (["boxes", "robot.urdf", "--package", "x"], '"x" is not NAME=PATH'),
     ],
 )
 def test_wrong_usage(here: Path, capsys: Said, words: list[str], message: str) -> None:

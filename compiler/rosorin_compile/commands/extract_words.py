@@ -137,12 +137,7 @@ def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions,
     from ..load import LoadError
 
     given, words = given_arguments(options, options.words)
-    packages: dict[str, Path] = {}
-    for word in options.packages:
-        name, equals, path = word.partition("=")
-        if not equals or not name or not Path(path).is_dir():
-            raise WrongUsage(f'"{word}" is not NAME=PATH with the folder of a package')
-        packages[name] = Path(path)
+    packages = dict(given.packages)
     try:
         values = {name: str(FUNCTIONS["str"](value)) for name, value in given.values().items()}
     except LoadError as problem:

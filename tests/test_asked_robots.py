@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 import bags
+from asking import Shown, ask
 from bags import judged
 from robots import ROOT, compiled, texts
 from rosorin_compile.cli import main
@@ -35,13 +36,6 @@ joints:
   free: {type: floating, parent: top, child: fly, publisher: tracker}
 outputs: {urdf: {file: table.urdf}}
 """
-Shown = pytest.CaptureFixture[str]
-
-
-def asked(capsys: Shown, *words: str, code: int = 0) -> str:
-    assert main(list(words)) == code
-    shown = capsys.readouterr()
-    return shown.err if code else shown.out
 
 
 @pytest.fixture
@@ -58,28 +52,28 @@ def test_packages_of_a_xacro(tmp_path: Path, capsys: Shown) -> None:
     robot = tmp_path / "tower.xacro"
     robot.write_text(IN_PACKAGE, "utf-8")
     words = ["tf", "foot", "head", str(robot), "height:=0.3", "--json"]
-    assert "posts" in asked(capsys, *words, code=1)
+    assert "posts" in ask(capsys, *words, code=1)
     there = f"posts={tmp_path / 'made_elsewhere'}"
-    assert json.loads(asked(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
-    assert "foot" in asked(capsys, "frames", str(robot), "--package", there)
-    assert f'there is no folder "{tmp_path}/x"' in asked(capsys, *words, "--package", f"posts={tmp_path}/x", code=2)
+    assert json.loads(ask(capsys, *words, "--package", there))["translation"] == [0, 0, 0.3]
+    assert "foot" in ask(capsys, "frames", str(robot), "--package", there)
+    assert f'there is no folder "{tmp_path}/x"' in ask(capsys, *words, "--package", f"posts={tmp_path}/x", code=2)
 
 
 @pytest.mark.parametrize("name", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
 def test_tf_of_every_format(artifacts: Path, capsys: Shown, name: str) -> None:
     """Of each format the same answer as of the description that it was compiled from; MJCF in millionths."""
     words = ["tf", "base_link", "end_effector_link", "--joint", "joint2=30deg", "--joint", "joint3=-0.4", "--json"]
-    own = json.loads(asked(capsys, *words, "-r", str(ROOT / "descriptions" / "rosorin")))
-    other = json.loads(asked(capsys, *words, "-r", str(artifacts / name)))
+    own = json.loads(ask(capsys, *words, "-r", str(ROOT / "descriptions" / "rosorin")))
+    other = json.loads(ask(capsys, *words, "-r", str(artifacts / name)))
     assert other["translation"] == pytest.approx(own["translation"], abs=1e-6)
     assert other["rpy"] == pytest.approx(own["rpy"], abs=1e-5)
 
 
 def test_frames_and_pulses_of_other_formats(artifacts: Path, capsys: Shown) -> None:
-    assert "└── tool0" in asked(capsys, "frames", str(ARM))
-    own = asked(capsys, "pulses", "joint1=400", "-r", str(ROOT / "descriptions" / "rosorin"))
-    assert asked(capsys, "pulses", "joint1=400", "-r", str(artifacts / "robot_model.json")) == own
-    assert 'the robot "little_arm" has no servos' in asked(capsys, "pulses", str(ARM), code=2)
+    assert "└── tool0" in ask(capsys, "frames", str(ARM))
+    own = ask(capsys, "pulses", "joint1=400", "-r", str(ROOT / "descriptions" / "rosorin"))
+    assert ask(capsys, "pulses", "joint1=400", "-r", str(artifacts / "robot_model.json")) == own
+    assert 'the robot "little_arm" has no servos' in ask(capsys, "pulses", str(ARM), code=2)
 
 
 def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
@@ -95,10 +89,10 @@ def test_xacro_with_an_argument(tmp_path: Path, capsys: Shown) -> None:
 def test_broken_files_are_told_at_their_place(tmp_path: Path, capsys: Shown) -> None:
     file = tmp_path / "broken.urdf"
     file.write_text(ARM.read_text("utf-8").replace('<child link="tool0"/>', '<child link="tool1"/>'), "utf-8")
-    said = asked(capsys, "tf", "base_link", "tool0", str(file), code=1)
+    said = ask(capsys, "tf", "base_link", "tool0", str(file), code=1)
     assert 'there is no link "tool1"' in said
     assert f"{file.name}:" in said
-    said = asked(capsys, "verify", str(bags.bag(tmp_path / "bag", seconds=1.0)), str(file), code=1)
+    said = ask(capsys, "verify", str(bags.bag(tmp_path / "bag", seconds=1.0)), str(file), code=1)
     assert 'there is no link "tool1"' in said
 
 
@@ -134,17 +128,17 @@ def table(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("table")
 def test_planar_and_floating_joints(capsys: Shown) -> None:
-    found = json.loads(asked(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--json"))
+    found = json.loads(ask(capsys, "tf", "top", "puck", "--joint", "slide=10 cm, -0.2, 30deg", "--json"))
     assert found["translation"] == pytest.approx([0.1, -0.2, 1.0])
     assert found["rpy_degrees"] == pytest.approx([0, 0, 30])
     assert found["positions"] == {"slide": [0.1, -0.2, math.radians(30)]}
     turned = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3)).transform()
     w, x, y, z = turned.quaternion()
     for text in ("1,2,3,0.1,0.2,0.3", f"1,2,3,{x},{y},{z},{w}", f"1,2,3,{-2 * x},{-2 * y},{-2 * z},{-2 * w}"):
-        found = json.loads(asked(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--json"))
+        found = json.loads(ask(capsys, "tf", "top", "fly", "--joint", f"free={text}", "--json"))
         assert found["translation"] == pytest.approx([1, 2, 3])
         assert found["rpy"] == pytest.approx([0.1, 0.2, 0.3])
-    back = json.loads(asked(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--json"))
+    back = json.loads(ask(capsys, "tf", "puck", "top", "--joint", "slide=0.1,-0.2,30deg", "--json"))
     inverse = Pose((0.1, -0.2, 1.0), (0.0, 0.0, math.radians(30))).transform().inverse()
     assert back["translation"] == pytest.approx(inverse.xyz)
 
@@ -162,15 +156,15 @@ def test_planar_and_floating_joints(capsys: Shown) -> None:
     ],
 )
 def test_coordinates_that_are_none(capsys: Shown, text: str, message: str) -> None:
-    assert message in asked(capsys, "tf", "top", "puck", "--joint", text, code=2)
+    assert message in ask(capsys, "tf", "top", "puck", "--joint", text, code=2)
 
 
 @pytest.mark.usefixtures("table")
 def test_a_sweep_goes_over_one_number(capsys: Shown) -> None:
-    said = asked(capsys, "tf", "top", "puck", "--sweep", "slide=0:1:3", code=2)
+    said = ask(capsys, "tf", "top", "puck", "--sweep", "slide=0:1:3", code=2)
     assert 'joint "slide" is planar: its position is not one number' in said
 
 
 def test_a_position_without_its_option(capsys: Shown) -> None:
-    said = asked(capsys, "tf", "base_link", "tool0", "elbow=0.3", "-r", str(ARM), code=2)
+    said = ask(capsys, "tf", "base_link", "tool0", "elbow=0.3", "-r", str(ARM), code=2)
     assert "write --joint elbow=0.3 for a position, --pulse elbow=0.3 for a pulse" in said

@@ -61,6 +61,17 @@ def test_joints_have_the_digits_of_the_package(package: Path) -> None:
     assert "    rpy: [0, 0, 3.14159265358979]\n" in text
 
 
+def test_a_turntable_of_several_turns_compiles(package: Path) -> None:
+    """What is more than a full turn says that it is radians, as the rules ask of it."""
+    arm = package / "urdf" / "arm.urdf.xacro"
+    arm.write_text(arm.read_text("utf-8").replace('lower="-2.09" upper="2.09"', 'lower="-7" upper="7.00"'), "utf-8")
+    assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
+    assert "limit: {lower: -7 rad, upper: 7.00 rad, " in Path("numbers/joints.yaml").read_text("utf-8")
+    Path("numbers/robot.yaml").write_text("robot: nano\ninclude: [joints.yaml, boxes.yaml]\n", "utf-8")
+    made = compile_robot(Path("numbers/robot.yaml"))
+    assert made.robot is not None, report(made.diagnostics)
+
+
 def test_boxes_are_those_of_the_meshes_of_all_formats(package: Path) -> None:
     assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
     links = read("numbers/boxes.yaml")["links"]

@@ -15,9 +15,9 @@ from rosorin_compile.expand.ledger import Ledger
 from rosorin_compile.expand.scope import Scope
 from rosorin_compile.importing.writing.layout import WIDTH, Expression, Remarks, Verbatim, layout
 from rosorin_compile.importing.writing.numbers import in_degrees, number
-from rosorin_compile.importing.writing.scalars import escaped, scalar
 from rosorin_compile.load import parse_yaml, plain_scalar
 from rosorin_compile.tree import Place, first_line
+from rosorin_compile.yaml_text import escaped, scalar
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),

@@ -8,10 +8,9 @@ from pathlib import Path
 import pytest
 
 import handy
+from asking import Shown, ask, edit
 from robots import OUTPUTS, RECORDED, copy_of_rosorin
 from rosorin_compile.cli import main
-
-Shown = pytest.CaptureFixture[str]
 
 
 @pytest.fixture
@@ -22,17 +21,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def pulses(capsys: Shown, *words: str, code: int = 0) -> str:
-    """What a call prints; on standard error if it is not fine."""
-    assert main(["pulses", *words]) == code
-    shown = capsys.readouterr()
-    assert not (code and shown.out)
-    return shown.out if code == 0 else shown.err
-
-
-def edit(path: Path, old: str, new: str) -> None:
-    text = path.read_text("utf-8")
-    assert text.count(old) == 1
-    path.write_text(text.replace(old, new), "utf-8")
+    return ask(capsys, "pulses", *words, code=code)
 
 
 @pytest.mark.usefixtures("project")

@@ -10,12 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from asking import Shown, ask
 from robots import RECORDED, compiled, copy_of_rosorin
-from rosorin_compile.cli import main
 from rosorin_compile.kinematics import Graph
 from rosorin_compile.kinematics.lookup import lookup
-
-Shown = pytest.CaptureFixture[str]
 
 
 @pytest.fixture
@@ -26,11 +24,7 @@ def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def tf(capsys: Shown, *words: str, code: int = 0) -> str:
-    """What a call prints; on standard error if it is not fine."""
-    assert main(["tf", *words]) == code
-    shown = capsys.readouterr()
-    assert not (code and shown.out)
-    return shown.out if code == 0 else shown.err
+    return ask(capsys, "tf", *words, code=code)
 
 
 # What tf2_echo printed on the real robot, as the guide has it.

@@ -11,14 +11,13 @@ from pathlib import Path
 import pytest
 
 import handy
+from asking import Shown, ask, edit
 from robots import ROOT, compiled, copy_of_rosorin
 from rosorin_compile.cli import main
 from rosorin_compile.commands.tf import _no_way
 from rosorin_compile.kinematics import NoWay
 from rosorin_compile.kinematics.states import NoState, free_joint, position, sweep_of
 from test_docs import blocks, play
-
-Shown = pytest.CaptureFixture[str]
 
 
 @pytest.fixture
@@ -36,17 +35,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def tf(capsys: Shown, *words: str, code: int = 0) -> str:
-    """What a call prints; on standard error if it is not fine."""
-    assert main(["tf", *words]) == code
-    shown = capsys.readouterr()
-    assert not (code and shown.out)
-    return shown.out if code == 0 else shown.err
-
-
-def edit(path: Path, old: str, new: str) -> None:
-    text = path.read_text("utf-8")
-    assert text.count(old) == 1
-    path.write_text(text.replace(old, new), "utf-8")
+    return ask(capsys, "tf", *words, code=code)
 
 
 @pytest.mark.usefixtures("rosorin")

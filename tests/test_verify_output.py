@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 import shutil
 import subprocess
 import sys
@@ -19,6 +20,7 @@ from hypothesis import strategies as st
 import bags
 from bags import START, TYPES, Message, judged, ns
 from robots import ROOT
+from rosorin_compile import progress
 from rosorin_compile.cli import main
 from rosorin_compile.model import Transform
 from rosorin_compile.report import text as report
@@ -161,17 +163,18 @@ def test_what_is_not_installed_is_said(
 def test_a_bar_is_shown_on_a_terminal_after_a_second(
     clean: dict[str, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    from rosorin_compile.commands import verify as command
-
     monkeypatch.setattr(reading, "BATCH", 200)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
-    assert "messages" not in capsys.readouterr().err
-    monkeypatch.setattr(command.time, "monotonic", iter(range(1000)).__next__)
+    assert "reading [" not in capsys.readouterr().err
+    monkeypatch.setattr(progress.time, "monotonic", iter(range(1000)).__next__)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
     said = capsys.readouterr().err
-    assert " of 625 messages" in said or "messages" in said
+    shares = [int(share) for share in re.findall(r"\rreading \[#*\.*\] +(\d+)%", said)]
+    assert len(shares) > 2
+    assert shares == sorted(shares)
+    assert 0 < shares[-1] <= 100
     assert said.endswith("\r\033[K")
 
 

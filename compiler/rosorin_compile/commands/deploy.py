@@ -12,14 +12,11 @@ from .shared import (
     PROBLEMS,
     WrongUsage,
     argument_options,
-    compile_one,
     format_options,
-    given_arguments,
-    nothing_written,
     one_robot,
     place,
 )
-from .single import one
+from .single import compiled_one
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -52,24 +49,15 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and put its artifacts into a folder."""
-    from ..diagnostic import has_errors
     from ..load import LoadError
     from ..output import OutputError
 
-    given, names = given_arguments(options, options.words)
-    if len(names) > 1:
-        raise WrongUsage(f"one robot is deployed at a time: {_HOW}")
     folder = Path(options.to)
     if not folder.is_dir():
         raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
-    description = one(names[0] if names else "", _HOW)
-    console = Console(options.format)
-    compiled = compile_one(given, description, console)
-    console.show(compiled.diagnostics)
+    console, _, compiled = compiled_one(options, "one robot is deployed at a time", _HOW)
     code = PROBLEMS
-    if compiled.robot is None or has_errors(compiled.diagnostics):
-        nothing_written(console, description.name, compiled.diagnostics)
-    else:
+    if compiled is not None and compiled.robot is not None:
         try:
             code = _deploy(options, console, compiled.robot, compiled.artifacts)
         except (LoadError, OutputError) as problem:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
+from ..paths import nearest_file
 from ..project import DESCRIPTIONS
 from .shared import (
     FINE,
@@ -118,13 +119,8 @@ def _kind(path: Path) -> str:
 
 def _alike(path: Path) -> str:
     """Return a file of the same folder whose name is nearly that, in words."""
-    from ..diagnostic import nearest
-
-    try:
-        close = nearest(path.name, [file.name for file in path.parent.iterdir() if file.is_file()])
-    except (OSError, ValueError):
-        return ""
-    return f'; did you mean "{path.with_name(close)}"?' if close else ""
+    close = nearest_file(path)
+    return f'; did you mean "{close}"?' if close else ""
 
 
 def _show(console: Console, diagnostics: list[Diagnostic]) -> None:

@@ -14,14 +14,11 @@ from .shared import (
     PROBLEMS,
     WrongUsage,
     argument_options,
-    compile_one,
     format_options,
-    given_arguments,
-    nothing_written,
     one_robot,
     place,
 )
-from .single import one
+from .single import compiled_one
 
 if TYPE_CHECKING:
     from ..emit import Artifact
@@ -61,20 +58,11 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile a robot and write its package."""
-    from ..diagnostic import has_errors
     from ..output import OutputError
 
-    given, names = given_arguments(options, options.words)
-    if len(names) > 1:
-        raise WrongUsage(f"a package is for one robot: {_HOW}")
-    description = one(names[0] if names else "", _HOW)
-    console = Console(options.format)
-    compiled = compile_one(given, description, console)
-    console.show(compiled.diagnostics)
+    console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)
     code = PROBLEMS
-    if compiled.robot is None or has_errors(compiled.diagnostics):
-        nothing_written(console, description.name, compiled.diagnostics)
-    else:
+    if compiled is not None and compiled.robot is not None:
         robot = compiled.robot
         asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
         try:

@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+import argparse
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
 from ..project import Description
-from .shared import Given, WrongUsage, descriptions
+from .shared import Given, WrongUsage, compile_one, descriptions, given_arguments, nothing_written
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
     from ..kinematics.states import Beyond
     from ..model import Edge, Robot
-    from ..pipeline import Understood
+    from ..pipeline import Compiled, Understood
     from ..rules.case import Case
 
 # Endings of the files that stand for a robot and are no description.
@@ -35,6 +36,26 @@ def one(name: str, how: str) -> Description:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")
     return found[0]
+
+
+def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[Console, Description, Compiled | None]:
+    """Compile the one robot that a command asks for, and say what is wrong; None for one with errors or no artifacts.
+
+    ``several`` says why it is one. Raises WrongUsage.
+    """
+    from ..diagnostic import has_errors
+
+    given, names = given_arguments(options, options.words)
+    if len(names) > 1:
+        raise WrongUsage(f"{several}: {how}")
+    description = one(names[0] if names else "", how)
+    console = Console(options.format)
+    compiled = compile_one(given, description, console)
+    console.show(compiled.diagnostics)
+    if compiled.robot is not None and not has_errors(compiled.diagnostics):
+        return console, description, compiled
+    nothing_written(console, description.name, compiled.diagnostics)
+    return console, description, None
 
 
 def is_foreign(path: Path) -> bool:

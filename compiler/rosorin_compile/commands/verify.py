@@ -5,11 +5,11 @@ from __future__ import annotations
 import argparse
 import re
 import sys
-import time
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
+from ..progress import Progress
 from ..project import ROOT_FILE, Description, NoDescription, find
 from .modes import mode_option, mode_states
 from .shared import (
@@ -85,16 +85,16 @@ def run(options: argparse.Namespace) -> int:
             raise
         raise WrongUsage(_INSTALL) from None
     said = _options(options, compiled.robot)
-    bar = _Bar()
+    bar = Progress("reading")
     try:
-        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar.show, sys.stdin.buffer.read)
+        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar, sys.stdin.buffer.read)
     except Unreadable as problem:
         from ..diagnostic import error
 
         console.show([error("recording-unreadable", str(problem), None, problem.help)])
         return PROBLEMS
     finally:
-        bar.clear()
+        bar.end()
     verdict = verdict._replace(findings=_placed(verdict, given, description, console))
     _show(verdict, options, source, description.name, console)
     _write(verdict, options)
@@ -243,26 +243,3 @@ def _save(name: str, text: str) -> None:
         Path(name).write_text(text, "utf-8")
     except OSError as problem:
         raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None
-
-
-class _Bar:
-    """A progress bar on a terminal, for what takes longer than a second."""
-
-    def __init__(self) -> None:
-        self.began = time.monotonic()
-        self.shown = False
-
-    def show(self, done: int, all: int) -> None:  # noqa: A002
-        """Show how many of all messages are done."""
-        if not sys.stderr.isatty() or not all or time.monotonic() - self.began < 1.0:
-            return
-        part = min(1.0, done / all)
-        bar = "#" * int(30 * part)
-        sys.stderr.write(f"\r[{bar:<30}] {100 * part:3.0f} %  {done:,} of {all:,} messages")
-        sys.stderr.flush()
-        self.shown = True
-
-    def clear(self) -> None:
-        """Remove the bar."""
-        if self.shown:
-            sys.stderr.write("\r\033[K")

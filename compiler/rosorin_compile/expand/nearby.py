@@ -5,24 +5,19 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-from ..diagnostic import Diagnostic, nearest
+from ..diagnostic import Diagnostic
+from ..paths import nearest_file
 
 
 def corrected(found: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
     if found.rule != "file-unreadable":
         return found
-    try:
-        beside = [] if target.exists() else [file for file in target.parent.iterdir() if file.is_file()]
-    except (OSError, ValueError):  # no folder, or a name that no file can have
+    close = None if os.path.exists(target) else nearest_file(target)  # noqa: PTH110 - Path.exists raises for some names
+    if close is None:
         return found
-    stems = {file.stem: file.name for file in sorted(beside)}  # all descriptions end alike: that is no likeness
-    stem = nearest(target.stem, stems)
-    if stem is None:
-        return found
-    close = stems[stem]
     folder = name.rpartition("/")[0]
-    return found._replace(help=f'did you mean "{folder}/{close}"?' if folder else f'did you mean "{close}"?')
+    return found._replace(help=f'did you mean "{folder}/{close.name}"?' if folder else f'did you mean "{close.name}"?')
 
 
 def outside(name: str, by: Path, folder: Path) -> str:

@@ -6,11 +6,11 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from ..progress import Progress
 from . import writing
 from .fits import Fit, Tell, fits
 from .measure import Measured, Ruler
 from .parts import Part
-from .progress import Progress
 
 # The share of the time that fitting takes, the rest is measuring: about.
 _FITTING = 0.6

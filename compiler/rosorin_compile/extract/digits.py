@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from ..diagnostic import Span
-from ..formatting import exact
+from ..importing.writing.numbers import number
 from ..tree import Map, Seq
 from . import writing
 
@@ -25,15 +25,5 @@ def inline(value: Any, span: Span) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, int | float):
-        return digits(float(value), span)
+        return number(value, span)
     return writing.name(str(value))
-
-
-def digits(value: float, span: Span) -> str:
-    """Return a number with the digits that stand at its place in the source, if they mean that number."""
-    written = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
-    try:
-        same = float(written) == value and written.isascii() and "_" not in written
-    except ValueError:
-        same = False
-    return written if same else exact(value)

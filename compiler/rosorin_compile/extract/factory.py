@@ -14,6 +14,7 @@ from typing import Any
 from ..diagnostic import Diagnostic, did_you_mean
 from ..importing.packages import package_name
 from ..model import Box, HeightMap
+from ..progress import Progress
 from ..tree import Map
 from . import digits, writing
 from .files import MARK
@@ -22,7 +23,6 @@ from .heights import Wanted, make_map
 from .meshes import placed
 from .parts import AUTO, RobotSource, part_of_link
 from .problems import ExtractProblem, fail, missing
-from .progress import Progress
 
 _KEYS = (
     "type",

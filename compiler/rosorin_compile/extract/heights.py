@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from ..diagnostic import NOTE, WARNING, Diagnostic
 from ..formatting import exact
 from ..model import HeightMap
+from ..progress import Progress
 from .grid import Grid
 from .heightmap import below, grid_around, height_map, rounded_up
 from .meshes import bounds
 from .problems import fail
-from .progress import Progress
 
 if TYPE_CHECKING:
     import numpy as np

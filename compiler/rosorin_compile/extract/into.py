@@ -17,6 +17,7 @@ from ..diagnostic import Source
 from ..load import LoadError, parse_yaml, read_text
 from ..model import HeightMap
 from ..tree import Map, Seq
+from ..yaml_text import quoted
 from . import writing
 from .problems import ExtractProblem, fail
 
@@ -119,7 +120,7 @@ def _values(text: str, there: yaml.CollectionNode, block: Block, made: HeightMap
     wanted: dict[str, tuple[Any, str]] = {
         "origin": (list(made.origin), writing.row(made.origin)),
         "cell": (made.cell, writing.length(made.cell)),
-        "method": (made.method, writing.quoted(made.method)),
+        "method": (made.method, quoted(made.method)),
     }
     if made.step != block.height_map.get("step", made.cell):
         wanted["step"] = (made.step, writing.length(made.step))

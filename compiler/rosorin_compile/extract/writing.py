@@ -2,33 +2,18 @@
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
 from ..formatting import exact
-from ..load import plain_scalar
 from ..model import Box, Capsule, Cylinder, HeightMap, Shape
-
-
-def quoted(text: str) -> str:
-    """Return text as a scalar of YAML in double quotes."""
-    return "".join(map(_escaped, json.dumps(text, ensure_ascii=False)))
-
-
-def _escaped(letter: str) -> str:
-    """Return a letter as YAML has it in double quotes: one that cannot be seen by its number."""
-    if letter.isprintable():
-        return letter
-    number = ord(letter)
-    return f"\\u{number:04x}" if number < 0x10000 else f"\\U{number:08x}"
+from ..yaml_text import escaped, quoted, scalar
 
 
 def name(text: str) -> str:
-    """Return a name as YAML: as it is where that means itself, else in quotes."""
-    plain = bool(text) and text.replace("_", "").replace("-", "").replace("/", "").isalnum() and text[0].isalpha()
-    return text if plain and isinstance(plain_scalar(text), str) else quoted(text)
+    """Return a name as YAML that means just this name, inside brackets too."""
+    return scalar(escaped(text), flow=True)
 
 
 def number(value: float) -> str:

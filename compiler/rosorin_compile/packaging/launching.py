@@ -38,17 +38,6 @@ def plain(text: str) -> str:
     return text.replace("\\", "\\\\").replace("$", "\\$")
 
 
-def quoted(text: str) -> str:
-    """Return a text as YAML in double quotes (YAML 1.1, 5.7; JSON's pairs of escapes for one letter are not YAML)."""
-    return f'"{"".join(_escaped(letter) for letter in text)}"'
-
-
-def _escaped(letter: str) -> str:
-    if letter in ('"', "\\"):
-        return f"\\{letter}"
-    return letter if letter.isprintable() else f"\\U{ord(letter):08x}"
-
-
 def statics(robot: Robot, taken: Iterable[str]) -> tuple[list[Static], dict[str, str]]:
     """Return the static transforms of a robot, and the launch arguments of the modes that they depend on.
 

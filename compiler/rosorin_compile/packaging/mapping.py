@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..diagnostic import error
 from ..load import LoadError, load_mapping
-from .launching import quoted
+from ..yaml_text import quoted
 
 FILE = ".rosorin-compile-deploy.yaml"
 NOWHERE = "none"

@@ -12,6 +12,7 @@ from ..diagnostic import NOTE, Diagnostic, error
 from ..emit import Artifact
 from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from ..templating import BUILTIN, Templates, comment
+from ..yaml_text import quoted
 from . import launching, meshes, views
 from .naming import file_name
 
@@ -153,7 +154,7 @@ def _made(
         "publisher": launching.moved_by(robot),
         "statics": statics,
         "literal": repr,
-        "quoted": launching.quoted,
+        "quoted": quoted,
         "plain": launching.plain,
         "eval": launching.evaluated,
         "modes": modes,

@@ -9,7 +9,7 @@ import math
 from collections.abc import Iterable, Sequence
 
 from ...model import Transform
-from ...model.geometry import Rows, Vector, norm
+from ...model.geometry import Rows, Vector, norm, transform_of_quaternion
 
 DEGREE = math.pi / 180
 ROUNDING = 1e-15  # of sums and products of numbers near 1
@@ -54,19 +54,13 @@ def tidy_position(value: float) -> float:
 
 def rotation(quaternion: Sequence[float]) -> Rows:
     """Return the rotation matrix, as rows, of a quaternion (w, x, y, z) of any length above zero."""
-    length = math.hypot(*quaternion)
-    w, x, y, z = (c / length for c in quaternion)
-    return (
-        (w * w + x * x - y * y - z * z, 2 * (x * y - w * z), 2 * (x * z + w * y)),
-        (2 * (x * y + w * z), w * w - x * x + y * y - z * z, 2 * (y * z - w * x)),
-        (2 * (x * z - w * y), 2 * (y * z + w * x), w * w - x * x - y * y + z * z),
-    )
+    return transform(NO_POSE.xyz, quaternion).rows
 
 
 def transform(pos: Sequence[float], quat: Sequence[float]) -> Transform:
     """Return the transform of a position (m) and a quaternion (w, x, y, z)."""
     x, y, z = pos
-    return Transform(rotation(quat), (x, y, z))
+    return transform_of_quaternion((x, y, z), quat)
 
 
 def shift(offset: Sequence[float]) -> Transform:

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...tree import Path
-from .scalars import MAX_KEY, escaped, is_raw, scalar
+from ...yaml_text import MAX_KEY, escaped, is_raw, scalar
 
 WIDTH = 120
 _MAX_ALIGN = 60  # a list that is wrapped hangs below its bracket; further right it stands in a block

@@ -8,9 +8,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ...tree import Path
+from ...yaml_text import is_raw
 from ..imported import BESIDE, END, INSIDE, Comment
 from .layout import Remarks
-from .scalars import is_raw
 
 _LINE_END = re.compile("\r\n|[\n\r\x85\u2028\u2029]")
 _OF_ROBOT = ("robot", "source")

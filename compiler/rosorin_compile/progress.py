@@ -27,9 +27,10 @@ class Progress:
             return
         self.next = now + _EVERY
         self.shown = True
-        full = _WIDTH * done // max(total, 1)
+        share = min(1.0, done / max(total, 1))  # a recording may hold more than it says
+        full = int(_WIDTH * share)
         bar = "#" * full + "." * (_WIDTH - full)
-        sys.stderr.write(f"\r{self.what} [{bar}] {100 * done // max(total, 1):3d}%")
+        sys.stderr.write(f"\r{self.what} [{bar}] {int(100 * share):3d}%")
         sys.stderr.flush()
 
     def part(self, index: int, count: int) -> Callable[[float], None]:

@@ -1,4 +1,4 @@
-"""Scalars: one text as YAML writes it, quoted only where it has to be, so that ``load`` reads back the same text.
+"""Text as YAML writes it, quoted only where it has to be, so that ``load`` reads back the same text.
 
 What other readers of YAML would take for something else (``on``, ``12:30``, a date: YAML 1.1) is quoted too.
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from functools import lru_cache
 
-from ...load import plain_scalar
+from .load import plain_scalar
 
 # An implicit key has to end within 1,024 characters (https://yaml.org/spec/1.2.2/#example-single-pair-explicit-entry).
 MAX_KEY = 1_000
@@ -51,6 +51,11 @@ def scalar(text: str, flow: bool) -> str:
         return text
     if ('"' in text or "\\" in text) and "'" not in text and is_raw(text):
         return f"'{text}'"
+    return quoted(text)
+
+
+def quoted(text: str) -> str:
+    """Return a text as a scalar in double quotes, which every reader of YAML takes for just this text."""
     return '"' + "".join(map(_letter, text)) + '"'
 
 

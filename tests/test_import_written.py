@@ -60,7 +60,7 @@ def test_any_robot_is_written_as_it_was_read(text: str) -> None:
         assert imported.tree is not None, report(imported.diagnostics)
         for file, written in write(imported, outputs(imported)).items():
             Path(name, file).write_text(written, "utf-8")
-        expanded = expand(Path(name, "robot.yaml"), {})
+        expanded = expand(Path(name, "robot.yaml"), {}, None)
     assert expanded.tree is not None, report(expanded.diagnostics)
     tree = plain(expanded.tree)
     tree.pop("include", None)

@@ -33,7 +33,7 @@ def test_reference_robot_is_right():
 
 
 def test_reference_robot_names_its_stand_ins_once():
-    tree = expand(ROSORIN, {}).tree
+    tree = expand(ROSORIN, {}, None).tree
     built = build(tree)
     notes = [d.message for d in check(built.robot, tree, built.places)]
     assert len(notes) == len(set(notes)) >= 3

@@ -73,14 +73,14 @@ def declared(path: Path, arguments: Mapping[str, Any]) -> tuple[list[Argument], 
 
     Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
     """
-    reader = Reader(path)
+    reader = Reader(path, None)
     root = reader.read(path, shown(path), None, None, ())
     if root is None or has_errors(reader.diagnostics):
         return [], reader.diagnostics
     entries = root.get("args")
     if not isinstance(entries, Map):
         entries = Map(root.span)
-    expanded = expand(path, arguments, robots=False)
+    expanded = expand(path, arguments, None)
     written = Written()
     found = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
     return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)

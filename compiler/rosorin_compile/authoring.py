@@ -18,8 +18,9 @@ from collections.abc import Mapping
 from typing import Any
 
 from .authoring_sections import added_definitions, added_sections
+from .emit import FORMATS
 from .quantity import UNITS, parse_unit
-from .schema import resolve, schema
+from .schema import resolve, with_formats
 
 Schema = dict[str, Any]
 
@@ -41,7 +42,7 @@ CONTROLS: Schema = {
 
 def authoring() -> Schema:
     """Return the schema of the files of a description."""
-    plain = schema()
+    plain = with_formats(FORMATS.values())
     sections = {
         name: section if name in _CLOSED else opened(section, entry=False)
         for name, section in plain["properties"].items()

@@ -9,9 +9,10 @@ from typing import Any, NamedTuple
 from .accepting import settled
 from .build import Built, build
 from .diagnostic import Diagnostic, arrange, error, has_errors
-from .emit import Artifact, backend
+from .emit import FORMATS, Artifact
 from .expand import Expanded, expand
 from .expand.vendor import Tell
+from .importing import Readers
 from .model import Robot
 from .rules import check
 from .tree import Map, locate
@@ -43,16 +44,16 @@ def understand(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tel
 
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics.
     """
-    expanded = expand(path, arguments or {}, tell)
+    expanded = expand(path, arguments or {}, Readers(), tell)
     if expanded.tree is None:
         return Understood(expanded, None, arrange(expanded.diagnostics))
-    diagnostics = [*expanded.diagnostics, *validate(expanded.tree)]
+    diagnostics = [*expanded.diagnostics, *validate(expanded.tree, FORMATS)]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
     built = build(expanded.tree)
     diagnostics += built.diagnostics
     if built.robot is not None:
-        diagnostics += check(built.robot, expanded.tree, built.places)
+        diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
     diagnostics = settled(expanded.tree, diagnostics, complete=built.robot is not None)
     return Understood(expanded, built, arrange(diagnostics))
 
@@ -82,7 +83,7 @@ def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], 
     for output in robot.outputs:
         place = locate(tree, ("outputs", output.name), key=True)
         try:
-            text, said = backend(output.backend).emit(robot, output, templates)
+            text, said = FORMATS[output.backend].written(robot, output, templates)
         except TemplateProblem as problem:
             found = problem.diagnostic
             diagnostics.append(found if found.span else error(found.rule, found.message, place.span, found.help))

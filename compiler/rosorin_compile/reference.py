@@ -14,9 +14,10 @@ from pathlib import Path
 from typing import Any
 
 from .authoring_sections import added_definitions, added_sections
+from .emit import FORMATS
 from .expression import CONSTANTS
 from .quantity import DIMENSIONS, UNITS, Dimension, describe
-from .schema import schema as load_schema
+from .schema import with_formats
 
 HEAD = Path("docs/_language_head.md")
 _KEYS = ("key", "value", "unit", "needed", "meaning")
@@ -83,7 +84,7 @@ Schema = Mapping[str, Any]
 
 def language() -> Schema:
     """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
-    plain = load_schema()
+    plain = with_formats(FORMATS.values())
     sections = plain["properties"]
     added = added_definitions(sections, plain["$defs"]["arg"])
     use, kind = added["use"], added["sensor_type"]

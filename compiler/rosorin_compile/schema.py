@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache, lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .data import data_folder
+
+if TYPE_CHECKING:
+    from .emit import Format
+
+# An entry of outputs with this key is made by it, whatever its name.
+TEMPLATE = "template"
 
 Steps = list[str | int]
 
@@ -23,9 +29,53 @@ def schema(name: str = "description") -> dict[str, Any]:
 @cache
 def validator(name: str = "description") -> Any:
     """Return the validator of one of the schemas that ship with the tool."""
+    return validator_of(schema(name))
+
+
+def validator_of(schema: dict[str, Any]) -> Any:
+    """Return the validator of a schema."""
     import jsonschema_rs
 
-    return jsonschema_rs.Draft202012Validator(schema(name))
+    return jsonschema_rs.Draft202012Validator(schema)
+
+
+def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
+    """Return the schema of descriptions with the options of the outputs of one; each entry by its format."""
+    entries: dict[str, Any] = {}
+    for name, entry in outputs.items() if isinstance(outputs, Mapping) else ():
+        called = entry.get("backend", backend_of(name, entry)) if isinstance(entry, Mapping) else ""
+        if isinstance(called, str) and called in formats:
+            entries[name] = {**_output(), "properties": {**_output()["properties"], **formats[called].options}}
+    if not entries:
+        return schema()
+    whole, section = schema(), schema()["properties"]["outputs"]
+    return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
+
+
+def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
+    """Return the schema of descriptions with the options of every format, each with the formats that have it."""
+    options: dict[str, dict[str, Any]] = {}
+    for one in formats:
+        for key, option in one.options.items():
+            known = options.setdefault(key, {**option, "description": ""})
+            text = f"{one.name}: {_uncapitalised(option.get('description', ''))}"
+            known["description"] = f"{known['description']} {text}".strip()
+    output = {**_output(), "properties": {**_output()["properties"], **options}, "additionalProperties": False}
+    return {**schema(), "$defs": {**schema()["$defs"], "output": output}}
+
+
+def backend_of(name: str, entry: Mapping[str, Any]) -> str:
+    """Return the backend of an entry of outputs that does not say it: its name, unless it names a template."""
+    return TEMPLATE if TEMPLATE in entry else name
+
+
+def _output() -> dict[str, Any]:
+    found: dict[str, Any] = schema()["$defs"]["output"]
+    return found
+
+
+def _uncapitalised(text: str) -> str:
+    return text[:1].lower() + text[1:] if text[1:2].islower() else text
 
 
 def misfits(name: str, value: Any) -> list[str]:
@@ -63,9 +113,9 @@ def subject(path: Steps) -> str:
     return words
 
 
-def schema_at(path: Steps) -> Any:
-    """Return the fragment of the schema at a path of the schema; an empty one if the path does not exist."""
-    node: Any = schema()
+def schema_at(path: Steps, whole: Mapping[str, Any] | None = None) -> Any:
+    """Return the fragment of a schema at a path of it; an empty one if the path does not exist."""
+    node: Any = schema() if whole is None else whole
     for step in path:
         if isinstance(node, dict):
             node = node.get(str(step), {})

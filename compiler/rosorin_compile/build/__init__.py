@@ -30,6 +30,7 @@ from ..model import (
     Simulated,
     Source,
 )
+from ..schema import backend_of
 from ..tree import Map, Path, locate
 from .elements import Frames, build_elements
 from .inertials import build_inertial
@@ -266,8 +267,6 @@ class _Builder:
         return Edge(entry["parent"], entry["child"], publisher, moving, when, pose, source_of(entry.get("source")))
 
     def output(self, name: str, entry: dict[str, Any]) -> Output:
-        backend = entry.get("backend", "template" if "template" in entry else name)
+        backend = entry.get("backend", backend_of(name, entry))
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
-        if "version" in options:  # 1.2 is a number in YAML, and the name of a version all the same
-            options["version"] = str(options["version"])
         return Output(name, backend, entry["file"], options)

@@ -71,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
 def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...]) -> int:
     """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
     from ..diagnostic import has_errors
+    from ..emit import FORMATS
     from ..packaging import mapping
     from ..packaging.checking import launch_files
     from ..packaging.deploying import afterwards, plan, told
@@ -88,7 +89,7 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
         check_way(folder.resolve(), copy.place)
     _tell(console, told(planned.copies, options.full))
     _write(options, console, robot, planned, wanted)
-    ours = [copy.place for copy in planned.copies if copy.artifact.backend == "static_tf"]
+    ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
     problems = list(launch_files(robot, folder, files, ours))
     problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
     console.show(problems)

@@ -139,7 +139,7 @@ def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[
     """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
     from ..difference.values import YAML
 
-    deaf = [one.side is not None and one.side.format != YAML and not one.expanded for one in read]
+    deaf = [one.side is not None and one.side.format is not YAML and not one.expanded for one in read]
     for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):
         if is_deaf and own:
             raise WrongUsage(

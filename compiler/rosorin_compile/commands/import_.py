@@ -205,21 +205,22 @@ def _write(console: Console, folder: Path, proof: Proof) -> Written | None:
 
 def _report(console: Console, folder: Path, imported: Imported, proof: Proof, written: Written) -> None:
     """Say what was made, what was proved, what is kept as it was, and what comes next."""
+    from ..emit import FORMATS
     from ..importing.telling import accepted, kept, sizes
-    from ..importing.writing import CAPSULES, outputs, tree_of
+    from ..importing.writing import tree_of
 
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(proof.files)}")
     console.say(
-        f"the compiled URDF is the same robot: {proof.frames} frame{'' if proof.frames == 1 else 's'} at "
+        f"the compiled {proof.word} is the same robot: {proof.frames} frame{'' if proof.frames == 1 else 's'} at "
         f"zero and {proof.states} random joint states, largest difference {proof.largest:.2g}"
     )
-    if proof.without_mjcf:
-        console.say(f"no mjcf among its outputs: {proof.without_mjcf}")
+    for name, reason in proof.outputs.left_out.items():
+        console.say(f"no {name} among its outputs: {reason}")
     for line in (*kept(tree), *accepted(tree)):
         console.say(line)
-    if CAPSULES in outputs(imported).remarks:
-        console.say(f"its URDF is {CAPSULES}")
+    for name, remark in proof.outputs.remarks.items():
+        console.say(f"its {FORMATS[name].word} is {remark}")
     if imported.left_out:
         count = len(imported.left_out)
         console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")

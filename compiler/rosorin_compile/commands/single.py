@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from ..pipeline import Compiled, Understood
     from ..rules.case import Case
 
-# Endings of the files that stand for a robot and are no description.
-FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
-
 
 class Known(NamedTuple):
     """A robot without errors, and where it was written."""
@@ -60,7 +57,11 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
 
 def is_foreign(path: Path) -> bool:
     """Say whether a file is no description but a robot in another format, by its name."""
-    return path.suffix.lower() in FOREIGN
+    if path.suffix.lower() in (".yaml", ".yml", ""):
+        return False
+    from ..emit import endings
+
+    return path.suffix.lower() in endings()
 
 
 def read(given: Given, description: Description, console: Console) -> Understood:

@@ -131,6 +131,8 @@ def _asked(words: list[str]) -> tuple[str, Description]:
 
 def _is_robot(source: str) -> bool:
     """Say whether the word for the recording is a robot: a description, or a file in another format."""
+    from ..emit import endings
+
     path = Path(source)
     try:
         if path.is_dir():
@@ -140,7 +142,7 @@ def _is_robot(source: str) -> bool:
     except (NoDescription, OSError, ValueError):
         return False
     # Messages may be pasted as JSON or as YAML of any name.
-    return found.name == ROOT_FILE or (is_foreign(found) and found.suffix.lower() != ".json")
+    return found.name == ROOT_FILE or found.suffix.lower() in endings(include=True)
 
 
 def _options(options: argparse.Namespace, robot: Robot) -> Options:

@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..emit import Artifact, backend
+from ..emit import FORMATS, Artifact
 from ..model import Robot
 from .agreement import agreement
 from .entities import Pair
 from .facts import changes
 from .text import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, same_syntax, shorten, unified
-from .view import ORDER, View, renamed, view_of
+from .view import View, called, view_of
 from .words import Change, printable
 
 __all__ = ["Change", "Comparison", "TextDifference", "agreement", "compare", "lines"]
@@ -26,7 +26,6 @@ _NOT_TEXT = "the committed file is no UTF-8 text; rosorin-compile all writes it 
 _SAME_MEANING = "same meaning, different text"
 _NOTHING_COMPARED = "different text; nothing that is compared by meaning differs"
 _MAX_CHANGES = 100
-_WHOLE = "mjcf"  # the backend whose artifact carries every frame with its own shapes
 
 
 class Comparison(NamedTuple):
@@ -39,7 +38,7 @@ class Comparison(NamedTuple):
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
     """Return how the committed files (bytes by name, see ``output.read_set``) differ from what was just compiled."""
-    arranged = sorted(artifacts, key=lambda artifact: (_rank(artifact.backend), artifact.output))
+    arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     texts: list[TextDifference] = []
     pairs: list[Pair] = []
     for artifact in arranged:
@@ -65,17 +64,13 @@ def _whole(
 ) -> Pair | None:
     """Return the artifact that carries every frame, whether it differs or not; None if there is none to read."""
     for artifact in artifacts:
-        if artifact.backend == _WHOLE:
+        if FORMATS[artifact.backend].complete:
             old = _decoded(committed.get(artifact.file))
             if old is None or old != artifact.text:
                 return next((pair for pair in pairs if pair.output == artifact.output), None)
             same = _pair(robot, artifact, old)
             return same if isinstance(same, Pair) else None
     return None
-
-
-def _rank(name: str) -> int:
-    return ORDER.index(name) if name in ORDER else len(ORDER)
 
 
 def _decoded(data: bytes | None) -> str | None:
@@ -87,13 +82,16 @@ def _decoded(data: bytes | None) -> str | None:
 
 
 def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
-    """Return an artifact as it was and as it is; if the committed text cannot be read, why."""
-    names = renamed(robot, artifact.output)
+    """Return an artifact as it was and as it is; if the committed text cannot be read, why. Empty: nobody reads it."""
+    facts = FORMATS[artifact.backend].facts
+    if facts is None:
+        return ""
+    names = called(robot, artifact)
     try:
-        before = view_of(backend(artifact.backend).read(old), names)
+        before = view_of(facts(old), names)
     except (ValueError, OverflowError) as problem:
         return f"the committed file is damaged and compared as text alone ({printable(str(problem))})"
-    new: View = view_of(backend(artifact.backend).read(artifact.text), names)
+    new: View = view_of(facts(artifact.text), names)
     return Pair(artifact.output, artifact.backend, before, new)
 
 
@@ -107,10 +105,10 @@ def _remarked(
     """Return a text difference with the remark that no change of meaning goes with it, where that is so."""
     if artifact is None or text.kind != CHANGED or text.remark or artifact.output in told:
         return text
-    if artifact.backend not in ORDER:
+    if FORMATS[artifact.backend].facts is None:
         return text
     old = _decoded(committed[artifact.file]) or ""
-    same = same_syntax(artifact.backend, old, artifact.text)
+    same = same_syntax(FORMATS[artifact.backend], old, artifact.text)
     return text._replace(remark=_SAME_MEANING if same else _NOTHING_COMPARED)
 
 

@@ -7,26 +7,14 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ..diagnostic import Diagnostic, error
-from ..emit import Artifact, Fact, Facts, Value, backend
-from ..emit.mjcf_checks import has_volume, position_range
+from ..emit import FORMATS, Artifact, Fact, Facts, Format, Value
+from ..emit.record import row_name
 from ..emit.xml_facts import INERTIA, along_link
-from ..model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Capsule,
-    Cylinder,
-    Edge,
-    HeightMap,
-    Joint,
-    Link,
-    Mesh,
-    Pose,
-    Robot,
-    Shape,
-)
+from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
 from ..schema import misfits
-from .causes import COLLISION, gathered
+from .causes import COLLISION
 from .shapes import Solid, remainder, same_set, solid_from
-from .view import ANGLES, AXES, ORDER, View, agree, renamed, same_turn, view_of
+from .view import ANGLES, AXES, View, agree, called, same_turn, view_of
 from .words import number_pair, value_text
 
 _RULE = "artifacts-disagree"
@@ -41,14 +29,19 @@ class _Reading(NamedTuple):
     artifact: Artifact
     view: View
 
+    @property
+    def format(self) -> Format:
+        """The format of the artifact."""
+        return FORMATS[self.artifact.backend]
 
-# The backends whose artifacts have a schema of their own.
-_SCHEMAS = {"robot_model": "robot_model", "static_tf_json": "static_tf"}
+    def output(self, robot: Robot) -> Output:
+        """Return the output of the robot that asks for the artifact."""
+        return next(output for output in robot.outputs if output.name == self.artifact.output)
 
 
 def _misfits(artifact: Artifact) -> list[Diagnostic]:
     """Return an error for each place where a JSON artifact does not fit its published schema."""
-    name = _SCHEMAS.get(artifact.backend)
+    name = FORMATS[artifact.backend].schema
     problems = misfits(name, json.loads(artifact.text)) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
@@ -64,27 +57,25 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     readings: list[_Reading] = []
     found: list[Diagnostic] = []
     for artifact in artifacts:
+        read = FORMATS[artifact.backend].facts
+        if read is None:
+            continue
         try:
-            facts = backend(artifact.backend).read(artifact.text)
+            facts = read(artifact.text)
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
             found += _misfits(artifact)
-            readings.append(_Reading(artifact, view_of(facts, renamed(robot, artifact.output))))
-    readings.sort(key=lambda reading: (_rank(reading), reading.artifact.output))
+            readings.append(_Reading(artifact, view_of(facts, called(robot, artifact))))
+    readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
     model = view_of(_facts(robot), {})
     for reading in readings:
         found += _frames(robot, reading)
-        found += _picture(robot, reading)
+        found += _others(robot, reading)
         found += _values(robot, reading, model, readings)
         found += _turns(reading, model, readings)
         found += _shapes(robot, reading)
     return found
-
-
-def _rank(reading: _Reading) -> int:
-    name = reading.artifact.backend
-    return ORDER.index(name) if name in ORDER else len(ORDER)
 
 
 def _facts(robot: Robot) -> Facts:
@@ -96,17 +87,12 @@ def _facts(robot: Robot) -> Facts:
     for edge in robot.edges:
         # Of several rows for one frame the first one bears its name alone.
         if edge.joint:
-            facts |= _pose_facts(_row(edge), edge.parent, robot.joint[edge.joint].origin)
+            facts |= _pose_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
         elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
             facts |= _pose_facts(edge.child, edge.parent, edge.pose)
     for link in robot.links:
         facts |= _mass_facts(link)
     return facts
-
-
-def _row(edge: Edge) -> str:
-    """Return the name of a frame in the row of a publisher that takes turns, as ``view`` has it."""
-    return f"{edge.child} when {' '.join(edge.when.split())}" if edge.when else edge.child
 
 
 def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
@@ -149,29 +135,17 @@ def _mass_facts(link: Link) -> Facts:
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each frame that an artifact should carry and does not."""
-    joints: Sequence[Joint] = ()
-    if reading.artifact.backend == "urdf":
-        joints = robot.in_urdf()
-    elif reading.artifact.backend in ("static_tf", "static_tf_json"):
-        turns = [edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER]
-        joints = [*robot.published_by(STATIC_TRANSFORM_PUBLISHER), *(robot.joint[edge.joint] for edge in turns)]
-    elif reading.artifact.backend in ("mjcf", "frames"):
-        joints = robot.joints
-    for joint in joints:
-        rows = [_row(edge) for edge in robot.turns.get(joint.name, ())] if reading.artifact.backend == "frames" else []
-        if not all(map(reading.view.parent, rows or [joint.child])):
-            message = f"{reading.artifact.file} does not carry the frame {joint.child}, which it should"
+    for frame in reading.format.frames(robot) if reading.format.frames else ():
+        if not reading.view.parent(frame):
+            message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
             yield error(_RULE, message, None, _HELP)
 
 
-def _picture(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
-    """Yield an error for each edge and frame that a picture of the frames shows wrongly."""
-    if reading.artifact.backend == "frames_picture":
-        from ..emit.frames_picture import disagreements
-
-        output = next(output for output in robot.outputs if output.name == reading.artifact.output)
-        for said in disagreements(robot, output, reading.artifact.text):
-            yield error(_RULE, f"{reading.artifact.file}: {said}", None, _HELP)
+def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+    """Yield an error for each thing that an artifact says wrongly, and its format alone can tell."""
+    if reading.format.disagreements is not None:
+        for sentence in reading.format.disagreements(robot, reading.output(robot), reading.artifact.text):
+            yield error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP)
 
 
 def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
@@ -185,11 +159,7 @@ def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Re
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
-    """Say whether a format has no word for a fact: MJCF tells a revolute joint from a continuous one by its range."""
-    if reading.artifact.backend != "mjcf" or (fact.kind, fact.quantity) != ("joint", "type"):
-        return False
-    joint = robot.joint[fact.name]
-    return joint.type == "revolute" and position_range(joint) is None
+    return reading.format.cannot_say is not None and reading.format.cannot_say(robot, fact)
 
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
@@ -219,7 +189,7 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
 def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
-    every = reading.artifact.backend in ("urdf", "mjcf") and bool(told)
+    every = reading.format.all_solids and bool(told)
     for link in sorted(reading.view.names) if every else sorted(told):
         # Names of shapes and the like are not in every artifact.
         solids = [solid._replace(words=()) for solid in told.get(link, ())]
@@ -237,28 +207,11 @@ def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
     """Return the solids that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
-    own: Sequence[Shape] = robot.link[link].collision
-    if reading.artifact.backend == "urdf":
-        own = list(gathered(robot, link, reading.view.names, COLLISION)[0])
-        own = own if _has_capsules(robot, reading) else [_cylinder(shape) for shape in own]
-    elif reading.artifact.backend == "mjcf":
-        own = [solid for shape in own for solid in shape.solids() if has_volume(solid.geometry)]
-    elif reading.artifact.backend == "robot_model":
-        own = [shape for shape in own if not isinstance(shape.geometry, HeightMap)]
+    own: Sequence[Shape] | None = robot.link[link].collision
+    if reading.format.solids is not None:
+        own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
+    if own is None:
+        return None
     if any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
     return [solid_from(solid, _ROOM) for shape in own for solid in shape.solids()]
-
-
-def _has_capsules(robot: Robot, reading: _Reading) -> bool:
-    """Say whether a URDF is of a version that has a word for capsules."""
-    options = next((output.options for output in robot.outputs if output.name == reading.artifact.output), {})
-    return str(options.get("version", "1.0")) != "1.0"
-
-
-def _cylinder(shape: Shape) -> Shape:
-    """Return a capsule as the cylinder that stands for it in URDF, any other shape as it is."""
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return Shape(Cylinder(geometry.radius, geometry.length + 2 * geometry.radius), shape.pose)

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..emit import Fact
-from ..model import HeightMap, Joint, Link, Robot, Shape, Transform
+from ..model import HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Pair, joints_by_child
 from .shapes import Solid, remainder, same_set, shape_of, solid_from
@@ -23,26 +23,6 @@ _SKY = 1e6
 _LOOK = ("red", "green", "blue", "alpha", "texture")
 _STILL = ("", "fixed")
 _OF_BOXES = ("cells", "cell", "origin x", "origin y")
-
-
-def gathered(robot: Robot, link: str, carried: frozenset[str], purpose: str) -> tuple[list[Shape], set[str]]:
-    """Return the solids that a link has in an artifact that carries these frames, and the frames that lend it theirs.
-
-    Those are the frames that are fixed to the link, one joint after another, and are not carried. ``purpose`` is
-    collision or visual.
-    """
-    shapes: list[Shape] = []
-    seen = {link}
-    waiting = [(link, Transform())]
-    while waiting:
-        name, transform = waiting.pop()
-        own = robot.link[name].collision if purpose == COLLISION else robot.link[name].visual
-        solids = [solid for shape in own for solid in shape.solids()]
-        shapes += solids if name == link else [solid.moved(transform) for solid in solids]
-        steps = [(n, transform.then(t)) for n, t in robot.fixed_neighbours(name) if n not in carried and n not in seen]
-        seen.update(n for n, _ in steps)
-        waiting += steps
-    return shapes, seen - {link}
 
 
 def causes(
@@ -69,7 +49,7 @@ def causes(
         if link not in tree.link:
             return []
         room = 4 * max((solid.room for solids in every.shapes.values() for solid in solids), default=0.0)
-        shapes, lenders = gathered(tree, link, view.names, purpose)
+        shapes, lenders = tree.shapes_at(link, view.names, purpose)
         # Colours and materials are said differently in each artifact.
         mine = [solid._replace(words=()) for solid in view.shapes.get(thing, ())]
         if not same_set(mine, [solid_from(shape, room) for shape in shapes]):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple
 from .words import printable
 
 if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
+    from ..emit import Format
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES = 40
@@ -83,47 +83,11 @@ def _cut(line: str, place: int) -> str:
     return f"{line[:1]}{left}{line[first : first + MAX_WIDTH]}{right}"
 
 
-def same_syntax(backend: str, old: str, new: str) -> bool:
-    """Say whether two texts of a backend differ in white space, comments and the spelling of numbers alone."""
+def same_syntax(format: Format, old: str, new: str) -> bool:
+    """Say whether two texts of a format differ in white space, comments and the spelling of numbers alone."""
+    if format.syntax is None:
+        return False
     try:
-        if backend in ("urdf", "mjcf") or (backend == "frames_picture" and new.startswith("<")):
-            return _xml(old) == _xml(new)
-        if backend in ("static_tf_json", "robot_model"):
-            import json
-
-            return bool(json.loads(old) == json.loads(new))
-        if backend == "static_tf":
-            import ast
-
-            return ast.dump(ast.parse(old)) == ast.dump(ast.parse(new))
+        return bool(format.syntax(old) == format.syntax(new))
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return False
-    return backend == "frames" and _words(old) == _words(new)
-
-
-def _xml(text: str) -> list[tuple[object, ...]]:
-    """Return the elements of an XML text in order with their depth, attributes and words. Raises ValueError."""
-    from ..emit.xml_facts import tree_of
-
-    if "<!DOCTYPE" in text:
-        raise ValueError("a generated artifact declares no entities")
-    waiting: list[tuple[int, Element]] = [(0, tree_of(text))]
-    found: list[tuple[object, ...]] = []
-    while waiting:
-        depth, element = waiting.pop()
-        attributes = [(name, _words(element.attrib[name])) for name in sorted(element.attrib)]
-        found.append((depth, element.tag, attributes, _words(element.text or ""), _words(element.tail or "")))
-        waiting += [(depth + 1, child) for child in reversed(element)]
-    return found
-
-
-def _words(text: str) -> list[float | str]:
-    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-    return [_word(word) for word in text.split() if set(word) != {"-"}]
-
-
-def _word(word: str) -> float | str:
-    try:
-        return word if "_" in word else float(word)
-    except ValueError:
-        return word

@@ -1,6 +1,6 @@
 """Views: what artifacts say, brought into one form, so that the same thing has the same name in each of them.
 
-A view is made of the facts of one artifact (``Backend.read``). Rotations stay together, because one number of three
+A view is made of the facts of one artifact (``Format.facts``). Rotations stay together, because one number of three
 means little; so do shapes, because their numbers in an artifact mean nothing, and the cells of a height map.
 """
 
@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..emit import Fact, Facts, Value
+from ..emit import FORMATS, Artifact, Fact, Facts, Value
 from ..model import Robot, Transform, Vector
 from ..model.geometry import rotation_of_rpy
 from .shapes import Solid, solid_of
@@ -20,8 +20,6 @@ ANGLES = ("roll", "pitch", "yaw")
 AXES = ("x", "y", "z")
 # What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
 NOISE = 1e-12
-# The order in which artifacts are listed, by backend; others follow.
-ORDER = ("urdf", "mjcf", "static_tf", "static_tf_json", "robot_model", "frames", "frames_picture")
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
 _CELL = re.compile(r"cell (\d+) (\d+)")
@@ -124,11 +122,11 @@ def _names(plain: Facts, solids: Mapping[tuple[str, str], tuple[Solid, ...]]) ->
     return frozenset(links | parents)
 
 
-def renamed(robot: Robot, output: str) -> dict[str, str]:
-    """Return the robot's names of links by the names that an artifact has for them (its option ``rename``)."""
-    options = next((other.options for other in robot.outputs if other.name == output), {})
-    rename = options.get("rename", {})
-    return {str(shown): str(link) for link, shown in rename.items()} if isinstance(rename, Mapping) else {}
+def called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
+    """Return the robot's names of links by the names that an artifact has for them."""
+    names = FORMATS[artifact.backend].names
+    output = next((output for output in robot.outputs if output.name == artifact.output), None)
+    return {} if names is None or output is None else names(output)
 
 
 def differs(old: Value | None, new: Value | None) -> bool:

@@ -15,7 +15,7 @@ from .others import compare_others
 from .pairing import Pairing, pair
 from .shapes import compare_shapes
 from .unsaid import not_carried, unsaid
-from .values import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, ROBOT_MODEL, Difference, Item, Side
+from .values import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, Difference, Item, Side
 
 __all__ = ["DEFAULT_TOLERANCE", "Difference", "Item", "Side", "compare_robots"]
 
@@ -45,7 +45,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
             not_compared += shapes.not_compared
     items += compare_names(pairing, missing, "fixed joint name" not in silent.topics)
     items += compare_others(pairing, (a, b), silent.topics)
-    if a.robot.name != b.robot.name and ROBOT_MODEL not in (a.format, b.format):
+    if a.robot.name != b.robot.name and a.format.names_robot and b.format.names_robot:
         notes.append(f"the robot is called {a.robot.name} in A, {b.robot.name} in B")
     moved = [item for item in items if item.kind in (FRAME, JOINT)]
     if moved:
@@ -54,13 +54,13 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
 
 
 def _known_names(a: Side, b: Side) -> tuple[Side, Side]:
-    """Return the sides under common names where a description says how the driver's model calls its links."""
+    """Return the sides under common names where a description says how an artifact calls its links."""
     from .names import renamed
 
     for side, other in ((a, b), (b, a)):
-        outputs = [output for output in side.robot.outputs if output.backend == ROBOT_MODEL]
-        if other.format == ROBOT_MODEL and outputs:
-            names = {str(new): str(old) for old, new in outputs[0].options.get("rename", {}).items()}
+        output = other.format.output(side.robot)
+        if other.format.names is not None and output is not None:
+            names = other.format.names(output)
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             changed = other._replace(robot=renamed(other.robot, free, {}))
             return (a, changed) if other is b else (changed, b)

@@ -26,7 +26,7 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
     if "pose" not in unsaid:
         yield from _poses(pairing)
     if "servo" not in unsaid:
-        yield from _servos(pairing, all(side.format == YAML for side in sides))
+        yield from _servos(pairing, all(side.format is YAML for side in sides))
     if "sensor" not in unsaid:
         yield from _sensors(pairing.a.robot, pairing.b.robot)
     if "contact" not in unsaid:

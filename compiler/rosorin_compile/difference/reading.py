@@ -7,12 +7,11 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..diagnostic import ERROR, Diagnostic, has_errors
+from ..emit import FORMATS, endings
 from ..project import NoDescription, find
 from .printing import printing_of
-from .values import MJCF, ROBOT_MODEL, URDF, YAML, Side
+from .values import YAML, Side
 
-_OURS = (".yaml", ".yml")
-_FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
 # What a person is to know before the file of a stranger is opened.
 _XACRO = "xacro-runs-code"
 _TOLD = (_XACRO,)
@@ -37,9 +36,9 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
     ``arguments`` are those of a description or a xacro file. Raises project.NoDescription if there is no such robot.
     """
     path = Path(word)
-    if path.is_file() and path.suffix.lower() not in _OURS:
+    if path.is_file() and path.suffix.lower() not in YAML.endings:
         return _foreign(path, word, arguments, packages)
-    if path.suffix.lower() in _FOREIGN:
+    if path.suffix.lower() in endings():
         raise NoDescription(f'there is no file "{word}"')
     return _description(find([word], None)[0].path, word, arguments)
 
@@ -67,17 +66,5 @@ def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapp
     built = build(imported.tree)
     if built.robot is None:
         return Read(None, [*said, *built.diagnostics])
-    side = Side(word, _format(path), built.robot, printing_of(imported.tree), path.parent)
+    side = Side(word, FORMATS[imported.format], built.robot, printing_of(imported.tree), path.parent)
     return Read(side, said, tuple(left.what for left in imported.left_out))
-
-
-def _format(path: Path) -> str:
-    """Return the format of a file that was read: of XML its first element says."""
-    if path.suffix.lower() == ".json":
-        return ROBOT_MODEL
-    if path.suffix.lower() in (".urdf", ".xacro"):
-        return URDF
-    from ..importing.files import read_source
-    from ..importing.markup import parse
-
-    return MJCF if parse(read_source(path)).root.tag == "mujoco" else URDF

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ..compare.shapes import Delta, Solid, largest_step
 from ..compare.words import amount, shapes_change
+from ..emit import Format
 from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
 from ..model.geometry import norm
 from .bodies import Bodies
@@ -14,7 +15,8 @@ from .pairing import Pairing
 from .places import minus, turn_between
 from .printing import joined
 from .solids import Matched, Piece, match, pieces_of, seen
-from .values import ROBOT_MODEL, SHAPE, URDF, VISUAL, Item, Side
+from .unsaid import CAPSULE, ONE_BOX
+from .values import SHAPE, VISUAL, Item, Side
 from .wording import changed, far, row, several
 
 COLLISION = "collision"
@@ -24,13 +26,13 @@ class Purpose(NamedTuple):
     """What is compared: collision or visual shapes of two robots that were read from these formats."""
 
     name: str
-    formats: tuple[str, str]
+    formats: tuple[Format, Format]
     capsules: bool
 
     @property
     def simple(self) -> bool:
-        """Whether one side is a driver's model, which knows one box a link and one height map."""
-        return ROBOT_MODEL in self.formats
+        """Whether one side has one box a link along its axes, and one height map."""
+        return any(ONE_BOX in format.lacks for format in self.formats)
 
 
 class Shapes(NamedTuple):
@@ -56,10 +58,13 @@ def compare_shapes(
         if name not in done:
             work.body([name], [name], "")
     if not capsules:
-        work.not_compared.append("the round ends of capsules: a URDF has cylinders of the same full length")
+        lacking = next(side.format for side in sides if CAPSULE in side.format.lacks)
+        what = f"the round ends of capsules: {lacking.named} has cylinders of the same full length"
+        work.not_compared.append(what)
     if work.unsaid:
-        links = several(work.unsaid)
-        work.not_compared.append(f"the collision of {links}: a driver's model has one box along the axes of a link")
+        links, simple = several(work.unsaid), next(side.format for side in sides if ONE_BOX in side.format.lacks)
+        what = f"the collision of {links}: {simple.named} has one box along the axes of a link"
+        work.not_compared.append(what)
     if work.meshes:
         work.notes.append(f"mesh files are named otherwise: {several(sorted(work.meshes))}")
     return Shapes(work.items, work.notes, work.not_compared)
@@ -75,9 +80,8 @@ def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> 
         any(isinstance(s.geometry, Capsule) for link in bodies.robot.links for s in _of(link, purpose))
         for bodies in (pairing.a, pairing.b)
     ]
-    return not any(
-        not mine and other and side.format == URDF for mine, other, side in zip(has, has[::-1], sides, strict=True)
-    )
+    rows = zip(has, has[::-1], sides, strict=True)
+    return not any(not mine and other and CAPSULE in side.format.lacks for mine, other, side in rows)
 
 
 def _of(link: Link, purpose: str) -> tuple[Shape, ...]:
@@ -128,7 +132,7 @@ class _Shapes:
     def _told(self, one: Link, other: Link) -> bool:
         """Say whether both formats have a word for what a link collides with."""
         sides = zip((one, other), self.purpose.formats[::-1], strict=True)
-        return not any(their == ROBOT_MODEL and not _is_simple(link) for link, their in sides)
+        return not any(ONE_BOX in their.lacks and not _is_simple(link) for link, their in sides)
 
     def _maps(self, name: str, old: list[Piece], new: list[Piece]) -> tuple[list[Piece], list[Piece]]:
         """Return the solids of a link without those of height maps that both robots have, after comparing these."""
@@ -195,7 +199,7 @@ class _Shapes:
         """Return the colours of two visuals if they differ; a format of its own has a default of its own."""
         old, new = self.pairing.a.robot.colour(one), self.pairing.b.robot.colour(other)
         if old is None or new is None:
-            if old is new or self.purpose.formats[0] != self.purpose.formats[1]:
+            if old is new or self.purpose.formats[0] is not self.purpose.formats[1]:
                 return None
             return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
         room = joined(self.pairing.a.printing.room("rgba", *old), self.pairing.b.printing.room("rgba", *new))

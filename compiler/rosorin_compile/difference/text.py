@@ -11,20 +11,15 @@ from .values import (
     KINDS,
     LIMIT,
     MASS,
-    MJCF,
     NAME,
     OTHER,
-    ROBOT_MODEL,
     SHAPE,
-    URDF,
     VISUAL,
-    YAML,
     Difference,
     Item,
     Side,
 )
 
-_FORMATS = {YAML: "description", URDF: "URDF", MJCF: "MJCF", ROBOT_MODEL: "driver's model"}
 _COUNTED = {
     FRAME: ("frame", "frames"),
     JOINT: ("joint", "joints"),
@@ -54,7 +49,7 @@ def _side(side: Side) -> str:
     robot = side.robot
     links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
     counted = f"{links} link{'' if links == 1 else 's'}, {joints} that move{'s' if joints == 1 else ''}"
-    return f"{side.label} ({_FORMATS[side.format]} of {robot.name}, {counted})"
+    return f"{side.label} ({side.format.word} of {robot.name}, {counted})"
 
 
 def summary(difference: Difference) -> str:
@@ -83,7 +78,7 @@ def as_json(difference: Difference) -> dict[str, Any]:
 def _side_json(side: Side) -> dict[str, Any]:
     robot = side.robot
     counts = {"links": len(robot.links), "joints": len(robot.joints)}
-    return {"source": side.label, "format": side.format, "robot": robot.name, **counts}
+    return {"source": side.label, "format": side.format.name, "robot": robot.name, **counts}
 
 
 def _item_json(item: Item) -> dict[str, Any]:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ..model import Joint, Robot
 from .pairing import Pairing
-from .values import MJCF, ROBOT_MODEL, URDF, YAML, Side
+from .values import YAML, Side
 from .wording import several
 
 Count = Callable[[Robot], int]
@@ -53,15 +53,8 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
         lambda robot: sum(len(texts) for texts in _elements(robot)),
     ),
 }
-_LACKS: Mapping[str, frozenset[str]] = {
-    YAML: frozenset(),
-    URDF: frozenset({"armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge"}),
-    MJCF: frozenset(
-        {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements"}
-    ),
-    ROBOT_MODEL: frozenset(TOPICS) - {"collision", "servo", "fixed joint name"},
-}
+# What a format may lack beside these topics: capsules (cylinders stand for them), and more than one box a link.
+CAPSULE, ONE_BOX = "capsule", "several shapes"
 # What a writer leaves out as a whole, by an option or by its nature, rather than here and there.
 _WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
 
@@ -78,15 +71,15 @@ def unsaid(a: Side, b: Side) -> Unsaid:
     topics: set[str] = set()
     lines: list[str] = []
     for side, other in ((a, b), (b, a)):
-        lacks = [topic for topic in TOPICS if topic in _LACKS[side.format] and topic not in _LACKS[other.format]]
+        lacks = [topic for topic in TOPICS if topic in side.format.lacks and topic not in other.format.lacks]
         lines += _line(side, other, lacks, "a format without a word for it")
         empty = [
             topic
             for topic in _WHOLE
-            if side.format != other.format and topic not in _LACKS[side.format] and not TOPICS[topic][1](side.robot)
+            if side.format != other.format and topic not in side.format.lacks and not TOPICS[topic][1](side.robot)
         ]
         lines += _line(side, other, empty, "which leaves out all of it")
-        topics |= {*lacks, *empty, *_LACKS[side.format]}
+        topics |= {*lacks, *empty, *side.format.lacks}
     if a.format != b.format and "contact" not in topics:
         # What a simulation excludes beside what was asked for are the contacts of neighbours.
         topics.add("contact")
@@ -99,7 +92,7 @@ def unsaid(a: Side, b: Side) -> Unsaid:
 def _line(side: Side, other: Side, topics: list[str], why: str) -> list[str]:
     counted = [(TOPICS[topic][1](other.robot), TOPICS[topic][0]) for topic in topics]
     said = ", ".join(f"{count} {_counted(name, count)}" for count, name in counted if count)
-    return [f"{said}: {side.label} is {_NAMES[side.format]}, {why}"] if said else []
+    return [f"{said}: {side.label} is {side.format.named}, {why}"] if said else []
 
 
 def _counted(name: str, count: int) -> str:
@@ -114,9 +107,6 @@ def _counted(name: str, count: int) -> str:
     return f"{word}{'es' if word.endswith('ss') else 's'}{of}{rest}"
 
 
-_NAMES = {YAML: "a description", URDF: "a URDF", MJCF: "MJCF", ROBOT_MODEL: "a driver's model"}
-
-
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
     """Return the links of one robot that the other one's file leaves out by its nature, and the sentences on it."""
     names: set[str] = set()
@@ -128,39 +118,13 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
         if not left:
             continue
         names.update(left)
-        lines.append(f"{several(left)} of {side.label}: {_WHY[its.format]}")
+        why = (its if side.format is YAML or its.format is not YAML else side).format.why
+        lines.append(f"{several(left)} of {side.label}: {why}")
     return frozenset(names), lines
-
-
-_WHY = {
-    URDF: "a URDF has only what robot_state_publisher publishes",
-    ROBOT_MODEL: "a driver's model has only the joints that it was asked for",
-    YAML: "a simulation has sites and cameras of its own for the sensors of a description",
-}
 
 
 def _left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
     """Say whether it is no surprise that the other file lacks a link of this robot."""
-    if other.format == URDF and side.format == YAML:
-        carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
-        return bool(carried) and link not in carried
-    if side.format == MJCF and other.format == YAML:
-        return _of_sensor(robot, link, other.robot)
-    if other.format != ROBOT_MODEL:
-        return False
-    outputs = [output for output in robot.outputs if output.backend == ROBOT_MODEL] if side.format == YAML else []
-    joints = outputs[0].options.get("joints", list(robot.joint)) if outputs else []
-    asked = {n for name in joints if name in robot.joint for n in (robot.joint[name].parent, robot.joint[name].child)}
-    return link not in asked
-
-
-def _of_sensor(robot: Robot, name: str, described: Robot) -> bool:
-    """Say whether a frame of a simulation is a site or a camera that a sensor of the description has there."""
-    link, joint = robot.link[name], robot.joint_to.get(name)
-    if link.inertial or link.visual or link.collision or joint is None or not joint.is_fixed:
-        return False
-    for sensor in described.sensors:
-        for made in sensor.simulated:
-            if name in (made.name, made.site) or (made.replicas and name.startswith(f"{made.name}_")):
-                return True
-    return False
+    if other.format is YAML:
+        return side.format.adds is not None and side.format.adds(robot, link, other.robot)
+    return other.format.leaves_out is not None and other.format.leaves_out(robot, link)

@@ -7,11 +7,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from ..emit import Format
 from ..model import Robot
 from .printing import EXACT, Printing
 
-YAML, URDF, MJCF, ROBOT_MODEL = "yaml", "urdf", "mjcf", "robot_model"
-FORMATS = (YAML, URDF, MJCF, ROBOT_MODEL)
+# A description has a word for everything, and is no artifact.
+YAML = Format(name="yaml", word="description", article="a", endings=(".yaml", ".yml"), takes_arguments=True)
 DEFAULT_TOLERANCE = 1e-9
 
 
@@ -19,7 +20,7 @@ class Side(NamedTuple):
     """One of two robots: as it was named, the format that it was read from, and how well its numbers are known."""
 
     label: str
-    format: str
+    format: Format
     robot: Robot
     printing: Printing = EXACT
     folder: Path | None = None

@@ -1,71 +1,102 @@
-"""Backends: one module each, all in the table ``BACKENDS``.
+"""Formats: what a robot is written as and read from. Each is known by its record (``record.Format``), and only by it.
 
-A backend turns the model into the text of one artifact. It sees the model, the templates and diagnostics, never YAML,
-the disk or the terminal.
+``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
+imported when somebody asks for its format.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from functools import cache
 from importlib import import_module
-from typing import TYPE_CHECKING, NamedTuple, Protocol, cast
+from typing import cast
 
-if TYPE_CHECKING:
-    from ..diagnostic import Diagnostic
-    from ..model import Output, Robot
-    from ..templating import Templates
+from ..model import ROBOT_STATE_PUBLISHER
+from .record import Artifact, Fact, Facts, Format, Opened, Value
 
-# The name in ``outputs:`` and the module that emits it; modules are imported only when a robot asks for them.
-BACKENDS: Mapping[str, str] = {
-    "urdf": "urdf",
-    "mjcf": "mjcf",
-    "static_tf": "static_tf",
-    "static_tf_json": "static_tf_json",
-    "robot_model": "robot_model",
-    "frames": "frames",
-    "frames_picture": "frames_picture",
-    "template": "template",
+__all__ = [
+    "FORMATS",
+    "Artifact",
+    "Fact",
+    "Facts",
+    "Format",
+    "Formats",
+    "Opened",
+    "Value",
+    "endings",
+    "feeds",
+    "names_meshes",
+    "published",
+]
+
+
+class Formats(Mapping[str, Format]):
+    """The formats by name, in the order of lists."""
+
+    def __getitem__(self, name: str) -> Format:
+        if name in _homes():
+            return _built_in(name)
+        return _of_others()[name]
+
+    def __contains__(self, name: object) -> bool:
+        return name in _homes() or name in _of_others()
+
+    def __iter__(self) -> Iterator[str]:
+        every = [*map(_built_in, _homes()), *_of_others().values()]
+        return (one.name for one in sorted(every, key=lambda one: (one.rank, one.name)))
+
+    def __len__(self) -> int:
+        return len(_homes()) + len(_of_others())
+
+
+FORMATS = Formats()
+
+_HOMES = {
+    "urdf": "..importing.urdf",
+    "xacro": "..importing.xacro",
+    "mjcf": "..importing.mjcf",
+    "static_tf": ".static_tf",
+    "static_tf_json": ".static_tf_json",
+    "robot_model": ".robot_model",
+    "frames": ".frames",
+    "frames_picture": ".frames_picture",
+    "template": ".template",
 }
 
 
-class Artifact(NamedTuple):
-    """One emitted file: its name in the outputs folder, its text, the backend that made it."""
-
-    file: str
-    text: str
-    backend: str
-    output: str
+def _homes() -> Mapping[str, str]:
+    return _HOMES
 
 
-class Fact(NamedTuple):
-    """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
-
-    kind: str
-    name: str
-    quantity: str
+@cache
+def _built_in(name: str) -> Format:
+    return cast(Format, import_module(_homes()[name], __name__).FORMAT)
 
 
-class Value(NamedTuple):
-    """The value of a fact: a number in SI units with the half width of what was printed, or a text."""
-
-    value: float | str
-    unit: str = ""
-    tolerance: float = 0.0
+@cache
+def _of_others() -> Mapping[str, Format]:
+    """Return the formats of other packages."""
+    return {}
 
 
-Facts = dict[Fact, Value]
+def endings(*, include: bool = False) -> tuple[str, ...]:
+    """Return how the names of files end that hold a robot; with ``include`` of those that a description may include."""
+    readable = [one for one in FORMATS.values() if one.read is not None and (one.include or not include)]
+    return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
 
 
-class Backend(Protocol):
-    """What each module in the table offers."""
-
-    def emit(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-        """Return the text of the artifact, and what the format cannot say."""
-
-    def read(self, text: str) -> Facts:
-        """Return what an artifact of this kind says, for comparison by meaning. Raises ValueError if it is damaged."""
+def published() -> Format:
+    """Return the format that robot_state_publisher reads."""
+    return next(one for one in FORMATS.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
 
 
-def backend(name: str) -> Backend:
-    """Return the backend of that name. Raises KeyError if there is none."""
-    return cast(Backend, import_module(f".{BACKENDS[name]}", __name__))
+def feeds(name: str, publisher: str) -> bool:
+    """Say whether publishers of a kind read a format."""
+    return publisher in FORMATS[name].feeds
+
+
+def names_meshes(artifact: Artifact) -> bool:
+    """Say whether an artifact names meshes as URDF does; one of a template by the name of its file."""
+    if FORMATS[artifact.backend].meshes:
+        return True
+    return any(one.meshes and artifact.file.endswith(one.endings) for one in FORMATS.values())

@@ -22,9 +22,9 @@ from ..model import (
 )
 from ..rules.proof import in_words, prove
 from ..templating import BUILTIN, Templates
-from . import Fact, Facts, Value
+from .record import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
 from .static_tf import describe, frame_facts
-from .xml_facts import half_width, number_of
+from .xml_facts import half_width, number_of, words
 
 _FRAME_HEADERS = (
     "parent",
@@ -59,7 +59,7 @@ class _Frame(NamedTuple):
     pose: Pose | None
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the list of all frames of a robot. Option: ``number_format`` (exact or six)."""
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     frames = _frames(robot)
@@ -266,3 +266,26 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
             return
         elif set("".join(cells)) != {"-"}:
             yield {key: _ESCAPED.sub(r"\1", cell) for key, cell in zip(headers, cells, strict=True)}
+
+
+def carried(robot: Robot) -> list[str]:
+    """Return the rows of the table: each joint, or the turns of its publishers where nobody has it always."""
+    rows = [[row_name(edge) for edge in robot.turns.get(joint.name, ())] or [joint.child] for joint in robot.joints]
+    return [name for row in rows for name in row]
+
+
+FORMAT = Format(
+    name="frames",
+    word="table of frames",
+    article="a",
+    about="every frame, where it sits and who publishes it",
+    rank=70,
+    options={"number_format": NUMBER_FORMAT},
+    file="frames.md",
+    write=write,
+    facts=read,
+    syntax=words,
+    frames=carried,
+    folder="doc",
+    asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+)

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import TYPE_CHECKING
 
 from ..diagnostic import Diagnostic, error
-from ..drawing import picture, suffix
+from ..drawing import SUFFIXES, picture, suffix
 from ..drawing import read as shown_in
 from ..drawing.reading import Shown, facts
 from ..drawing.situations import Situation, TooMany, situations
 from ..model import Output, Robot
+from ..rules.case import suggest
 from ..templating import Templates
-from . import Facts
+
+if TYPE_CHECKING:
+    from ..rules.case import Case
+from .record import Asked, Facts, Format
+from .xml_facts import canonical
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the picture of a robot. Option ``modes``: the names of those that are on; left out: every situation."""
     try:
         return picture(robot, _kind(output), _asked(robot, output)), []
@@ -65,3 +71,45 @@ def _differences(robot: Robot, drawn: Shown, situation: Situation) -> Iterator[s
         joint = f", joint {row.joint} ({row.kind})" if row.joint else ""
         said = f"{row.parent} -> {row.child}, published by {row.who} on {row.topic}{joint}"
         yield f"it should {'' if row in edges else 'not '}show {said}{where}"
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a kind of picture that there is not, and modes that do not exist."""
+    path: tuple[str, ...] = ("outputs", output.name)
+    if not suffix(output.file):
+        message = f'"{output.file}" does not say which kind of picture it is'
+        help = f"end its name in {', '.join(SUFFIXES)}"
+        yield case.problem("picture-kind", message, (*path, "file"), help)
+    for index, mode in enumerate(output.options.get("modes", ())):
+        if mode not in case.robot.modes:
+            message = f'there is no mode "{mode}"'
+            help = suggest(mode, case.robot.modes, f'add "{mode}" to modes')
+            yield case.problem("unknown-mode", message, (*path, "modes", index), help)
+
+
+def _syntax(text: str) -> object:
+    """Return what a picture consists of; one that is no XML says what it means by its lines."""
+    return canonical(text) if text.startswith("<") else text
+
+
+FORMAT = Format(
+    name="frames_picture",
+    word="picture of the frames",
+    article="a",
+    about="the tree of frames, with who publishes each",
+    rank=80,
+    options={
+        "modes": {
+            "type": "array",
+            "description": "The modes that are on, the others are off; default: a tree for every situation.",
+            "items": {"$ref": "#/$defs/name"},
+        }
+    },
+    file="frames.svg",
+    check=check,
+    write=write,
+    facts=read,
+    syntax=_syntax,
+    disagreements=disagreements,
+    asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
+)

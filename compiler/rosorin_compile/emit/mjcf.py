@@ -53,7 +53,7 @@ from .mjcf_masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weigh
 from .mjcf_reader import read
 from .mjcf_sensors import Element, elements_of
 
-__all__ = ["emit", "read"]
+__all__ = ["read", "write"]
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
@@ -88,7 +88,7 @@ class Frame(NamedTuple):
     link: Link | None
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the MJCF of a robot.
 
     Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six).

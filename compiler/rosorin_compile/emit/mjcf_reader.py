@@ -13,9 +13,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ..model.geometry import transform_of_quaternion
-from . import Fact, Facts
 from .mjcf_joints import FLOATING, PLANAR
 from .mjcf_masses import LEAST
+from .record import Fact, Facts
 from .xml_facts import AXES, FactSheet, Six, number_of
 
 if TYPE_CHECKING:

@@ -6,21 +6,37 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostic import WARNING, Diagnostic, did_you_mean, error
-from ..model import IDENTITY, SEVERAL_COORDINATES, Box, HeightMap, Joint, Output, Pose, Robot, ServoGroup, Transform
+from ..model import (
+    IDENTITY,
+    SEVERAL_COORDINATES,
+    Box,
+    HeightMap,
+    Joint,
+    Output,
+    Pose,
+    Robot,
+    ServoGroup,
+    Shape,
+    Transform,
+)
+from ..rules.case import Case, suggest
 from ..templating import Templates
-from . import Fact, Facts, Value
+from .record import Fact, Facts, Format, Opened, Value
 from .static_tf import frame_facts
 from .xml_facts import AXES
+
+if TYPE_CHECKING:
+    from ..importing.imported import Imported
 
 _Map = tuple[HeightMap, str]
 _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the driver's model of a robot.
 
     Options: ``joints`` (names, in the order wanted; default all), ``rename`` (link name: its name in this artifact),
@@ -237,3 +253,85 @@ def _read_height_map(described: Mapping[str, Any]) -> Facts:
 def _vector(kind: str, name: str, quantities: Iterable[str], numbers: Iterable[float], unit: str) -> Facts:
     pairs = zip(quantities, numbers, strict=True)
     return {Fact(kind, name, quantity): Value(float(number), unit) for quantity, number in pairs}
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a servo group that does not exist."""
+    group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
+    if group is not None and group not in groups:
+        message = f'there is no servo group "{group}", asked for by output "{output.name}"'
+        help = suggest(group, groups, "name a group")
+        yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
+
+
+def names(output: Output) -> dict[str, str]:
+    """Return the names of links by what an artifact calls them."""
+    return {str(new): str(old) for old, new in output.options.get("rename", {}).items()}
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:  # noqa: ARG001
+    return [shape for shape in robot.link[link].collision if not isinstance(shape.geometry, HeightMap)]
+
+
+def _leaves_out(robot: Robot, link: str) -> bool:
+    """Say whether no joint that was asked for has a link."""
+    output = FORMAT.output(robot)
+    joints = output.options.get("joints", list(robot.joint)) if output else []
+    ends = ((robot.joint[name].parent, robot.joint[name].child) for name in joints if name in robot.joint)
+    return not any(link in pair for pair in ends)
+
+
+def _read_robot(opened: Opened) -> Imported:
+    from ..importing.robot_model import read_robot_model
+
+    return read_robot_model(opened.path)
+
+
+FORMAT = Format(
+    name="robot_model",
+    word="driver's model",
+    article="a",
+    files="the JSON of a driver",
+    about="the model for drivers",
+    rank=60,
+    options={
+        "joints": {
+            "type": "array",
+            "description": "The joints to carry, in this order; default all.",
+            "items": {"$ref": "#/$defs/name"},
+        },
+        "rename": {
+            "type": "object",
+            "description": "Link name: the name it has in this artifact.",
+            "additionalProperties": {"$ref": "#/$defs/name"},
+        },
+        "servos": {
+            "$ref": "#/$defs/name",
+            "description": "The servo group for pulse_to_rad, where there are several.",
+        },
+        "source": {
+            "type": "string",
+            "description": "Text of its key source; default is the note of the robot's source.",
+        },
+    },
+    check=check,
+    file="robot_model.json",
+    endings=(".json",),
+    write=write,
+    read=_read_robot,
+    include=False,
+    facts=read,
+    syntax=json.loads,
+    schema="robot_model",
+    solids=_solids,
+    names=names,
+    lacks=frozenset(
+        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "actuator", "calibration", "safety"}
+        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes"}
+    ),
+    leaves_out=_leaves_out,
+    why="a driver's model has only the joints that it was asked for",
+    names_robot=False,
+    folder="config",
+    deploys=True,
+)

@@ -12,15 +12,20 @@ import posixpath
 import re
 from collections.abc import Iterator, Sequence
 from functools import partial
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..rules.case import fed
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
-from . import Fact, Facts, Value
+from . import record
+from .record import Fact, Facts, Format, Value
 from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
+
+if TYPE_CHECKING:
+    from ..rules.case import Case
 
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
@@ -58,7 +63,7 @@ class StaticTransform(NamedTuple):
     when: str = ""
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
 
     robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
@@ -84,9 +89,10 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
 
 
 def _urdf_file(robot: Robot) -> str | None:
-    """Return the first URDF among the outputs; one that a template of the user's own makes counts after ours."""
-    ours = [output.file for output in robot.outputs if output.backend == "urdf"]
-    return next(iter([*ours, *(output.file for output in robot.outputs if output.file.endswith(".urdf"))]), None)
+    """Return the first file among the outputs that robot_state_publisher reads."""
+    from . import FORMATS
+
+    return next((output.file for output in fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)), None)
 
 
 def numbers_of(*outputs: Output) -> Numbers:
@@ -223,3 +229,50 @@ def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vect
     for angle, value, width in zip(ANGLES, rpy, radians, strict=True):
         facts[Fact("frame", child, angle)] = Value(value, "rad", width)
     return facts
+
+
+def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield that arguments of a program are not printed as six digits: that could print an exponent."""
+    if output.options.get("number_format", "exact") != "exact":
+        message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
+        help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
+        yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
+
+
+def frames(robot: Robot) -> list[str]:
+    """Return the frames of the transforms that static_transform_publisher nodes publish."""
+    turns = [edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER]
+    return [*(joint.child for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER)), *(edge.child for edge in turns)]
+
+
+def _syntax(text: str) -> str:
+    import ast
+
+    return ast.dump(ast.parse(text))
+
+
+NUMBER_FORMAT = {
+    **record.NUMBER_FORMAT,
+    "description": "exact: to the last digit; left out: 7 decimals of metres and 8 of radians.",
+}
+FORMAT = Format(
+    name="static_tf",
+    word="launch file of static transforms",
+    article="a",
+    about="the launch file of the static transforms",
+    rank=40,
+    options={"number_format": NUMBER_FORMAT},
+    check=check_numbers,
+    file="static_tf.launch.py",
+    endings=(".py",),
+    write=write,
+    facts=read,
+    syntax=_syntax,
+    frames=frames,
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="launch",
+    deploys=True,
+    packaged=False,
+    located=True,
+    adapted="get_package_share_directory",
+)

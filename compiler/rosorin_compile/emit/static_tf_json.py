@@ -6,16 +6,26 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 from typing import Any
 
 from ..diagnostic import Diagnostic
-from ..model import Output, Robot
+from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
 from ..templating import Templates
-from . import Facts
-from .static_tf import describe, facts_of, numbers_of, static_in_modes, static_transforms
+from .record import Facts, Format
+from .static_tf import (
+    NUMBER_FORMAT,
+    check_numbers,
+    describe,
+    facts_of,
+    frames,
+    numbers_of,
+    static_in_modes,
+    static_transforms,
+)
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
     numbers = numbers_of(output)
     transforms, diagnostics = static_transforms(robot, numbers)
@@ -40,3 +50,40 @@ def read(text: str) -> Facts:
     except (KeyError, TypeError, RecursionError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
     return facts
+
+
+_LARGEST = 1_000_000  # bytes
+
+
+def robot_of(path: Path) -> str:
+    """Return the robot that a file was generated for; empty if it is no such file. Raises OSError."""
+    if path.stat().st_size > _LARGEST:
+        return ""
+    try:
+        content = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return ""
+    robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
+    return robot if isinstance(robot, str) else ""
+
+
+FORMAT = Format(
+    name="static_tf_json",
+    word="list of static transforms",
+    article="a",
+    about="the arguments of the static transforms, for launch files of your own",
+    rank=50,
+    options={"number_format": NUMBER_FORMAT},
+    check=check_numbers,
+    file="static_tf.json",
+    endings=(".json",),
+    write=write,
+    facts=read,
+    syntax=json.loads,
+    schema="static_tf",
+    frames=frames,
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="config",
+    deploys=True,
+    robot_of=robot_of,
+)

@@ -30,11 +30,11 @@ from ..diagnostic import Diagnostic, error
 from ..formatting import exact, fixed, six, vector
 from ..model import Output, Robot
 from ..templating import Templates
-from . import Facts
+from .record import Format
 from .static_tf import describe
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return what the template of an output makes of a robot. Option: ``template``, a file beside the description.
 
     Raises TemplateProblem if the template is missing or fails.
@@ -61,6 +61,20 @@ def _names(robot: Robot, output: Output) -> dict[str, Any]:
     }
 
 
-def read(text: str) -> Facts:  # noqa: ARG001
-    """Return nothing: only its user knows what an artifact of his own means."""
-    return {}
+FORMAT = Format(
+    name="template",
+    word="artifact of a template",
+    article="an",
+    rank=900,
+    options={
+        "template": {
+            "type": "string",
+            "description": "A Jinja template in the folder of the description, for an artifact of your own.",
+        },
+        "options": {
+            "type": "object",
+            "description": "Values of your own, reached as output.options.options.",
+        },
+    },
+    write=write,
+)

@@ -28,12 +28,11 @@ from ..model import (
     Robot,
     Shape,
     Sphere,
-    Transform,
 )
 from ..templating import BUILTIN, Templates, attributes, comment
 from .urdf_reader import read
 
-__all__ = ["emit", "read"]
+__all__ = ["read", "write"]
 
 ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
 
@@ -55,7 +54,7 @@ class _Format(NamedTuple):
         return [Markup(indented(text, indent)) for text in texts]  # noqa: S704 - the rules found it well formed
 
 
-def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
@@ -63,7 +62,7 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     elements = output.options.get("elements", ELEMENTS)
-    form = _Format(number, elements, output.options.get("version", "1.0"))
+    form = _Format(number, elements, _version(output))
     groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
     capsules: dict[str, int] = {}
@@ -73,8 +72,10 @@ def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[
         rows = []
         for name in names:
             link = robot.link[name]
-            visual = moved_here(robot, name, carried, "visual") if "visual" in elements else []
-            collision = collisions(robot, name, carried) if "collision" in elements else []
+            visual, collision = (
+                robot.shapes_at(name, carried, purpose)[0] if purpose in elements else []
+                for purpose in ("visual", "collision")
+            )
             capsules[name] = sum(isinstance(solid.geometry, Capsule) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
@@ -102,30 +103,23 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
     return groups
 
 
-def collisions(robot: Robot, link: str, carried: frozenset[str]) -> list[Shape]:
-    """Return the solids that a link of the URDF collides with, those of frames fixed to it first."""
-    return moved_here(robot, link, carried, "collision")
+def _version(output: Output) -> str:
+    """Return the version of the format that an output asks for; 1.2 is a number in YAML, and a name all the same."""
+    return str(output.options.get("version", "1.0"))
 
 
-def moved_here(robot: Robot, link: str, carried: frozenset[str], purpose: str) -> list[Shape]:
-    """Return the solids of a link; ``purpose`` is visual or collision.
-
-    The shapes of frames that are fixed to the link, but not carried themselves, move to the link by the transform
-    between the two and come first: those mounted on it, then those of the frames that it is mounted on.
-    """
-    moved: list[Shape] = []
-    waiting = [(link, Transform(), link)]
-    while waiting:
-        name, transform, came_from = waiting.pop()
-        if name != link:
-            moved += [solid.moved(transform) for solid in _solids(getattr(robot.link[name], purpose))]
-        neighbours = [(n, transform.then(t), name) for n, t in robot.fixed_neighbours(name)]
-        waiting += [step for step in reversed(neighbours) if step[0] not in carried and step[0] != came_from]
-    return moved + _solids(getattr(robot.link[link], purpose))
+def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
+    """Return the collision shapes that a link has in a URDF that carries these frames."""
+    shapes = robot.shapes_at(link, carried, "collision")[0]
+    return shapes if _version(output) != "1.0" else [_cylinder(shape) for shape in shapes]
 
 
-def _solids(shapes: Sequence[Shape]) -> list[Shape]:
-    return [solid for shape in shapes for solid in shape.solids()]
+def _cylinder(shape: Shape) -> Shape:
+    """Return a capsule as the cylinder that stands for it, any other shape as it is."""
+    geometry = shape.geometry
+    if not isinstance(geometry, Capsule):
+        return shape
+    return Shape(Cylinder(geometry.radius, geometry.length + 2 * geometry.radius), shape.pose)
 
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:

@@ -13,7 +13,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ..model import Pose, Transform
-from . import Fact, Facts
+from .record import Fact, Facts
 from .xml_facts import AXES, SIZES, FactSheet, number_of
 
 if TYPE_CHECKING:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING
 from ..formatting import six
 from ..model import Transform, Vector
 from ..model.geometry import dot
-from . import Fact, Facts, Value
+from .record import Fact, Facts, Value
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -79,6 +79,32 @@ def tree_of(text: str) -> Element:
     except (expat.ExpatError, UnicodeEncodeError) as problem:
         raise ValueError(str(problem)) from None
     return builder.close()
+
+
+def canonical(text: str) -> list[tuple[object, ...]]:
+    """Return the elements of an XML text in order with their depth, attributes and words. Raises ValueError."""
+    if "<!DOCTYPE" in text:
+        raise ValueError("a generated artifact declares no entities")
+    waiting: list[tuple[int, Element]] = [(0, tree_of(text))]
+    elements: list[tuple[object, ...]] = []
+    while waiting:
+        depth, element = waiting.pop()
+        attributes = [(name, words(element.attrib[name])) for name in sorted(element.attrib)]
+        elements.append((depth, element.tag, attributes, words(element.text or ""), words(element.tail or "")))
+        waiting += [(depth + 1, child) for child in reversed(element)]
+    return elements
+
+
+def words(text: str) -> list[float | str]:
+    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
+    return [_word(word) for word in text.split() if set(word) != {"-"}]
+
+
+def _word(word: str) -> float | str:
+    try:
+        return word if "_" in word else float(word)
+    except ValueError:
+        return word
 
 
 def number_of(text: str) -> float:

@@ -25,7 +25,7 @@ from .parts import Parts, copy
 from .scope import Failed, Scope
 from .sensor_types import apply_types
 from .tables import table_loader
-from .vendor import Robots, Tell
+from .vendor import ForeignReader, Robots, Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
@@ -44,15 +44,17 @@ class Expanded(NamedTuple):
     scope: Scope | None = None
 
 
-def expand(path: Path, arguments: Mapping[str, Any], tell: Tell | None = None, robots: bool = True) -> Expanded:
+def expand(
+    path: Path, arguments: Mapping[str, Any], robots: ForeignReader | None, tell: Tell | None = None
+) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
     ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
     ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
-    (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. Without ``robots``, robots of
-    others that are included are left out, and nothing is run.
+    (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
+    that are included; without it they are left out, and nothing is run.
     """
-    reader = Reader(path)
+    reader = Reader(path, robots)
     root = reader.read(path, shown(path), None, None, ())
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
@@ -62,7 +64,7 @@ def expand(path: Path, arguments: Mapping[str, Any], tell: Tell | None = None, r
     for name, value, place, said in reader.lets:
         scope.define(name, value, place, said)
     _declare_arguments(root, arguments, reader, scope)
-    included = list(Robots(reader, scope, tell).fragments()) if robots else []
+    included = list(Robots(reader, robots, scope, tell).fragments()) if robots else []
     tree = _evaluate(root, scope, reader, included)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same

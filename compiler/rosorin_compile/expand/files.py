@@ -14,7 +14,7 @@ from ..paths import shown
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import corrected, outside
 from .parts import copy, sourced
-from .vendor import Asked, foreign
+from .vendor import Asked, ForeignReader, foreign
 
 MAX_FILES = 500
 
@@ -41,7 +41,9 @@ _PRIVATE = ("include", "let", "source", "rosorin_compile")
 class Reader:
     """Reads a file and what it includes; collects named values, foreign robots, files and what is wrong."""
 
-    def __init__(self, root: Path) -> None:
+    def __init__(self, root: Path, robots: ForeignReader | None) -> None:
+        # Without a reader whatever is no YAML is another one's robot.
+        self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
         self.files: list[Path] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
@@ -65,7 +67,7 @@ class Reader:
             return None
         made = Map(file.span, via)
         for item, span in self._includes(file):
-            robot = foreign(item, Place(span, via), path)
+            robot = foreign(item, Place(span, via), path, self.foreign_endings)
             if robot is not None:
                 self.robots.append(robot)
                 continue

@@ -8,11 +8,11 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
-from ..diagnostic import NOTE, WARNING, Diagnostic, Related, error
+from ..diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
 from ..expression.functions import FUNCTIONS
 from ..paths import shown
 from ..tree import Instance, Map, Place
@@ -24,12 +24,11 @@ from .parts import sourced
 from .scope import Failed, Scope
 
 if TYPE_CHECKING:
-    from ..importing import Imported
     from .files import Reader
 
 Tell = Callable[[Diagnostic], None]
 
-ENDINGS = (".urdf", ".xacro", ".xml", ".mjcf")
+_OURS = (".yaml", ".yml")
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses")
 # What the readers say to somebody at a command line, and what it is called here.
@@ -41,6 +40,34 @@ _WORDS = (
 _FEW = 4
 
 
+class ForeignReader(Protocol):
+    """What reads robots in other formats; ``importing`` has one."""
+
+    def endings(self) -> tuple[str, ...]:
+        """Return how the names of files end that a description may include and that are no descriptions."""
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+    ) -> Foreign:
+        """Return the robot of a file; ``by`` is the place that names it."""
+
+    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
+        """Return the folder of a ROS package that a file names; None if it is not found."""
+
+
+class Foreign(Protocol):
+    """What comes of reading a foreign robot: its tree, None for a broken one, what is to say, and what was read."""
+
+    @property
+    def tree(self) -> Map | None: ...
+
+    @property
+    def diagnostics(self) -> list[Diagnostic]: ...
+
+    @property
+    def files(self) -> tuple[Path, ...]: ...
+
+
 class Asked(NamedTuple):
     """An include of a foreign robot: what it says, where, and the file in which it stands."""
 
@@ -49,10 +76,10 @@ class Asked(NamedTuple):
     by: Path
 
 
-def foreign(item: Any, place: Place, by: Path) -> Asked | None:
-    """Return an entry of ``include`` that is about a foreign robot; None if it is not."""
+def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, ...]]) -> Asked | None:
+    """Return an entry of ``include`` that is about a foreign robot, whose file has one of ``endings``; else None."""
     name = item.get("file") if isinstance(item, Map) else item
-    is_foreign = isinstance(name, str) and name.lower().endswith(ENDINGS)
+    is_foreign = isinstance(name, str) and not name.endswith(_OURS) and name.lower().endswith(endings())
     if isinstance(item, Map):
         return Asked(item, place, by) if is_foreign or "package" in item else None
     if not is_foreign:
@@ -65,11 +92,12 @@ def foreign(item: Any, place: Place, by: Path) -> Asked | None:
 class Robots:
     """Reads the foreign robots that a description includes; each file once, however often it is included."""
 
-    def __init__(self, reader: Reader, scope: Scope, tell: Tell | None) -> None:
+    def __init__(self, reader: Reader, robots: ForeignReader, scope: Scope, tell: Tell | None) -> None:
         self.reader = reader
+        self.robots = robots
         self.scope = scope
         self.tell = tell
-        self.known: dict[tuple[Any, ...], Imported] = {}
+        self.known: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
 
     def fragments(self) -> Iterator[Map | None]:
@@ -122,36 +150,47 @@ class Robots:
 
     def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
         """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
-        from ..importing import ReadOptions, read_robot
-
         packages = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
         path = self._file(entry, scope, include, packages)
         texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
         lenient = bool(entry.get("lenient"))
         key = (str(path), tuple(texts.items()), tuple(packages.items()), lenient)
         self._check_prefix(path, entry, texts, scope, include.place)
-        if key in self.known:
-            read = self.known[key]
-        else:
-            ran: list[Diagnostic] = []
-
-            def tell(found: Diagnostic) -> None:
-                ran.append(found)
-                self._say(found, via, ahead=True)
-
-            read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), include.place.span)
-            self.known[key] = read
-            self.reader.files += [file for file in read.files if file not in self.reader.files]
-            for found in read.diagnostics:
-                self._say(corrected(found, entry["file"], path), via)
-            if texts and not ran and read.tree is not None:
-                self.known[key] = read = read._replace(tree=None)
-                place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
-                message = f"{path.name} has no arguments: only a xacro has them"
-                scope.report("unknown-argument", message, place, "remove args")
-        if read.tree is None:
+        if key not in self.known:
+            self.known[key] = self._opened(path, texts, packages, lenient, entry, scope, include, via)
+        tree = self.known[key]
+        if tree is None:
             raise Failed
-        return read.tree
+        return tree
+
+    def _opened(
+        self,
+        path: Path,
+        texts: dict[str, str],
+        packages: dict[str, Path],
+        lenient: bool,
+        entry: Map,
+        scope: Scope,
+        include: Asked,
+        via: Instance,
+    ) -> Map | None:
+        """Return the tree of a file that is read for the first time; None for one that is wrong, after telling."""
+        ran: list[Diagnostic] = []
+
+        def tell(found: Diagnostic) -> None:
+            ran.append(found)
+            self._say(found, via, ahead=True)
+
+        read = self.robots.read(path, texts, packages, lenient, tell, include.place.span)
+        self.reader.files += [file for file in read.files if file not in self.reader.files]
+        for found in read.diagnostics:
+            self._say(corrected(found, entry["file"], path), via)
+        if not texts or ran or read.tree is None:
+            return read.tree
+        place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
+        message = f"{path.name} has no arguments: only a xacro has them"
+        scope.report("unknown-argument", message, place, "remove args")
+        return None
 
     def _check_prefix(self, path: Path, entry: Map, texts: dict[str, str], scope: Scope, place: Place) -> None:
         """Report a file that is included again under the same names. Raises Failed after that."""
@@ -168,8 +207,6 @@ class Robots:
 
     def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
         """Return the file that an include names: in the folder of the description, or in a ROS package."""
-        from ..importing.packages import Packages
-
         name, package = entry["file"], entry.get("package")
         if package is None:
             target = include.by.parent / name
@@ -178,7 +215,7 @@ class Robots:
                 scope.report("include-outside", outside(name, include.by, self.reader.folder), include.place, help)
                 raise Failed
             return Path(shown(target))
-        folder = Packages(packages, os.environ, include.by).find(package)
+        folder = self.robots.package(package, packages, include.by)
         if folder is None:
             help = f"say where it is, packages: {{{package}: FOLDER}}, or set ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
             message = f'the package "{package}" is not found'

@@ -9,6 +9,7 @@ from __future__ import annotations
 from ..accepting import ACCEPTABLE, settled
 from ..build import build
 from ..diagnostic import ERROR, NOTE, Diagnostic, has_errors
+from ..emit import FORMATS, published
 from ..rules import check
 from ..tree import Map, Seq
 from ..validate import validate
@@ -40,7 +41,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
     There is no tree if anything is wrong that cannot be accepted. ``lenient`` accepts more.
     """
-    wrong = [found for found in validate(tree) if found.severity == ERROR]
+    wrong = [found for found in validate(tree, FORMATS) if found.severity == ERROR]
     if wrong:
         return None, wrong
     found = _found(tree)
@@ -59,18 +60,24 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 
 def _found(tree: Map) -> list[Diagnostic]:
-    """Return what build and the rules say of a tree that is to become a URDF."""
+    """Return what build and the rules say of a tree that is to become what robot_state_publisher reads."""
     whole = _copied(tree)
     if "outputs" not in whole:
-        outputs, output = Map(tree.span), Map(tree.span)
-        output.put("file", "robot.urdf", tree.span, tree.span)
-        outputs.put("urdf", output, tree.span, tree.span)
-        whole.put("outputs", outputs, tree.span, tree.span)
+        whole.put("outputs", _published(tree), tree.span, tree.span)
     built = build(whole)
     found = list(built.diagnostics)
     if built.robot is not None:
-        found += check(built.robot, whole, built.places)
+        found += check(built.robot, whole, built.places, FORMATS)
     return found
+
+
+def _published(tree: Map) -> Map:
+    """Return outputs that hold nothing but what robot_state_publisher reads."""
+    format = published()
+    outputs, output = Map(tree.span), Map(tree.span)
+    output.put("file", f"robot{format.endings[0]}", tree.span, tree.span)
+    outputs.put(format.name, output, tree.span, tree.span)
+    return outputs
 
 
 def _acceptable(tree: Map, found: Diagnostic, lenient: bool) -> bool:

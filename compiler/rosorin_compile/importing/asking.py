@@ -7,7 +7,7 @@ from pathlib import Path
 
 from ..build import build
 from ..diagnostic import Diagnostic, arrange, has_errors
-from ..emit import Artifact, backend
+from ..emit import Artifact, published
 from ..expand import Expanded
 from ..pipeline import Compiled, Understood
 from ..templating import Templates
@@ -16,8 +16,6 @@ from .imported import Imported
 from .options import ReadOptions
 from .reader import read
 from .writing import outputs as wanted
-
-_URDF = "urdf"
 
 Tell = Callable[[Diagnostic], None]
 
@@ -31,7 +29,7 @@ def understand_foreign(
     are published as in any description.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell))
-    tree = None if imported.tree is None else _with_urdf(imported, imported.tree)
+    tree = None if imported.tree is None else _with_published(imported, imported.tree)
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
         return Understood(expanded, None, arrange(imported.diagnostics))
@@ -46,27 +44,24 @@ def compile_foreign(
     expanded, built, diagnostics = understand_foreign(path, arguments, packages, tell)
     if built is None or built.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    artifacts: list[Artifact] = []
-    said: list[Diagnostic] = []
-    for output in built.robot.outputs:
-        if output.backend == _URDF:
-            text, found = backend(_URDF).emit(built.robot, output, Templates(path.parent))
-            if path.suffix.lower() == ".urdf":
-                text = path.read_text("utf-8", "replace")  # what robot_state_publisher was given
-            artifacts.append(Artifact(output.file, text, _URDF, output.name))
-            said += found
-    return Compiled(built.robot, tuple(artifacts), arrange([*diagnostics, *said]), expanded.files)
+    format, (output,) = published(), built.robot.outputs
+    text, remarks = format.written(built.robot, output, Templates(path.parent))
+    if path.suffix.lower() in format.endings:
+        text = path.read_text("utf-8", "replace")  # what robot_state_publisher was given
+    artifact = Artifact(output.file, text, format.name, output.name)
+    return Compiled(built.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 
 
-def _with_urdf(imported: Imported, tree: Map) -> Map:
-    """Return the tree of a robot with a URDF as its only output."""
+def _with_published(imported: Imported, tree: Map) -> Map:
+    """Return the tree of a robot with what robot_state_publisher reads as its only output."""
+    name = published().name
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
         if key != "outputs":
             made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     outputs, output = Map(tree.span), Map(tree.span)
-    for key, value in wanted(imported).entries[_URDF].items():
+    for key, value in wanted(imported).entries[name].items():
         output.put(key, value, tree.span, tree.span)
-    outputs.put(_URDF, output, tree.span, tree.span)
+    outputs.put(name, output, tree.span, tree.span)
     made.put("outputs", outputs, tree.span, tree.span)
     return made

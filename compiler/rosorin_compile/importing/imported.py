@@ -39,6 +39,7 @@ class Imported(NamedTuple):
 
     ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
     was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
+    ``format`` is the name of the format that was read; of a xacro that of what it expands to.
     """
 
     tree: Map | None
@@ -47,6 +48,7 @@ class Imported(NamedTuple):
     files: tuple[Path, ...] = ()
     left_out: tuple[LeftOut, ...] = ()
     version: str = ""
+    format: str = ""
 
 
 def cannot_carry(what: str, span: Span, help: str = "") -> Diagnostic:

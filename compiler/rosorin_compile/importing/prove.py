@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 from ..build import build
 from ..diagnostic import ERROR, Diagnostic, Related, Source, Span, error, has_errors
+from ..emit import published
 from ..model import Joint, Robot, Transform
 from ..model.motion import motion
 from ..pipeline import Compiled, compile_robot
@@ -18,7 +19,7 @@ from ..starter import SCHEMA
 from . import ReadOptions, read_robot
 from .imported import Imported
 from .sameness import different
-from .writing import outputs, tree_of, write
+from .writing import Outputs, outputs, tree_of, write
 
 STATES = 20
 TOLERANCE = 1e-12  # between numbers of the source and of the compiled URDF; poses add up the rounding of a chain
@@ -31,17 +32,19 @@ _MAX_TOLD = 20
 class Proof(NamedTuple):
     """What a description proved to be: its files (text by name), and how it was held against the source.
 
-    ``without_mjcf`` is why it asks for no MJCF, empty if it does. ``frames`` were compared at zero and at ``states``
-    random joint states; ``largest`` is the largest difference of any number in their poses (metres, or entries of
-    rotation matrices). ``diagnostics`` are errors: what keeps it from being proved, or what differs.
+    ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
+    compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
+    poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being proved, or
+    what differs.
     """
 
     files: dict[str, str]
-    without_mjcf: str
+    outputs: Outputs
     diagnostics: list[Diagnostic]
     frames: int = 0
     states: int = 0
     largest: float = 0.0
+    word: str = ""
 
 
 def prove(imported: Imported, folder: Path) -> Proof:
@@ -52,43 +55,44 @@ def prove(imported: Imported, folder: Path) -> Proof:
     schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
-        left_out = ""
-        files, compiled = _compiled(imported, stage, schema, left_out)
+        wanted = outputs(imported)
+        files, compiled = _compiled(imported, stage, schema, wanted)
         if has_errors(compiled.diagnostics):
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
-            left_out = _first_error(compiled.diagnostics)
-            files, compiled = _compiled(imported, stage, schema, left_out)
-        proof = Proof(files, left_out, _relocated(compiled.diagnostics, folder))
+            wanted = outputs(imported, _first_error(compiled.diagnostics))
+            files, compiled = _compiled(imported, stage, schema, wanted)
+        proof = Proof(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
         return proof if proof.diagnostics else _compared(imported, compiled, stage, proof)
 
 
-def _compiled(imported: Imported, stage: Path, schema: str, left_out: str) -> tuple[dict[str, str], Compiled]:
-    """Return the files of a description and what becomes of them; ``left_out`` is why there is to be no MJCF."""
-    files = write(imported, outputs(imported, left_out), schema)
+def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
+    """Return the files of a description and what becomes of them."""
+    files = write(imported, wanted, schema)
     for name, text in files.items():
         (stage / name).write_text(text, "utf-8")
     return files, compile_robot(stage / ROOT_FILE)
 
 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, proof: Proof) -> Proof:
-    """Return the proof with what the comparison of the source with the description and with its URDF says."""
-    tree = tree_of(imported)
+    """Return the proof with what the comparison of the source with the description and with its artifact says."""
+    tree, format = tree_of(imported), published()
     source = build(tree).robot
-    urdf = next(artifact.text for artifact in compiled.artifacts if artifact.backend == "urdf")
-    (stage / "compiled.urdf").write_text(urdf, "utf-8")
-    back = read_robot(stage / "compiled.urdf", ReadOptions(lenient=True, checked=False))
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(next(one.text for one in compiled.artifacts if one.backend == format.name), "utf-8")
+    back = read_robot(file, ReadOptions(lenient=True, checked=False))
     if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     again = build(back.tree).robot if back.tree is not None else None
     made = compiled.robot
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]
-        return proof._replace(diagnostics=[_failed("the compiled URDF cannot be read back", broken)])
+        return proof._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
     found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
-    found += [f"compiled URDF: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
+    what = f"compiled {format.word}"
+    found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
     largest = 0.0 if found else largest_difference(source, again)
     if largest > POSE_TOLERANCE:
-        found.append(f"compiled URDF: frames differ by {largest:.2g}")
+        found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
         return proof._replace(diagnostics=[_failed("the description would not be the same robot", found)])
     return proof._replace(frames=len(source.links), states=STATES, largest=largest)

@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from pathlib import Path
-from typing import cast
 
 from ..diagnostic import NOTE, Diagnostic, Source, Span, error
+from ..emit import FORMATS, Format, Opened
 from .complaints import RULE as SYNTAX
 from .files import read_source
 from .imported import Imported
 from .lenient import mended, without_late_declaration
 from .markup import Document, MarkupError, parse
 from .options import ReadOptions
-
-FORMATS = "URDF (<robot>), xacro, MJCF (<mujoco>), or the JSON of a driver"
 
 _STRANGERS = {
     "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),
@@ -34,17 +31,48 @@ def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Importe
     suffix = path.suffix.lower()
     if suffix in (".yaml", ".yml"):
         message = f"{path.name} is a description already, or another file in YAML"
-        return _refused(error("wrong-format", message, asked, f"import reads {FORMATS}"), path)
-    if suffix == ".json":
-        return _other("robot_model", "read_robot_model", path, options)
+        return _refused(error("wrong-format", message, asked, f"import reads {known()}"), path)
+    format = next((one for one in _readable() if suffix in one.endings and not _is_xml(one)), None)
+    if format is not None:
+        return _read(format, Opened(path, options))
     try:
         source = read_source(path, asked)
         _check_text(source)
         document = _parsed(source, options)
     except MarkupError as problem:
         return _refused(problem.diagnostic, path)
-    read = _robot(document, path, options)
+    format = _format_of(document, path)
+    if format is None:
+        return _refused(_wrong_root(document), path)
+    read = _read(format, Opened(path, options, document))
     return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
+
+
+def known() -> str:
+    """Return the formats that are read, as the end of a sentence."""
+    *others, last = [one.listed for one in _readable()]
+    return f"{', '.join(others)}, or {last}"
+
+
+def _readable() -> list[Format]:
+    return [one for one in FORMATS.values() if one.read is not None]
+
+
+def _is_xml(format: Format) -> bool:
+    return bool(format.roots or format.recognises)
+
+
+def _format_of(document: Document, path: Path) -> Format | None:
+    """Return the format of an XML file: the one that recognises it, else that of its root element."""
+    readable = _readable()
+    recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
+    return next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+
+
+def _read(format: Format, opened: Opened) -> Imported:
+    if format.read is None:
+        raise ValueError(f"{format.word} is not read")
+    return format.read(opened)._replace(format=format.becomes or format.name)
 
 
 def _parsed(source: Source, options: ReadOptions) -> Document:
@@ -71,24 +99,6 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
     return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
 
 
-def _robot(document: Document, path: Path, options: ReadOptions) -> Imported:
-    from .urdf import read_urdf
-    from .xacro.expanding import is_xacro, read_xacro
-
-    if document.root.tag == "mujoco":
-        return _other("mjcf", "read_mjcf", path, options)
-    if document.root.tag != "robot":
-        return _refused(_wrong_root(document), path)
-    if is_xacro(document, path):
-        return read_xacro(document, path, options)
-    return read_urdf(document, path, options)
-
-
-def _other(module: str, function: str, path: Path, options: ReadOptions) -> Imported:
-    """Return what the reader of another format makes of a file."""
-    return cast(Imported, getattr(import_module(f".{module}", __package__), function)(path, options))
-
-
 def _refused(diagnostic: Diagnostic, path: Path) -> Imported:
     return Imported(None, [diagnostic], (), (path,))
 
@@ -104,14 +114,14 @@ def _check_text(source: Source) -> None:
         message = f"{source.path} is a pointer of Git LFS, not the file itself"
         raise MarkupError(error("wrong-format", message, span, "fetch the file: git lfs pull"))
     if not start.startswith("<"):
-        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {FORMATS}"))
+        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {known()}"))
 
 
 def _wrong_root(document: Document) -> Diagnostic:
     """Return the message about a root element of another format."""
     root = document.root
     tag = root.tag.lower()
-    what, help = _STRANGERS.get(tag, ("", f"import reads {FORMATS}"))
+    what, help = _STRANGERS.get(tag, ("", f"import reads {known()}"))
     if tag == "robot":
         return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
     message = (

@@ -20,7 +20,6 @@ from .accepting import accept
 from .files import printable_name, read_source
 from .imported import Imported
 from .markup import MarkupError
-from .options import ReadOptions
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
 _HELP = "the file is to fit schemas/robot_model.schema.json"
@@ -29,7 +28,7 @@ _PAIR = re.compile(r"(?<!\\)((?:\\\\)*)\\u([dD][89abAB][0-9a-fA-F]{2})\\u([dD][c
 _HALF_TURN = math.pi
 
 
-def read_robot_model(path: Path, options: ReadOptions) -> Imported:  # noqa: ARG001
+def read_robot_model(path: Path) -> Imported:
     """Return the robot of a driver's JSON as a plain tree. Problems are diagnostics, never exceptions."""
     try:
         source = read_source(path)

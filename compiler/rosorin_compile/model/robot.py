@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -209,6 +209,28 @@ class Robot:
         """
         ours = (ROBOT_STATE_PUBLISHER,)
         return tuple(j for j in self.joints if j.publisher.kind in ours or j.type in SEVERAL_COORDINATES)
+
+    def shapes_at(self, link: str, carried: Set[str], purpose: str) -> tuple[list[Shape], set[str]]:
+        """Return the solids of a link where only some frames are ``carried``, and the frames that lend it theirs.
+
+        ``purpose`` is visual or collision. The shapes of frames that are fixed to the link, one joint after another,
+        and not carried, move to the link by the transform between the two and come first: those mounted on it, then
+        those of the frames that it is mounted on.
+        """
+        moved: list[Shape] = []
+        seen = {link}
+        waiting = [(link, Transform())]
+        while waiting:
+            name, transform = waiting.pop()
+            own = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids()]
+            if name != link:
+                moved += [solid.moved(transform) for solid in own]
+            neighbours = ((n, t) for n, t in self.fixed_neighbours(name) if n not in carried and n not in seen)
+            steps = [(n, transform.then(t)) for n, t in neighbours]
+            seen.update(n for n, _ in steps)
+            waiting += reversed(steps)
+        own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids()]
+        return [*moved, *own], seen - {link}
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..diagnostic import NOTE, WARNING, Diagnostic, Source, error
-from ..emit import Artifact
-from ..model import STATIC_TRANSFORM_PUBLISHER, Robot
+from ..emit import Artifact, feeds, names_meshes
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from . import static_check
 from .finding import copies, package_of
 from .holding import difference, forms
@@ -42,7 +42,7 @@ def check(
         places = [place] if place in files else copies(folder, files, robot.name, artifact)
         for one in places:
             found.setdefault(one, []).append(artifact)
-    urdfs = [place for place, those in found.items() if any(one.file.endswith(".urdf") for one in those)]
+    urdfs = [place for place, those in found.items() if any(map(names_meshes, those))]
     same, differing, lines = [], [], []
     for place, those in sorted(found.items()):
         package = package_of((folder / place).parent)
@@ -94,7 +94,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or artifact.backend == "urdf":
+        if place or feeds(artifact.backend, ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

@@ -7,16 +7,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..diagnostic import NOTE, WARNING, Diagnostic, error
-from ..emit import Artifact
-from ..model import Robot
+from ..emit import FORMATS, Artifact, feeds, names_meshes
+from ..model import ROBOT_STATE_PUBLISHER, Robot
 from .finding import copies, other_robot, package_of
 from .holding import Difference, difference, forms, placed
 from .installing import install_space, missing, share_folder, undeclared
 from .mapping import NOWHERE
 from .meshes import settle
-
-# Where the artifacts that nodes read go in a package that has no copy of them yet; others go only where one is.
-_DEFAULT = {"urdf": "urdf", "robot_model": "config", "static_tf_json": "config", "static_tf": "launch"}
 
 
 class Copy(NamedTuple):
@@ -57,7 +54,7 @@ def plan(
     diagnostics += _clashes(places)
     if any(found.severity == "error" for found in diagnostics):
         return Plan((), diagnostics)
-    main = next((places[a.output] for a in artifacts if a.backend == "urdf" and a.output in places), "")
+    main = next((places[a.output] for a in artifacts if _is_main(a) and a.output in places), "")
     going = [placed(robot, a, places[a.output], main) for a in artifacts if a.output in places]
     package = package_of(folder)
     if package is not None and package[0] == folder.resolve():
@@ -70,12 +67,17 @@ def plan(
     return Plan(tuple(_copy(robot, artifact, folder) for artifact in going), diagnostics)
 
 
+def _is_main(artifact: Artifact) -> bool:
+    """Say whether an artifact is what robot_state_publisher reads."""
+    return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
+
+
 def _only(artifact: Artifact, found: Sequence[str], diagnostics: list[Diagnostic]) -> str:
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not found:
-        folder = _DEFAULT.get(artifact.backend)
-        return f"{folder}/{name}" if folder else NOWHERE
+        format = FORMATS[artifact.backend]
+        return f"{format.folder}/{name}" if format.deploys else NOWHERE
     if len(found) > 1:
         message = f"the folder has several copies of {name}: {', '.join(found[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
@@ -94,7 +96,7 @@ def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Itera
 
 def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
     """Return a URDF whose meshes are in the package, if they are there; else say what is missing."""
-    if not artifact.file.endswith(".urdf"):
+    if not names_meshes(artifact):
         return artifact
     settled = settle(artifact.text, package, (), folder)
     diagnostics += settled.diagnostics
@@ -155,7 +157,7 @@ def afterwards(robot: Robot, plan: Plan, folder: Path, install: Path | None) -> 
 
 def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
     texts = [path.read_text("utf-8", "replace") for path in sorted(root.glob("launch/*")) if path.is_file()]
-    texts += [copy.artifact.text for copy in plan.copies if copy.artifact.backend == "static_tf"]
+    texts += [copy.artifact.text for copy in plan.copies if FORMATS[copy.artifact.backend].located]
     for needed in undeclared(root, texts):
         message = f"package.xml of {name} does not name {needed}, which its launch files start"
         yield Diagnostic("deploy-not-depended", WARNING, message, None, (), f"add: <exec_depend>{needed}</exec_depend>")
@@ -164,7 +166,7 @@ def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
 def _stale(robot: Robot, plan: Plan, names: Sequence[str], share: Path, package: str) -> Iterator[Diagnostic]:
     """Yield which files of an install space are not those that the sources hold now."""
     stale = []
-    urdfs = [copy.place for copy in plan.copies if copy.artifact.file.endswith(".urdf")]
+    urdfs = [copy.place for copy in plan.copies if names_meshes(copy.artifact)]
     for copy, name in zip(plan.copies, names, strict=True):
         path = share / name
         texts = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, package)]

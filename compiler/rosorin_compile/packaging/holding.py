@@ -10,8 +10,8 @@ from typing import NamedTuple
 from ..compare import compare
 from ..compare.text import CHANGED, NOT_TEXT, shorten
 from ..compare.words import printable
-from ..emit import Artifact, backend
-from ..model import Output, Robot
+from ..emit import FORMATS, Artifact, feeds, names_meshes
+from ..model import ROBOT_STATE_PUBLISHER, Output, Robot
 from ..templating import Templates
 from .meshes import settle
 
@@ -32,19 +32,19 @@ class Difference(NamedTuple):
 
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
-    if artifact.backend != "static_tf" or not urdf:
+    if not FORMATS[artifact.backend].located or not urdf:
         return artifact._replace(file=place)
     moved = tuple(_moved(output, artifact, place, urdf) for output in robot.outputs)
     there = dataclasses.replace(robot, outputs=moved)
     output = next(output for output in moved if output.name == artifact.output)
-    text = backend(artifact.backend).emit(there, output, Templates())[0]
+    text = FORMATS[artifact.backend].written(there, output, Templates())[0]
     return artifact._replace(file=place, text=text)
 
 
 def _moved(output: Output, artifact: Artifact, place: str, urdf: str) -> Output:
     if output.name == artifact.output:
         return dataclasses.replace(output, file=place)
-    return dataclasses.replace(output, file=urdf) if output.backend == "urdf" else output
+    return dataclasses.replace(output, file=urdf) if feeds(output.backend, ROBOT_STATE_PUBLISHER) else output
 
 
 def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:
@@ -53,8 +53,8 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     A launch file may look for any of the ``urdfs``; a URDF may name its meshes in ``package``.
     """
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, posixpath.dirname(place) or ".")), urdf))
-    found = [placed(robot, artifact, place, urdf) for urdf in near] if artifact.backend == "static_tf" else []
-    if artifact.file.endswith(".urdf") and package:
+    found = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
+    if names_meshes(artifact) and package:
         from pathlib import Path
 
         settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))

@@ -11,8 +11,10 @@ import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from typing import NamedTuple
 
+from ..emit import FORMATS
 from ..emit.static_tf import StaticTransform, describe, numbers_of, static_in_modes, static_transforms
-from ..model import ROBOT_STATE_PUBLISHER, Robot
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
+from ..rules.case import feeding
 from ..rules.conditions import combinations, holds, modes_in
 
 _ON = '("true", "1", "on")'
@@ -43,7 +45,7 @@ def statics(robot: Robot, taken: Iterable[str]) -> tuple[list[Static], dict[str,
 
     ``taken`` are names of launch arguments that are no modes. Numbers are printed as the outputs of the robot ask for.
     """
-    numbers = numbers_of(*(output for output in robot.outputs if output.backend in ("static_tf", "static_tf_json")))
+    numbers = numbers_of(*feeding(robot, STATIC_TRANSFORM_PUBLISHER, FORMATS))
     in_modes = static_in_modes(robot, numbers)
     names = set(taken)
     arguments = {

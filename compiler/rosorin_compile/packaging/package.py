@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from ..diagnostic import NOTE, Diagnostic, error
-from ..emit import Artifact
-from ..model import STATIC_TRANSFORM_PUBLISHER, Edge, Robot
+from ..emit import FORMATS, Artifact, feeds, names_meshes, published
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from ..templating import BUILTIN, Templates, comment
 from ..yaml_text import quoted
 from . import launching, meshes, views
@@ -20,10 +19,9 @@ BUILD_TYPES = ("ament_cmake", "ament_python")
 FOLDERS = ("config", "doc", "launch", "meshes", "mjcf", "rviz", "urdf")
 LAUNCH = "description.launch"
 _NODES = ("joint_state_publisher", "joint_state_publisher_gui", "robot_state_publisher", "rviz2", "tf2_ros")
-_FOLDER = {"urdf": "urdf", "mjcf": "mjcf", "frames": "doc", "robot_model": "config", "static_tf_json": "config"}
-_BY_ENDING = {".urdf": "urdf", ".xacro": "urdf", ".rviz": "rviz", ".launch.py": "launch"}
+# Where what a format does not place stands, by the ending of its file.
+_BY_ENDING = {".rviz": "rviz", ".launch.py": "launch"}
 _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
-_MJCF_FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
 @dataclasses.dataclass(frozen=True)
@@ -71,9 +69,9 @@ def make(
     ``sources`` are folders in which files are looked for that the description names; ``target`` is where the package
     will stand, which may hold such files already.
     """
-    main = next((artifact for artifact in artifacts if artifact.backend == "urdf"), None)
+    main = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
-        help = "add an output with the backend urdf"
+        help = f"add an output with the backend {published().name}"
         return Package(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
@@ -87,14 +85,15 @@ def make(
     diagnostics: list[Diagnostic] = []
     for place, artifact in carried.items():
         text = artifact.text
-        if place.startswith("urdf/"):
+        beside = FORMATS[artifact.backend].beside
+        if names_meshes(artifact):
             settled = meshes.settle(text, options.name, sources, target)
             text = settled.text
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: path.read_bytes() for name, path in settled.files.items()})
-        elif artifact.backend == "mjcf":
-            diagnostics += _beside(place, text, sources, target, files)
+        elif beside is not None:
+            diagnostics += _beside(place, beside(text), sources, target, files)
         files[place] = text.encode()
     files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs))
     return Package(files, [*diagnostics, *_defaults(options)])
@@ -107,20 +106,27 @@ def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
-    if artifact.backend == "static_tf":
+    format = FORMATS[artifact.backend]
+    if not format.packaged:
         return ""
-    endings = (folder for ending, folder in _BY_ENDING.items() if artifact.file.endswith(ending))
-    folder = _FOLDER.get(artifact.backend) or next(endings, "config")
+    folder = format.folder or _folder_of(artifact.file)
     otherwise = "robot.urdf" if artifact is main else artifact.file.rpartition("/")[2]
     return f"{folder}/{file_name(artifact.file, otherwise)}"
 
 
+def _folder_of(file: str) -> str:
+    """Return the folder of a file whose format does not say it, by its ending."""
+    formats = (one.folder for one in FORMATS.values() if one.read and one.folder and file.endswith(one.endings))
+    others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
+    return next(others, "") or next(formats, "config")
+
+
 def _beside(
-    place: str, text: str, sources: Sequence[Path], target: Path, files: dict[str, bytes]
+    place: str, names: Sequence[str], sources: Sequence[Path], target: Path, files: dict[str, bytes]
 ) -> Iterable[Diagnostic]:
-    """Copy the files that an MJCF names beside it, as MuJoCo looks for them; yield what cannot be found."""
+    """Copy the files that an artifact names beside it; yield what cannot be found."""
     missing = []
-    for name in dict.fromkeys(_MJCF_FILE.findall(text)):
+    for name in dict.fromkeys(names):
         folder = place.rpartition("/")[0]
         source = next((folder / name for folder in sources if (folder / name).is_file()), None)
         if source is not None and not name.startswith("/") and ".." not in name.split("/"):
@@ -192,15 +198,7 @@ def _view(robot: Robot, options: Options) -> dict[str, Any]:
 
 def _contents(carried: Sequence[tuple[str, Artifact]], rviz: str) -> list[tuple[str, str]]:
     """Return the files of a package with what each is."""
-    what = {
-        "urdf": "the URDF",
-        "mjcf": "the model for MuJoCo",
-        "robot_model": "the model for drivers",
-        "static_tf_json": "the arguments of the static transforms, for launch files of your own",
-        "frames": "every frame, where it sits and who publishes it",
-        "frames_picture": "the tree of frames, with who publishes each",
-    }
-    rows = [(place, what.get(artifact.backend, "another artifact")) for place, artifact in carried]
+    rows = [(place, FORMATS[artifact.backend].about) for place, artifact in carried]
     return sorted(
         [*rows, (f"launch/{LAUNCH}.*", "one launch file in three forms"), (f"rviz/{rviz}", "a view for RViz")]
     )

@@ -7,6 +7,7 @@ one message; where the same mistake would be seen by two rules, the later one in
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING
 
 from ..accepting import ACCEPTABLE
 from ..diagnostic import Diagnostic
@@ -31,6 +32,9 @@ from . import (
 )
 from .case import USED, Case
 from .remarkable import collect
+
+if TYPE_CHECKING:
+    from ..emit import Format
 
 __all__ = ["ACCEPTABLE", "RULES", "check"]
 
@@ -77,12 +81,15 @@ RULES: tuple[Rule, ...] = (
 )
 
 
-def check(robot: Robot, tree: Map, places: Mapping[tuple[str, str], Path]) -> list[Diagnostic]:
+def check(
+    robot: Robot, tree: Map, places: Mapping[tuple[str, str], Path], formats: Mapping[str, Format]
+) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
-    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``build``).
+    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``build``); ``formats`` are
+    those that outputs may name.
     """
-    case = Case(robot, tree, places, collect(tree))
+    case = Case(robot, tree, places, collect(tree), formats)
     return _joined(diagnostic for rule in RULES for diagnostic in rule(case))
 
 

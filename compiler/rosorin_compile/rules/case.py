@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from typing import Any, NamedTuple
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..accepting import names_at
 from ..diagnostic import ERROR, Diagnostic, Related, Span, did_you_mean
-from ..model import Joint, Robot
+from ..model import Joint, Output, Robot
 from ..tree import Map, Path, Place, Seq, locate
 from .remarkable import Remarkable
+
+if TYPE_CHECKING:
+    from ..emit import Format
 
 USED = "used here"
 
@@ -17,13 +21,19 @@ USED = "used here"
 class Case(NamedTuple):
     """A robot, the tree that it was built from, and the paths in it of joints, links and turns, by kind and name.
 
-    ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``).
+    ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
+    ``formats`` those that outputs may name.
     """
 
     robot: Robot
     tree: Map
     places: Mapping[tuple[str, str], Path]
     remarkable: Remarkable
+    formats: Mapping[str, Format] = MappingProxyType({})
+
+    def feeding(self, publisher: str) -> list[Output]:
+        """Return the outputs that publishers of a kind read, by their format."""
+        return feeding(self.robot, publisher, self.formats)
 
     def joint(self, joint: Joint, *rest: str | int) -> Path:
         """Return the path of a joint, or of what is in it; that of a sensor for the joint that mounts it."""
@@ -85,6 +95,25 @@ class Case(NamedTuple):
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""
         return Related(message, written(self.tree, path, key)[0].span)
+
+
+def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
+    """Return the outputs that publishers of a kind read, by their format."""
+    known = [output for output in robot.outputs if output.backend in formats]
+    return [output for output in known if publisher in formats[output.backend].feeds]
+
+
+def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
+    """Return the outputs that publishers of a kind read, also by the names of their files, those by format first.
+
+    A template of the user's own may make what robot_state_publisher reads.
+    """
+    outputs = feeding(robot, publisher, formats)
+    if len(outputs) == len(robot.outputs):
+        return outputs
+    readable = [one for one in formats.values() if one.read is not None and publisher in one.feeds]
+    endings = tuple(ending for one in readable for ending in one.endings)
+    return [*outputs, *(one for one in robot.outputs if one not in outputs and one.file.endswith(endings))]
 
 
 def exists(tree: Map, path: Path) -> bool:

@@ -4,78 +4,46 @@ from __future__ import annotations
 
 import posixpath
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 
 from ..diagnostic import Diagnostic, did_you_mean
-from ..emit import BACKENDS
 from ..model import Output
 from ..tree import Path
-from .case import Case, exists, suggest
+from .case import Case, exists
 
-# What each backend reads of its entry in outputs, beside file and backend.
-OPTIONS: Mapping[str, tuple[str, ...]] = {
-    "urdf": ("elements", "number_format", "version"),
-    "mjcf": ("base", "number_format"),
-    "static_tf": ("number_format",),
-    "static_tf_json": ("number_format",),
-    "robot_model": ("joints", "rename", "servos", "source"),
-    "frames": ("number_format",),
-    "frames_picture": ("modes",),
-    "template": ("options", "template"),
-}
-
-# Backends whose numbers are arguments of a program: six could print an exponent, which people do not write there.
-_ARGUMENTS = ("static_tf", "static_tf_json")
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Find outputs of a backend that does not exist, and options that the backend does not have."""
-    groups = {group.name for group in case.robot.servos}
+    """Find outputs of a backend that does not exist, options that it does not have, and what it finds wrong itself."""
     for output in case.robot.outputs:
-        path: Path = ("outputs", output.name)
-        if output.backend not in BACKENDS:
-            said = (*path, "backend")
-            at, key = (said, False) if exists(case.tree, said) else (path, True)
-            help = did_you_mean(output.backend, BACKENDS)
-            if help.startswith("did"):
-                help += f" (known: {', '.join(sorted(BACKENDS))})"
-            elif key:
-                help += "; an artifact of your own names its template"
-            yield case.problem("unknown-backend", f'there is no backend "{output.backend}"', at, help, key=key)
+        format = case.formats.get(output.backend)
+        if format is None or format.write is None:
+            yield _unknown(case, output)
             continue
-        if output.backend == "frames_picture":
-            yield from _picture(case, output)
-        if output.backend in _ARGUMENTS and output.options.get("number_format", "exact") != "exact":
-            message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
-            help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
-            yield case.problem("number-format", message, (*path, "number_format"), help)
-        known = OPTIONS[output.backend]
+        path: Path = ("outputs", output.name)
         for option in output.options:
-            if option not in known:
+            if option not in format.options:
                 message = f'the backend "{output.backend}" has no option "{option}"'
-                help = f"its options: {', '.join(known)}"
+                help = did_you_mean(option, format.options)
+                known = f"its options: {', '.join(sorted(format.options))}"
+                help = f"{help} ({known})" if help.startswith("did") else known
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
-        group = output.options.get("servos")
-        if output.backend == "robot_model" and group is not None and group not in groups:
-            message = f'there is no servo group "{group}", asked for by output "{output.name}"'
-            yield case.problem("unknown-servo", message, (*path, "servos"), suggest(group, groups, "name a group"))
+        if format.check is not None:
+            yield from format.check(case, output)
 
 
-def _picture(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Find a kind of picture that there is not, and modes that do not exist."""
-    from ..drawing import SUFFIXES, suffix
-
+def _unknown(case: Case, output: Output) -> Diagnostic:
     path: Path = ("outputs", output.name)
-    if not suffix(output.file):
-        message = f'"{output.file}" does not say which kind of picture it is'
-        help = f"end its name in {', '.join(SUFFIXES)}"
-        yield case.problem("picture-kind", message, (*path, "file"), help)
-    for index, mode in enumerate(output.options.get("modes", ())):
-        if mode not in case.robot.modes:
-            message = f'there is no mode "{mode}"'
-            help = suggest(mode, case.robot.modes, f'add "{mode}" to modes')
-            yield case.problem("unknown-mode", message, (*path, "modes", index), help)
+    known = [name for name, format in case.formats.items() if format.write is not None]
+    said = (*path, "backend")
+    at, key = (said, False) if exists(case.tree, said) else (path, True)
+    help = did_you_mean(output.backend, known)
+    if help.startswith("did"):
+        help += f" (known: {', '.join(sorted(known))})"
+    elif key:
+        help += "; an artifact of your own names its template"
+    return case.problem("unknown-backend", f'there is no backend "{output.backend}"', at, help, key=key)
 
 
 def files(case: Case) -> Iterator[Diagnostic]:

@@ -9,7 +9,7 @@ from ..diagnostic import WARNING, Diagnostic
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from ..tree import Path, Seq
 from . import conditions
-from .case import Case, at, exists, listed, quoted
+from .case import Case, at, exists, fed, listed, quoted
 from .kinematics import children
 
 
@@ -175,27 +175,28 @@ def some_publisher(case: Case) -> Iterator[Diagnostic]:
 def started(case: Case) -> Iterator[Diagnostic]:
     """Joints whose publisher no artifact starts or feeds, and moving joints with a publisher for what stands still."""
     robot = case.robot
-    backends = {output.backend for output in robot.outputs}
-    launched = bool(backends & {"static_tf", "static_tf_json"})
+    launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
     statics = list(static_publishers(case))
     for joint, _, path in statics:
         if not joint.is_fixed:
             message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher says what never moves'
             help = "let robot_state_publisher publish it"
             yield case.problem("static-tf-moves", message, path, help)
-    for kind, is_there, help in (
-        (STATIC_TRANSFORM_PUBLISHER, launched, "add static_tf: {file: static_tf.launch.py} to outputs"),
-        (ROBOT_STATE_PUBLISHER, _has_urdf(case), f"add urdf: {{file: {robot.name}.urdf}} to outputs"),
+    for kind, is_there in (
+        (STATIC_TRANSFORM_PUBLISHER, launched),
+        (ROBOT_STATE_PUBLISHER, bool(fed(robot, ROBOT_STATE_PUBLISHER, case.formats))),
     ):
         joints = robot.published_by(kind)
         if kind == STATIC_TRANSFORM_PUBLISHER:
             joints = tuple(joint for joint, _, _ in statics)
         said = [joint for joint in joints if exists(case.tree, case.joint(joint, "publisher"))]
-        if not backends or is_there or not (said or (launched and joints)):
+        if not robot.outputs or is_there or not (said or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
         message = f"{kind} is to publish {count} ({_some(joints)}), but no output is the {what}"
+        one = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
+        help = f"add {one.name}: {{file: {one.file.format(robot.name)}}} to outputs"
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
@@ -215,7 +216,7 @@ def planar(case: Case) -> Iterator[Diagnostic]:
     ros/kdl_parser takes an unknown type for fixed, and robot_state_publisher sends it as static; floating it skips.
     """
     robot = case.robot
-    has_urdf = any(output.backend == "urdf" for output in robot.outputs)
+    has_urdf = bool(case.feeding(ROBOT_STATE_PUBLISHER))
     for joint in robot.joints:
         ours = joint.publisher.kind == ROBOT_STATE_PUBLISHER
         if joint.type != "planar" or not (ours or has_urdf):
@@ -230,11 +231,6 @@ def planar(case: Case) -> Iterator[Diagnostic]:
             "robot_state_publisher leaves floating joints alone: say type: floating, and publisher: NODE or {none: WHY}"
         )
         yield case.problem("planar-taken-as-fixed", message, case.publisher(joint), help, severity=WARNING)
-
-
-def _has_urdf(case: Case) -> bool:
-    """Say whether an output is a URDF: by its backend, or a template of the user's own by the name of its file."""
-    return any(output.backend == "urdf" or output.file.endswith(".urdf") for output in case.robot.outputs)
 
 
 def _some(joints: tuple[Joint, ...]) -> str:

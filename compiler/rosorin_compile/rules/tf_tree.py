@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, nearest
-from ..model import SEVERAL_COORDINATES, UNPUBLISHED, Edge
+from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
 from ..tree import Path
 from . import conditions
 from .case import Case, listed, quoted, suggest
@@ -129,7 +129,7 @@ def _circle(published: list[Step]) -> list[Step]:
 
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """Joints in the URDF that hang on a link which is not in it: readers find two roots."""
-    if is_tree(case) and any(output.backend == "urdf" for output in case.robot.outputs):
+    if is_tree(case) and case.feeding(ROBOT_STATE_PUBLISHER):
         main, *others = _urdf_roots(case) or [""]
         for root in others:
             ours = case.robot.in_urdf()

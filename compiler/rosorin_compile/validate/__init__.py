@@ -3,25 +3,33 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostic import Diagnostic, error
 from ..quantity import Dimension, Quantity, describe, parse_unit
-from ..schema import Steps, subject, unit_at, validator
+from ..schema import Steps, subject, unit_at, validator_of, with_outputs
 from ..tree import Map, Seq, locate
 from .complaints import Complaint
 
+if TYPE_CHECKING:
+    from ..emit import Format
 
-def validate(tree: Map) -> list[Diagnostic]:
-    """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers."""
+
+def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
+    """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
+
+    ``formats`` are those that outputs may name.
+    """
     walk = _Walk()
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
-    held = validator()
+    schema = with_outputs(plain.get("outputs"), formats)
+    held = validator_of(schema)
     if not held.is_valid(plain):
         for problem in held.iter_errors(plain):
-            diagnostics += Complaint(tree, problem).diagnostics()
+            diagnostics += Complaint(tree, problem, schema).diagnostics()
     for path, quantity in walk.misfits:
         diagnostics += _wrong_unit(tree, path, quantity)
     return diagnostics

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 from ..diagnostic import Diagnostic, did_you_mean, error
@@ -13,8 +14,9 @@ from ..tree import Map, Seq, locate
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
-    def __init__(self, tree: Map, problem: Any) -> None:
+    def __init__(self, tree: Map, problem: Any, schema: Mapping[str, Any]) -> None:
         self.tree = tree
+        self.schema = schema
         self.path: Steps = list(problem.instance_path)
         self.keyword = type(problem.kind).__name__
         self.kind = problem.kind
@@ -30,6 +32,10 @@ class Complaint:
         found: list[Diagnostic] = method()
         return found
 
+    def _fragment(self, above: int) -> Any:
+        """Return the fragment of the schema that complains, or one above it."""
+        return schema_at(self.schema_path[: len(self.schema_path) - above], self.schema)
+
     def _make(
         self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
     ) -> Diagnostic:
@@ -37,7 +43,7 @@ class Complaint:
         return error(rule, message, place.span, help, place.stack())
 
     def _additionalproperties(self) -> list[Diagnostic]:
-        known = schema_at(self.schema_path[:-1]).get("properties", {})
+        known = self._fragment(1).get("properties", {})
         return [
             self._make("unknown-key", f'{self.where} has no key "{key}"', _legal(key, known), [*self.path, key], True)
             for key in self.kind.unexpected
@@ -45,7 +51,7 @@ class Complaint:
 
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
-        wanted = schema_at([*self.schema_path[:-1], "properties", key])
+        wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
         meaning = wanted.get("description") or resolve(wanted).get("description", "")
         path = self.path
         return [self._make("missing-key", f'{self.where} needs the key "{key}"', _sentence(meaning), path, key=True)]
@@ -53,7 +59,7 @@ class Complaint:
     def _type(self) -> list[Diagnostic]:
         types = self.kind.types
         wanted = " or ".join(_TYPES[name] for name in types if name != "null")
-        expected = schema_at(self.schema_path[:-1])
+        expected = self._fragment(1)
         unit = expected.get("x-unit")
         if unit:
             wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
@@ -68,7 +74,7 @@ class Complaint:
         return [self._make("wrong-value", f'{self.where} cannot be "{self.value}"', help)]
 
     def _constant(self) -> list[Diagnostic]:
-        wanted = schema_at(self.schema_path)
+        wanted = self._fragment(0)
         help = f"this tool knows only {wanted}"
         return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
 
@@ -79,14 +85,15 @@ class Complaint:
         return [self._count(f"at most {self.kind.limit}")]
 
     def _count(self, wanted: str) -> Diagnostic:
-        fragment = schema_at(self.schema_path[:-1])
+        fragment = self._fragment(1)
         if fragment.get("minItems") == fragment.get("maxItems"):
             wanted = str(fragment.get("minItems"))
         message = f"{self.where} has {len(self.value)} items, not {wanted}"
         return self._make("wrong-length", message, _sentence(fragment.get("description", "")))
 
     def _pattern(self) -> list[Diagnostic]:
-        return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', _pattern_help(self.schema_path))]
+        help = _sentence(str(self._fragment(1).get("description", "")))
+        return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]
 
     def _propertynames(self) -> list[Diagnostic]:
         name = self.kind.value.instance
@@ -102,11 +109,11 @@ class Complaint:
         return [self._make("missing-key", f"{self.where} needs both min and max", "give both corners, or size")]
 
     def _minproperties(self) -> list[Diagnostic]:
-        keys = ", ".join(schema_at(self.schema_path[:-1]).get("properties", {}))
+        keys = ", ".join(self._fragment(1).get("properties", {}))
         return [self._make("missing-key", f"{self.where} is empty", f"legal keys: {keys}")]
 
     def _maxproperties(self) -> list[Diagnostic]:
-        keys = ", ".join(schema_at(self.schema_path[:-1]).get("properties", {}))
+        keys = ", ".join(self._fragment(1).get("properties", {}))
         return [self._make("wrong-value", f"{self.where} has more than one key", f"give one of {keys}")]
 
     def _other(self) -> list[Diagnostic]:
@@ -161,8 +168,3 @@ def _type_help(value: Any, types: list[str], wanted: list[str]) -> str:
     if isinstance(value, (int, float)) and types == ["string"]:
         return "put it in quotes to make it text"
     return ""
-
-
-def _pattern_help(path: Steps) -> str:
-    fragment = schema_at(path[:-1])
-    return _sentence(str(fragment.get("description", "")))

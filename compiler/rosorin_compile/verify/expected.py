@@ -8,8 +8,10 @@ from functools import cached_property
 from itertools import product
 from typing import NamedTuple
 
+from ..emit import FORMATS
 from ..expression import ExpressionError, evaluate
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot, Transform
+from ..rules.case import feeding
 
 MAX_MODES = 10
 # Messages carry doubles; what is below a micrometre or microradian is the way through quaternions.
@@ -164,7 +166,8 @@ def _holds(when: str, combination: Mapping[str, bool]) -> bool:
 
 def _edges(robot: Robot) -> Iterator[Expected]:
     """Yield the edges of the joints from the root down, then those of other nodes."""
-    six = any(output.backend == "urdf" and output.options.get("number_format") == "six" for output in robot.outputs)
+    read = feeding(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    six = any(output.options.get("number_format") == "six" for output in read)
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()
     for joint in robot.joints_down():
         kind = joint.publisher.kind

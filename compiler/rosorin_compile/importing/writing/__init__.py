@@ -6,6 +6,6 @@ To be read in this order: ``description`` (which file holds what), ``naming`` (v
 
 from __future__ import annotations
 
-from .description import CAPSULES, outputs, tree_of, write
+from .description import Outputs, outputs, tree_of, write
 
-__all__ = ["CAPSULES", "outputs", "tree_of", "write"]
+__all__ = ["Outputs", "outputs", "tree_of", "write"]

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ...diagnostic import Span
+from ...emit import FORMATS
 from ...project import ROOT_FILE
 from ...tree import Map, Path, Seq
 from ..imported import Imported
@@ -16,8 +17,6 @@ from .remarks import placed
 
 MAX_LINES = 150  # a longer description is split into files
 LINKS, JOINTS, EXTENSIONS = "links.yaml", "joints.yaml", "extensions.yaml"
-# urdfdom before version 5 (ROS up to Jazzy) refuses that version.
-CAPSULES = "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for them"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
 _TAIL = ("poses", "disabled_contacts", "accept", "outputs")
@@ -54,10 +53,19 @@ _POSED = ("links", "joints")  # where xyz and rpy are zero by default
 
 
 class Outputs(NamedTuple):
-    """The artifacts that a description asks for: entries of its section, and remarks on what is not usual in it."""
+    """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
 
-    entries: Mapping[str, Mapping[str, str]]
-    remarks: tuple[str, ...] = ()
+    ``left_out`` are the formats that it does not ask for, each with the reason.
+    """
+
+    entries: dict[str, Mapping[str, str]]
+    remarks: dict[str, str]
+    left_out: dict[str, str]
+
+    @property
+    def lines(self) -> list[str]:
+        """The remarks as comments of the section."""
+        return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
 
 
 def tree_of(imported: Imported) -> Map:
@@ -67,20 +75,21 @@ def tree_of(imported: Imported) -> Map:
     return imported.tree
 
 
-def outputs(imported: Imported, left_out: str = "") -> Outputs:
-    """Return what the description of a robot asks for; ``left_out`` is why there is to be no MJCF."""
+def outputs(imported: Imported, why: str = "") -> Outputs:
+    """Return what the description of a robot asks for; ``why`` it is to go without optional formats."""
     tree = tree_of(imported)
-    name = safe(tree["robot"])
-    urdf = {"file": f"{name}.urdf"}
-    if imported.version == "1.2" or _has_capsule(tree):
-        urdf["version"] = "1.2"
-    remarks = (CAPSULES,) if _has_capsule(tree) else ()
-    for_people = {"frames": {"file": "frames.md"}, "frames_picture": {"file": "frames.svg"}}
-    if left_out:
-        return Outputs({"urdf": urdf, **for_people}, (*remarks, f"no mjcf: {left_out}"))
-    wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    mjcf = {"file": f"{name}.xml", **{key: value for key, value in wishes.items() if key != "file"}}
-    return Outputs({"urdf": urdf, "mjcf": mjcf, **for_people}, remarks)
+    made = Outputs({}, {}, {})
+    for format in FORMATS.values():
+        if format.asked is None:
+            continue
+        if format.optional and why:
+            made.left_out[format.name] = why
+            continue
+        asked = format.asked(tree, imported.version, safe(tree["robot"]))
+        made.entries[format.name] = asked.entry
+        if asked.remark:
+            made.remarks[format.name] = asked.remark
+    return made
 
 
 def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, str]:
@@ -109,8 +118,8 @@ def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outpu
     """Return the text of one file."""
     root = name == ROOT_FILE
     said = placed(imported.comments, document, head if root else [*head, _ABOUT[name]], root)
-    if root and wanted.remarks:
-        inside = {**said.inside, ("outputs",): list(wanted.remarks)}
+    if root and wanted.lines:
+        inside = {**said.inside, ("outputs",): wanted.lines}
         said = said._replace(inside=inside)
     return layout(document, said)
 
@@ -183,9 +192,3 @@ def _is_default(path: Path, value: Any) -> bool:
         return isinstance(value, list) and not any(value)
     default = _DEFAULTS.get((str(path[-2]), str(path[-1])))
     return default is not None and not isinstance(value, bool) and bool(value == default)
-
-
-def _has_capsule(tree: Map) -> bool:
-    links = (tree.get("links") or {}).values()
-    shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
-    return any("capsule" in shape for shape in shapes)

@@ -19,7 +19,7 @@ from ..files import read_source
 from ..imported import Imported
 from ..markup import Document, MarkupError, parse
 from ..options import ReadOptions
-from ..urdf import read_urdf
+from ..urdf.robot import read_urdf
 
 MAX_SECONDS = 600
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from ...compare import compare
 from ...compare.words import amount
 from ...diagnostic import NOTE, WARNING, did_you_mean
-from ...emit import Artifact
+from ...emit import Artifact, feeds
+from ...model import ROBOT_STATE_PUBLISHER
 from ..findings import Finding, count, problem, share
 from ..recording.joints import JointLog, Range
 from ..recording.recording import Recording
@@ -90,7 +91,7 @@ def _span(lower: float, upper: float) -> str:
 
 def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Finding]:
     """Yield how the URDF that ran differs from the compiled one."""
-    compiled = next((artifact for artifact in artifacts if artifact.backend == "urdf"), None)
+    compiled = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
         return
     topic = "/robot_description"

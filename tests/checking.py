@@ -8,6 +8,7 @@ import yaml
 
 from rosorin_compile.build import build
 from rosorin_compile.diagnostic import NOTE, Diagnostic, Source, arrange, has_errors
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.load import parse_yaml
 from rosorin_compile.rules import check
 from rosorin_compile.validate import validate
@@ -16,10 +17,10 @@ from rosorin_compile.validate import validate
 def found(description: dict[str, Any]) -> list[Diagnostic]:
     """Return what the rules say of a description of the right shape."""
     tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))
-    assert not has_errors(validate(tree)), arrange(validate(tree))
+    assert not has_errors(validate(tree, FORMATS)), arrange(validate(tree, FORMATS))
     built = build(tree)
     assert built.robot is not None, built.diagnostics
-    return check(built.robot, tree, built.places)
+    return check(built.robot, tree, built.places, FORMATS)
 
 
 def rules(description: dict[str, Any]) -> list[str]:

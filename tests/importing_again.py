@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.build import build
-from rosorin_compile.emit import backend
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.templating import Templates
 from rosorin_compile.tree import Map, Seq
 
@@ -38,7 +38,7 @@ def urdf_of(tree: Map) -> str:
     whole.put("outputs", outputs, tree.span, tree.span)
     robot = build(whole).robot
     assert robot is not None
-    text, said = backend("urdf").emit(robot, robot.outputs[0], Templates(Path()))
+    text, said = FORMATS["urdf"].write(robot, robot.outputs[0], Templates(Path()))
     assert not [d for d in said if d.severity == "error"], said
     return text
 

@@ -128,7 +128,7 @@ def machine() -> Robot:
 
 
 def exact_urdf(robot: Robot) -> str:
-    return urdf.emit(robot, Output("urdf", "urdf", "machine.urdf"), Templates())[0]
+    return urdf.write(robot, Output("urdf", "urdf", "machine.urdf"), Templates())[0]
 
 
 def overlapping(**changes) -> Robot:

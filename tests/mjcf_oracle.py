@@ -18,11 +18,11 @@ from scipy.spatial import cKDTree
 from scipy.spatial.transform import Rotation
 
 from rosorin_compile.diagnostic import has_errors
-from rosorin_compile.emit import urdf
+from rosorin_compile.emit import FORMATS, urdf
 from rosorin_compile.importing import ReadOptions
 from rosorin_compile.importing.imported import Imported
-from rosorin_compile.importing.mjcf import read_mjcf
 from rosorin_compile.importing.mjcf.links import NO_MASS
+from rosorin_compile.importing.mjcf.robot import read_mjcf
 from rosorin_compile.importing.writing import outputs, write
 from rosorin_compile.model import Box, Capsule, Cylinder, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.pipeline import compile_robot
@@ -47,7 +47,7 @@ def imported(path: Path, options: ReadOptions = ReadOptions()) -> Case:  # noqa:
     """Import a file, write the description that it becomes, and compile that, without an error."""
     made = read_mjcf(path, options)
     assert made.tree is not None, [d.message for d in made.diagnostics]
-    assert validate(made.tree) == []
+    assert validate(made.tree, FORMATS) == []
     with tempfile.TemporaryDirectory() as folder:
         for name, text in write(made, outputs(made, "the URDF is looked at")).items():
             Path(folder, name).write_text(text, "utf-8")
@@ -66,7 +66,7 @@ def urdf_of(robot: Robot) -> str:
     """Return the kinematics of a robot as URDF: pinocchio is to look at frames, not for meshes."""
     bare = replace(robot, links=tuple(replace(link, visual=(), collision=()) for link in robot.links))
     options = {"elements": ["inertial"]}
-    return urdf.emit(bare, Output("urdf", "urdf", "robot.urdf", options), Templates())[0]
+    return urdf.write(bare, Output("urdf", "urdf", "robot.urdf", options), Templates())[0]
 
 
 def states(case: Case, count: int) -> Iterator[Matrix]:

@@ -27,7 +27,7 @@ NOBODY = Publisher(UNPUBLISHED, about="not in /joint_states")
 
 
 def drawn(robot: Robot, file: str, modes: list[str] | None = None) -> str:
-    text, said = frames_picture.emit(robot, output(file, modes), Templates())
+    text, said = frames_picture.write(robot, output(file, modes), Templates())
     assert said == []
     return text
 

@@ -19,7 +19,7 @@ BASES = ("fixed", "free")
 def emit(robot: Robot, base: str = "fixed", number_format: str = "exact") -> str:
     """Return the MJCF of a robot."""
     options = {"base": base, "number_format": number_format}
-    return mjcf.emit(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())[0]
+    return mjcf.write(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())[0]
 
 
 @contextmanager

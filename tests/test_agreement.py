@@ -10,7 +10,7 @@ from comparing import BASE, COMMITTED
 from machines import machine
 from robots import compiled
 from rosorin_compile.compare import agreement
-from rosorin_compile.emit import Artifact, backend
+from rosorin_compile.emit import FORMATS, Artifact
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.templating import Templates
 
@@ -22,7 +22,7 @@ def emitted(robot: Robot, number_format: str) -> tuple[Robot, list[Artifact]]:
     options = {name: {"number_format": number_format} for name in ("urdf", "mjcf", "frames")}
     outputs = tuple(Output(name, name, file, options.get(name, {})) for name, file in files.items())
     robot = replace(robot, outputs=outputs)
-    texts = [(output, backend(output.backend).emit(robot, output, Templates())[0]) for output in outputs]
+    texts = [(output, FORMATS[output.backend].write(robot, output, Templates())[0]) for output in outputs]
     return robot, [Artifact(output.file, text, output.backend, output.name) for output, text in texts]
 
 

@@ -16,6 +16,7 @@ from jsonschema import Draft7Validator
 from robots import ROOT
 from rosorin_compile import authoring
 from rosorin_compile.diagnostic import Source
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.expand import forms, parameters
 from rosorin_compile.load import parse_yaml, plain_scalar
 from rosorin_compile.quantity import UNITS, Quantity
@@ -200,7 +201,7 @@ def test_a_quantity_that_the_compiler_takes_is_not_flagged(
     unit = factors[0] + "".join(operator + factor for operator, factor in zip(operators, factors[1:], strict=False))
     text = f"robot: r\nlinks: {{a: {{inertial: {{of: collision, mass: {number}{space}{unit}}}}}}}\n"
     assert isinstance(plain_scalar(f"{number}{space}{unit}"), Quantity)
-    if not validate(parse_yaml(Source("robot.yaml", text))):
+    if not validate(parse_yaml(Source("robot.yaml", text)), FORMATS):
         assert complaints(text) == []
 
 

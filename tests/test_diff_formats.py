@@ -17,7 +17,8 @@ from robots import ROOT, ROSORIN
 from rosorin_compile.build import build
 from rosorin_compile.difference import Side, compare_robots
 from rosorin_compile.difference.printing import printing_of
-from rosorin_compile.emit import backend
+from rosorin_compile.difference.values import YAML
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.importing import read_robot
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import compile_robot
@@ -112,7 +113,7 @@ def test_six_digits_are_no_difference_and_what_they_show_is_one(
     robot = replace(robot, joints=tuple(replace(j, origin=_tilted(j.origin, chance)) for j in robot.joints))
     folder = tmp_path_factory.mktemp("six")
     exact, six = (_read(robot, folder, form) for form in ("exact", "six"))
-    own = Side("own", "yaml", _without_capsules(robot))
+    own = Side("own", YAML, _without_capsules(robot))
     for one, other in ((own, exact), (own, six), (exact, six), (six, own)):
         found = compare_robots(one, other)
         assert found.same, [item.text for item in found.items]
@@ -140,14 +141,14 @@ def _without_capsules(robot: Robot) -> Robot:
 
 def _read(robot: Robot, folder: Path, form: str) -> Side:
     output = Output("urdf", "urdf", "any.urdf", {"number_format": form})
-    text, _ = backend("urdf").emit(robot, output, Templates(folder))
+    text, _ = FORMATS["urdf"].write(robot, output, Templates(folder))
     path = folder / f"{form}.urdf"
     path.write_text(text, "utf-8")
     imported = read_robot(path)
     assert imported.tree is not None, imported.diagnostics
     made = build(imported.tree).robot
     assert made is not None
-    return Side(form, "urdf", made, printing_of(imported.tree))
+    return Side(form, FORMATS["urdf"], made, printing_of(imported.tree))
 
 
 def test_a_file_of_mujoco_with_its_digits_is_the_same(arm: Path, tmp_path: Path) -> None:

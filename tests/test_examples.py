@@ -17,7 +17,7 @@ import pytest
 from engines import pose as placed
 from robots import ROOT, compiled, texts
 from rosorin_compile.diagnostic import NOTE
-from rosorin_compile.emit import BACKENDS, backend
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import Compiled
 from rosorin_compile.report import text as report
@@ -95,8 +95,8 @@ def test_compiles_with_notes_at_most(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_every_artifact_can_be_made(name: str) -> None:
     robot = robot_of(name)
-    for kind in sorted(BACKENDS.keys() - {"template"}):
-        text, _ = backend(kind).emit(robot, Output(kind, kind, kind, {}), Templates())
+    for kind in sorted(name for name, one in FORMATS.items() if one.write and name != "template"):
+        text, _ = FORMATS[kind].write(robot, Output(kind, kind, kind, {}), Templates())
         assert robot.name in text or kind in ("static_tf_json", "robot_model"), kind
         if kind == "static_tf":
             ast.parse(text)

@@ -76,7 +76,7 @@ TESTER = Robot(
 
 def emit(robot: Robot, number_format: str = "exact") -> str:
     output = Output("frames", "frames", "frames.md", {"number_format": number_format})
-    text, diagnostics = frames.emit(robot, output, Templates())
+    text, diagnostics = frames.write(robot, output, Templates())
     assert diagnostics == []
     return text
 

@@ -42,7 +42,7 @@ from rosorin_compile.templating import Templates
 
 def listed(robot: Robot) -> Facts:
     """Return what the list of frames says about parents, publishers and topics."""
-    text, _ = frames.emit(robot, Output("frames", "frames", "frames.md"), Templates())
+    text, _ = frames.write(robot, Output("frames", "frames", "frames.md"), Templates())
     told = ("parent", "publisher", "topic")
     return {fact: value for fact, value in frames.read(text).items() if fact.quantity.split(" ")[0] in told}
 

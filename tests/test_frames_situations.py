@@ -66,7 +66,7 @@ def test_too_many_trees_are_refused() -> None:
     message = "the tree of frames differs in 64 combinations of modes: too many to show"
     with pytest.raises(TooMany, match=re.escape(message)):
         situations(robot, {})
-    text, (problem,) = frames_picture.emit(robot, output("frames.svg"), Templates())
+    text, (problem,) = frames_picture.write(robot, output("frames.svg"), Templates())
     assert (text, problem.rule, problem.severity, problem.message) == ("", "too-many-pictures", "error", message)
     assert problem.help == "say which modes are on, one picture each: modes: [NAME, ...]"
     assert len(situations(robot, {"a": True})) == 32

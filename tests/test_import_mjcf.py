@@ -20,7 +20,7 @@ pytest.importorskip("mujoco", minversion="4")
 from mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from robots import OUTPUTS, ROOT, compiled
 from rosorin_compile.importing import ReadOptions
-from rosorin_compile.importing.mjcf import read_mjcf
+from rosorin_compile.importing.mjcf.robot import read_mjcf
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
 from simulator import emit
 

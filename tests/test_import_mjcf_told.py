@@ -13,7 +13,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.importing import ReadOptions, read_robot
-from rosorin_compile.importing.mjcf import process, read_mjcf
+from rosorin_compile.importing.mjcf import process
+from rosorin_compile.importing.mjcf.robot import read_mjcf
 
 DATA = Path(__file__).resolve().parent / "data" / "mjcf"
 TOLD = sorted(DATA.glob("told/*.xml"))

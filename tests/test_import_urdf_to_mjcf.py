@@ -126,5 +126,5 @@ def test_a_urdf_becomes_the_mjcf_that_mujoco_would_make(path: Path, tmp_path: Pa
 def test_an_example_becomes_the_mjcf_that_mujoco_would_make(path: Path, tmp_path: Path) -> None:
     robot = compiled(path).robot
     assert robot is not None
-    text = urdf.emit(robot, Output("urdf", "urdf", "robot.urdf", {}), Templates())[0]
+    text = urdf.write(robot, Output("urdf", "urdf", "robot.urdf", {}), Templates())[0]
     agree(*both(text, tmp_path))

@@ -17,7 +17,7 @@ from simulator import BASES, load  # noqa: E402
 
 def emitted(robot: Robot, base: str = "fixed") -> tuple[str, list[str]]:
     """Return the text and the rule and severity of what is said."""
-    text, said = mjcf.emit(robot, Output("mjcf", "mjcf", "robot.xml", {"base": base}), Templates())
+    text, said = mjcf.write(robot, Output("mjcf", "mjcf", "robot.xml", {"base": base}), Templates())
     return text, [f"{d.severity} {d.rule}" for d in said]
 
 
@@ -50,13 +50,13 @@ def test_what_mujoco_does_not_load_is_an_error_and_nothing_else_is(robot, base):
 
 
 def test_an_error_names_link_and_joint_and_a_way_out():
-    _, said = mjcf.emit(chain(child=None, tip=None), Output("mjcf", "mjcf", "x", {}), Templates())
+    _, said = mjcf.write(chain(child=None, tip=None), Output("mjcf", "mjcf", "x", {}), Templates())
     message = (
         'joint "turn" moves link "child", but neither it nor a link fixed to it has a mass: MuJoCo does not load that'
     )
     assert (said[0].message, said[0].help) == (message, 'give "child" an inertial, or make the joint fixed')
     nothing = chain(child=None, root=None, tip=None)
-    _, said = mjcf.emit(nothing, Output("mjcf", "mjcf", "x", {"base": "free"}), Templates())
+    _, said = mjcf.write(nothing, Output("mjcf", "mjcf", "x", {"base": "free"}), Templates())
     assert said[0].message.startswith('"base: free" lets link "root" move')
 
 
@@ -85,7 +85,7 @@ def test_meshes_are_files_that_mujoco_can_open():
     robot = Robot("meshes", (link,), ())
     text, said = emitted(robot)
     assert said == ["warning mjcf-cannot-say"]
-    _, (told,) = mjcf.emit(robot, Output("mjcf", "mjcf", "x", {}), Templates())
+    _, (told,) = mjcf.write(robot, Output("mjcf", "mjcf", "x", {}), Templates())
     assert told.message.startswith('mesh package://robot/part.stl of link "a" and 3 more are left out of the MJCF')
     model, _ = load(text, {"part.obj": TETRAHEDRON})
     assert (model.nmesh, model.ngeom) == (2, 3)

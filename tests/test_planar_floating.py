@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostic import has_errors
-from rosorin_compile.emit import backend
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.model import Joint, Pose, Transform, plane_axes
 from rosorin_compile.pipeline import compile_robot
 
@@ -173,7 +173,7 @@ def test_pinocchio_moves_the_links_as_the_model_says(tmp_path):
 @pytest.mark.parametrize("axis", AXES)
 def test_readers_know_them_again(tmp_path, axis):
     _, artifacts, _ = robot_with(tmp_path, axis)
-    facts = {name: backend(name).read(artifacts[name]) for name in ("urdf", "mjcf")}
+    facts = {name: FORMATS[name].facts(artifacts[name]) for name in ("urdf", "mjcf")}
     for name, kind in (("free", "floating"), ("sliding", "planar")):
         for read in facts.values():
             found = {

@@ -60,7 +60,7 @@ TESTER = Robot(
 
 def emit(robot: Robot, options: Mapping[str, Any] | None = None) -> tuple[dict[str, Any], list[Diagnostic]]:
     """Return the model that a robot gets, valid by its schema, and what is said about it."""
-    text, diagnostics = robot_model.emit(
+    text, diagnostics = robot_model.write(
         robot, Output("robot_model", "robot_model", "m.json", options or {}), Templates()
     )
     assert text.count("\n") == 1
@@ -125,7 +125,7 @@ def test_a_height_map_stands_in_its_frame_and_says_what_is_missing() -> None:
 
 def test_numbers_are_floats_also_where_whole_numbers_were_written() -> None:
     whole = replace(TESTER.joints[1], origin=Pose((1, 2, 3)), axis=(0, 0, 1), limit=Limit(-1, 1, 1, 1))  # type: ignore[arg-type]
-    text = robot_model.emit(replace(TESTER, joints=(whole,)), Output("m", "robot_model", "m"), Templates())[0]
+    text = robot_model.write(replace(TESTER, joints=(whole,)), Output("m", "robot_model", "m"), Templates())[0]
     assert '"xyz": [1.0, 2.0, 3.0], "rpy": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "limit": [-1.0, 1.0]' in text
 
 
@@ -214,7 +214,7 @@ def test_a_mimic_is_said() -> None:
 
 
 def test_reading_gives_back_every_number() -> None:
-    text = robot_model.emit(TESTER, Output("m", "robot_model", "m", {"rename": {"eye": "camera"}}), Templates())[0]
+    text = robot_model.write(TESTER, Output("m", "robot_model", "m", {"rename": {"eye": "camera"}}), Templates())[0]
     facts = robot_model.read(text)
     assert facts[Fact("frame", "upper", "origin z")] == Value(1 / 3, "m")
     assert facts[Fact("frame", "camera", "yaw")] == Value(math.pi, "rad")
@@ -236,7 +236,7 @@ def test_reading_gives_back_every_number() -> None:
 
 @pytest.mark.parametrize("place", ["xyz", "rpy", "axis", "limit", "box", "cell", "rad_per_pulse", "zero"])
 def test_any_changed_number_is_one_fact(place: str) -> None:
-    text = robot_model.emit(TESTER, Output("m", "robot_model", "m"), Templates())[0]
+    text = robot_model.write(TESTER, Output("m", "robot_model", "m"), Templates())[0]
     model = json.loads(text)
     joint = model["joints"]["shoulder"]
     holder, key = {
@@ -252,7 +252,7 @@ def test_any_changed_number_is_one_fact(place: str) -> None:
     assert len(changed) == 1
 
 
-GOOD = robot_model.emit(TESTER, Output("m", "robot_model", "m"), Templates())[0]
+GOOD = robot_model.write(TESTER, Output("m", "robot_model", "m"), Templates())[0]
 DAMAGED = {
     "cut off": GOOD[:-20],
     "a list": "[]",

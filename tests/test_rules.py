@@ -14,15 +14,14 @@ from checking import robot, rules
 from robots import ROSORIN, compiled
 from rosorin_compile.build import build
 from rosorin_compile.diagnostic import NOTE
-from rosorin_compile.emit import BACKENDS
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.expand import expand
 from rosorin_compile.model import IDENTITY, Inertial, Pose, Transform
 from rosorin_compile.model.geometry import pose_of, rotation_about
 from rosorin_compile.rules import RULES, check
 from rosorin_compile.rules.frames import angle_between
 from rosorin_compile.rules.inertia import principal_moments
-from rosorin_compile.rules.outputs import OPTIONS
-from rosorin_compile.schema import schema
+from rosorin_compile.schema import schema, with_formats
 
 LIMIT = {"lower": -1, "upper": 1, "effort": 1, "velocity": 1}
 
@@ -35,7 +34,7 @@ def test_reference_robot_is_right():
 def test_reference_robot_names_its_stand_ins_once():
     tree = expand(ROSORIN, {}, None).tree
     built = build(tree)
-    notes = [d.message for d in check(built.robot, tree, built.places)]
+    notes = [d.message for d in check(built.robot, tree, built.places, FORMATS)]
     assert len(notes) == len(set(notes)) >= 3
     assert any("chassis height map" in note and note.endswith("(base_footprint collision[0])") for note in notes)
     assert any("(joint1 limit, joint2 limit, joint3 limit, joint4 limit, joint5 limit)" in note for note in notes)
@@ -47,9 +46,16 @@ def test_every_rule_says_what_it_is_about():
 
 
 def test_options_are_those_of_the_schema():
-    assert OPTIONS.keys() == BACKENDS.keys()
-    options = {option for known in OPTIONS.values() for option in known}
-    assert options | {"file", "backend"} == set(schema()["$defs"]["output"]["properties"])
+    options = {option for format in FORMATS.values() for option in format.options}
+    whole = with_formats(FORMATS.values())["$defs"]["output"]
+    assert options | {"file", "backend"} == set(whole["properties"])
+    assert options.isdisjoint(schema()["$defs"]["output"]["properties"])
+
+
+def test_a_format_has_the_name_of_its_module_and_a_place_of_its_own():
+    assert [FORMATS[name].name for name in FORMATS] == list(FORMATS)
+    ranks = [format.rank for format in FORMATS.values()]
+    assert sorted(set(ranks)) == ranks
 
 
 def orthogonal(seed: int) -> np.ndarray:

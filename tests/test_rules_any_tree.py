@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from checking import rules
 from rosorin_compile.build import build
 from rosorin_compile.diagnostic import NOTE, Source, has_errors
-from rosorin_compile.emit import BACKENDS
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.load import parse_yaml
 from rosorin_compile.rules import check
 from rosorin_compile.validate import validate
@@ -105,7 +105,7 @@ POSE = some(
 )
 OUTPUT = some(
     File=st.sampled_from(["a.urdf", "A.urdf", "a.urdf/b", "../x", "/x", "x\\y", "C:x", "a//b", ".", " ", ".git/x"]),
-    backend=st.sampled_from([*BACKENDS, "urfd"]),
+    backend=st.sampled_from([*FORMATS, "urfd"]),
     joints=st.lists(JOINTS, max_size=2),
     rename=st.dictionaries(NAMES, NAMES, max_size=2),
     servos=st.sampled_from(["s1", "s3"]),
@@ -122,7 +122,7 @@ DESCRIPTION = some(
     servos=st.dictionaries(st.sampled_from(["s1", "s2"]), SERVOS, max_size=2),
     poses=st.dictionaries(st.sampled_from(["p1", "p2"]), POSE, max_size=2),
     disabled_contacts=st.lists(some(Links=st.lists(NAMES, min_size=2, max_size=2), Reason=st.just("r")), max_size=2),
-    outputs=st.dictionaries(st.sampled_from([*BACKENDS, "own"]), OUTPUT, max_size=3),
+    outputs=st.dictionaries(st.sampled_from([*FORMATS, "own"]), OUTPUT, max_size=3),
     source=SOURCE,
 )
 
@@ -131,13 +131,13 @@ DESCRIPTION = some(
 @settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
 def test_no_rule_crashes(description):
     tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False, allow_unicode=True)))
-    if has_errors(validate(tree)):
+    if has_errors(validate(tree, FORMATS)):
         return
     built = build(tree)
     if built.robot is None:
         return
-    first = check(built.robot, tree, built.places)
-    assert first == check(built.robot, tree, built.places)
+    first = check(built.robot, tree, built.places, FORMATS)
+    assert first == check(built.robot, tree, built.places, FORMATS)
     for diagnostic in first:
         assert diagnostic.span is not None, diagnostic
         line = diagnostic.span.source.line(diagnostic.span.line)

@@ -60,14 +60,14 @@ TWO = robot(
 
 
 def launch(made: Robot, output: Output = OUTPUT) -> str:
-    text, diagnostics = static_tf.emit(made, output, Templates())
+    text, diagnostics = static_tf.write(made, output, Templates())
     assert diagnostics == []
     return text
 
 
 def nodes_of(made: Robot) -> list[dict[str, Any]]:
     """Return the nodes that the list of arguments names."""
-    document = json.loads(static_tf_json.emit(made, OUTPUT, Templates())[0])
+    document = json.loads(static_tf_json.write(made, OUTPUT, Templates())[0])
     jsonschema.validate(document, SCHEMA)
     return list(document["static_transform_publisher"])
 
@@ -113,7 +113,7 @@ def test_a_urdf_from_a_template_counts_where_there_is_no_other() -> None:
 
 
 def test_without_a_urdf_nobody_publishes_the_joints() -> None:
-    text, diagnostics = static_tf.emit(replace(TWO, outputs=()), OUTPUT, Templates())
+    text, diagnostics = static_tf.write(replace(TWO, outputs=()), OUTPUT, Templates())
     assert [d.rule for d in diagnostics] == ["static-tf-no-urdf"]
     assert [node.name for node in run(text, Path("x.launch.py"))] == ["tf_base_laser", "tf_base_imu"]
     for unused in ("pathlib", "OpaqueFunction", "ParameterValue", ROBOT_STATE_PUBLISHER):
@@ -129,7 +129,7 @@ def test_without_a_urdf_and_without_joints_there_is_nothing_to_say() -> None:
 def test_what_moves_is_not_static() -> None:
     turning = replace(static("j", "base_link", "arm", LASER, "tf_arm"), type="revolute")
     for backend in (static_tf, static_tf_json):
-        text, diagnostics = backend.emit(robot(turning), OUTPUT, Templates())
+        text, diagnostics = backend.write(robot(turning), OUTPUT, Templates())
         assert [(d.rule, d.severity) for d in diagnostics] == [("static-tf-moves", "error")]
         assert "joint j is revolute" in diagnostics[0].message
         assert "tf_arm" not in text
@@ -157,7 +157,7 @@ SHAPES_OF_FILE = [
 
 def test_the_launch_file_is_clean_python(tmp_path: Path) -> None:
     for number, made in enumerate(SHAPES_OF_FILE):
-        text = static_tf.emit(made, OUTPUT, Templates())[0]
+        text = static_tf.write(made, OUTPUT, Templates())[0]
         ast.parse(text, feature_version=(3, 10))
         assert text.endswith("    ])\n")
         assert all(len(line) <= 99 and line == line.rstrip() for line in text.splitlines())
@@ -209,7 +209,7 @@ def test_every_edge_arrives_within_what_was_printed(node: str, pose: Pose, paren
     for number in started.arguments[1:12:2]:
         assert "e" not in number
         assert number != "-0"
-    assert static_tf.read(text) == static_tf_json.read(static_tf_json.emit(made, OUTPUT, Templates())[0])
+    assert static_tf.read(text) == static_tf_json.read(static_tf_json.write(made, OUTPUT, Templates())[0])
     assert nodes_of(made)[0]["arguments"] == started.arguments
     assert farthest(pose, said) < 1e-5
 
@@ -245,7 +245,7 @@ def test_reading_runs_nothing(tmp_path: Path) -> None:
 
 
 GOOD = launch(TWO)
-GOOD_JSON = static_tf_json.emit(TWO, OUTPUT, Templates())[0]
+GOOD_JSON = static_tf_json.write(TWO, OUTPUT, Templates())[0]
 DAMAGED = {
     "cut off": GOOD[:-20],
     "zero byte": "\0" + GOOD,

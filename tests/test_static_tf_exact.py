@@ -18,7 +18,7 @@ from launch_stubs import command_line, run
 from package_launch import read
 from robots import ROOT
 from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.emit import Artifact, backend, static_tf
+from rosorin_compile.emit import FORMATS, Artifact, static_tf
 from rosorin_compile.formatting import METRE_DIGITS, RADIAN_DIGITS, decimal
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
@@ -66,7 +66,7 @@ def emitted(robot: Robot) -> dict[str, Artifact]:
     """Return the artifacts of a robot by backend."""
     made = {}
     for output in robot.outputs:
-        text, diagnostics = backend(output.backend).emit(robot, output, Templates())
+        text, diagnostics = FORMATS[output.backend].write(robot, output, Templates())
         assert diagnostics == []
         made[output.backend] = Artifact(output.file, text, output.backend, output.name)
     return made

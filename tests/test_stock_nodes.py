@@ -16,7 +16,7 @@ import pytest
 import stock_nodes
 from robots import ROOT, ROSORIN, compiled, texts
 from rosorin_compile.cli import main
-from rosorin_compile.emit import backend
+from rosorin_compile.emit import FORMATS
 from rosorin_compile.kinematics.graph import Graph
 from rosorin_compile.kinematics.lookup import lookup
 from rosorin_compile.model import NODE, Robot
@@ -115,7 +115,7 @@ def test_the_command_says_the_same(run, capsys):
 def test_the_topics_carry_exactly_the_edges_of_frames_md(run):
     """Each edge on the topic, by the node and with the parent that frames.md gives it: no more, no fewer."""
     others = {publisher.name for publisher in run.robot.publishers if publisher.kind == NODE}
-    facts = backend("frames").read(run.artifacts["frames.md"])
+    facts = FORMATS["frames"].facts(run.artifacts["frames.md"])
     said: dict[str, dict[str, str]] = {}
     for fact, value in facts.items():
         if fact.kind == "frame":

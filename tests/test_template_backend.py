@@ -31,7 +31,7 @@ TESTER = Robot(
 def render(folder: Path, text: str, name: str = "own.txt.jinja", options: Mapping[str, Any] | None = None) -> str:
     (folder / name).write_text(text, "utf-8")
     output = Output("own", "template", "own.txt", {"template": name, **(options or {})})
-    made, diagnostics = template.emit(TESTER, output, Templates(folder))
+    made, diagnostics = template.write(TESTER, output, Templates(folder))
     assert diagnostics == []
     return made
 
@@ -101,13 +101,13 @@ def test_a_template_changes_nothing(tmp_path: Path) -> None:
 
 
 def test_an_output_without_a_template(tmp_path: Path) -> None:
-    text, diagnostics = template.emit(TESTER, Output("own", "template", "own.txt"), Templates(tmp_path))
+    text, diagnostics = template.write(TESTER, Output("own", "template", "own.txt"), Templates(tmp_path))
     assert text == ""
     assert [(d.rule, d.severity) for d in diagnostics] == [("template-not-named", "error")]
 
 
 def test_nothing_is_known_of_its_meaning() -> None:
-    assert template.read("anything") == {}
+    assert template.FORMAT.facts is None
 
 
 OWN = """\

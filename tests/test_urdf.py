@@ -69,7 +69,7 @@ TESTER = Robot(
 
 
 def emit(robot: Robot, options: Mapping[str, Any] | None = None) -> str:
-    text, diagnostics = urdf.emit(robot, Output("urdf", "urdf", "robot.urdf", options or {}), Templates())
+    text, diagnostics = urdf.write(robot, Output("urdf", "urdf", "robot.urdf", options or {}), Templates())
     assert diagnostics == []
     return text
 
@@ -197,7 +197,7 @@ def test_colours_without_a_name_get_one_each() -> None:
 
 def test_a_capsule_is_a_cylinder_of_its_full_length_and_that_is_said() -> None:
     robot = Robot("r", (Link("a", collision=(Shape(Capsule(0.1, 0.4)),)),), ())
-    text, diagnostics = urdf.emit(robot, Output("urdf", "urdf", "r.urdf"), Templates())
+    text, diagnostics = urdf.write(robot, Output("urdf", "urdf", "r.urdf"), Templates())
     sizes = next(parsed(text).iter("cylinder")).attrib
     assert sizes["radius"] == "0.1"
     assert float(sizes["length"]) == pytest.approx(0.6)

@@ -14,7 +14,7 @@ from rosorin_compile.compare import compare, lines
 from rosorin_compile.compare.agreement import agreement
 from rosorin_compile.diagnostic import has_errors
 from rosorin_compile.elements_text import damage, indented
-from rosorin_compile.emit import Fact, backend
+from rosorin_compile.emit import FORMATS, Fact
 from rosorin_compile.pipeline import compile_robot
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
@@ -184,7 +184,7 @@ def test_yourdfpy_has_the_materials(tmp_path):
 
 def test_what_the_reader_tells(tmp_path):
     _, artifacts, _ = compiled(tmp_path, ROBOT + OUTPUTS)
-    facts = {fact: value.value for fact, value in backend("urdf").read(artifacts["urdf"]).items()}
+    facts = {fact: value.value for fact, value in FORMATS["urdf"].facts(artifacts["urdf"]).items()}
     expected = {
         Fact("material", "Light Grey", "red"): 0.7,
         Fact("material", "wood", "texture"): "package://carrier/wood.png",
@@ -249,7 +249,7 @@ def test_a_capsule_in_urdf_1_2(tmp_path, version):
     assert '<robot name="carrier" version="1.2">' in artifacts["urdf"]
     assert '<geometry><capsule radius="0.1" length="0.5"/></geometry>' in artifacts["urdf"]
     assert not [d for d in made.diagnostics if d.rule == "urdf-cannot-say"]
-    facts = backend("urdf").read(artifacts["urdf"])
+    facts = FORMATS["urdf"].facts(artifacts["urdf"])
     assert facts[Fact("link", "base link", "collision 1 length")].value == 0.5
 
 

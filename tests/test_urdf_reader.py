@@ -9,8 +9,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from robots import compiled
-from rosorin_compile.compare.view import renamed
-from rosorin_compile.emit import Fact, Value, backend, urdf
+from rosorin_compile.compare.view import called
+from rosorin_compile.emit import FORMATS, Fact, Value, urdf
 from rosorin_compile.formatting import exact, six
 from test_urdf import TESTER, emit
 
@@ -115,9 +115,9 @@ def test_a_damaged_urdf_is_a_value_error(text: str) -> None:
 def test_all_artifacts_of_the_reference_robot_say_the_same() -> None:
     made = compiled()
     assert made.robot is not None
-    said = {artifact.file: backend(artifact.backend).read(artifact.text) for artifact in made.artifacts}
+    said = {artifact.file: FORMATS[artifact.backend].facts(artifact.text) for artifact in made.artifacts}
     # The driver knows a link by another name.
-    names = {old: new for output in made.robot.outputs for old, new in renamed(made.robot, output.name).items()}
+    names = {old: new for one in made.artifacts for old, new in called(made.robot, one).items()}
     compared = 0
     for first, second in itertools.combinations(said.values(), 2):
         for fact in first.keys() & second.keys():

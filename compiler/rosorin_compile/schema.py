@@ -55,11 +55,14 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
 def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of every format, each with the formats that have it."""
     options: dict[str, dict[str, Any]] = {}
+    meanings: dict[str, dict[str, list[str]]] = {}
     for one in formats:
         for key, option in one.options.items():
-            known = options.setdefault(key, {**option, "description": ""})
-            text = f"{one.name}: {_uncapitalised(option.get('description', ''))}"
-            known["description"] = f"{known['description']} {text}".strip()
+            options.setdefault(key, dict(option))
+            meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(one.name)
+    for key, option in options.items():
+        texts = (f"{', '.join(names)}: {_uncapitalised(text)}" for text, names in meanings[key].items())
+        option["description"] = " ".join(texts)
     output = {**_output(), "properties": {**_output()["properties"], **options}, "additionalProperties": False}
     return {**schema(), "$defs": {**schema()["$defs"], "output": output}}
 
@@ -75,7 +78,7 @@ def _output() -> dict[str, Any]:
 
 
 def _uncapitalised(text: str) -> str:
-    return text[:1].lower() + text[1:] if text[1:2].islower() else text
+    return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
 
 
 def misfits(name: str, value: Any) -> list[str]:

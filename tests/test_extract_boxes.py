@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from extract_meshes import box, dome, random_points
@@ -49,6 +49,7 @@ MESHES = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(MESHES, st.integers(1, 6), st.sampled_from([3, 5]))
+@example(np.array([[(0, -0.1, 0), (5e-324, 0, 0), (-5e-324, -0.1, -0.1)]]), 2, 3)  # crosses x = 0 by next to nothing
 def test_every_shape_holds_the_mesh(triangles: np.ndarray, stack: int, digits: int) -> None:
     points = np.concatenate([triangles.reshape(-1, 3), random_points(triangles, 100, 3)])
     for kind, fit in fits(triangles, digits, stack).items():
@@ -166,6 +167,14 @@ def test_plate_between_two_lines_is_measured_all_the_same(thickness: float) -> N
     found = Ruler(plate).measure(fits(plate, 5, 2)["box"])
     assert found.overlap == 1
     assert found.volume == pytest.approx(max(thickness, 1e-5) * 0.01)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-310, 1e-160, 1e-100, 1e-20, 1e-12])
+def test_edge_of_hardly_any_length_is_measured_all_the_same(tiny: float) -> None:
+    needle = np.array([[(0, 0, 0), (0, 0, tiny), (0.1, 0, 0)], [(0, 0, 0), (0, tiny, 0), (0, 0, tiny)]])
+    measured = Ruler(needle).measure(fits(needle, 3, 2)["box"])
+    assert measured.overlap == 1
+    assert measured.sticks_out == pytest.approx(math.hypot(0.001, 0.001), rel=1e-6)
 
 
 def test_measures_of_a_brick() -> None:

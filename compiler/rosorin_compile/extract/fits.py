@@ -234,7 +234,8 @@ def _between(triangles: Floats, axis: int, low: float, high: float) -> Floats:
     for first, second in ((0, 1), (1, 2), (2, 0)):
         a, b = reach[:, first], reach[:, second]
         for cut in (low, high):
-            crosses = (a[:, axis] - cut) * (b[:, axis] - cut) < 0
+            # Signs, not lengths: the product of two tiny lengths is zero.
+            crosses = np.sign(a[:, axis] - cut) * np.sign(b[:, axis] - cut) < 0
             start, end = a[crosses], b[crosses]
             share = (cut - start[:, axis]) / (end[:, axis] - start[:, axis])
             points = start + share[:, None] * (end - start)

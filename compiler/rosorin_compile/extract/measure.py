@@ -25,6 +25,8 @@ FINENESS = 150
 NEIGHBOURS = 12
 # A point this far outside of a shape is on it, in metres: rounding of its numbers forgives half of that.
 _ON = 2e-7
+# Corners of a triangle that are closer are one, in metres: the square of a tiny edge is no divisor.
+_ONE_CORNER = 1e-9
 
 
 class Measured(NamedTuple):
@@ -48,7 +50,7 @@ class Ruler:
         import numpy as np
         from scipy.spatial import cKDTree  # type: ignore[import-untyped,unused-ignore]
 
-        self.triangles = triangles
+        self.triangles = _without_needles(triangles)
         self.solid: Solid | None = solid(triangles) if closed(triangles) else None
         lower, upper = bounds(triangles)
         spacing = float(np.linalg.norm(upper - lower)) / FINENESS or 1.0
@@ -96,6 +98,22 @@ class Ruler:
         known = count > 0
         total = float(area[known].sum())
         return float((area[known] * held[known] / count[known]).sum()) / total if total > 0 else 1.0
+
+
+def _without_needles(triangles: Floats) -> Floats:
+    """Return triangles (n, 3, 3) whose first two corners are one where hardly anything is between them.
+
+    trimesh divides by the square of that edge unless it is exactly zero.
+    """
+    import numpy as np
+
+    first, second = triangles[:, 0], triangles[:, 1]
+    needle = np.abs(second - first).max(axis=1) < _ONE_CORNER
+    if not needle.any():
+        return triangles
+    made = triangles.copy()
+    made[needle, 1] = first[needle]
+    return made
 
 
 def _sampled(triangles: Floats, spacing: float) -> tuple[Ints, Floats]:

@@ -137,6 +137,19 @@ def test_smallest_rectangle(points: np.ndarray) -> None:
         assert np.ptp(points @ [c, s]) * np.ptp(points @ [-s, c]) >= area - 1e-6
 
 
+@pytest.mark.parametrize("sides", [3, 5, 6, 8, 12, 36, 64])
+@pytest.mark.parametrize("turn", [0.02, 0.1, 1.0])
+def test_of_equal_rectangles_that_of_the_smallest_angle_is_taken(sides: int, turn: float) -> None:
+    around = np.linspace(0, 2 * np.pi, sides, endpoint=False) + turn
+    prism = 0.05 * np.column_stack([np.cos(around), np.sin(around)])
+    edges = np.roll(prism, -1, axis=0) - prism
+    least = min(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2))
+    generator = np.random.default_rng(0)
+    angles = {smallest_rectangle(prism[generator.permutation(sides)])[0] for _ in range(10)}
+    assert len(angles) == 1
+    assert angles.pop() == pytest.approx(least, abs=1e-8)
+
+
 def test_volumes() -> None:
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
     assert solid(ball.triangles).volume == pytest.approx(ball.volume, rel=1e-9)

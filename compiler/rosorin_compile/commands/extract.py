@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -43,8 +42,6 @@ def options(command: argparse.ArgumentParser) -> None:
         ),
     ):
         way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
-        # A value such as -12.5mm,-10mm is no option: argparse knows that of plain numbers only.
-        way._negative_number_matcher = re.compile(r"-\.?\d")
         more(way)
         package_option(way)
         argument_options(way)

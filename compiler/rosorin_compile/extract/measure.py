@@ -111,7 +111,7 @@ def _without_needles(triangles: Floats) -> Floats:
     needle = np.abs(second - first).max(axis=1) < _ONE_CORNER
     if not needle.any():
         return triangles
-    made = triangles.copy()
+    made: Floats = triangles.copy()
     made[needle, 1] = first[needle]
     return made
 

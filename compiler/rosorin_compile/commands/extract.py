@@ -148,16 +148,16 @@ def run(options: argparse.Namespace) -> int:
 
 def _boxes(options: argparse.Namespace, console: Console) -> int:
     from ..extract import boxes
+    from ..extract.fits import KINDS
     from .extract_words import digits, parts
 
     if not 1 <= options.stack <= 100:
         raise WrongUsage("--stack takes 1 to 100 boxes")
     decimals = digits(options.digits, "--digits")
     fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
-    kinds = _KINDS[:-1]
-    lines = boxes.table(fitted, kinds)
+    lines = boxes.table(fitted, KINDS)
     if options.json:
-        text = json.dumps(boxes.json_values(fitted, kinds), indent=1) + "\n"
+        text = json.dumps(boxes.json_values(fitted, KINDS), indent=1) + "\n"
     else:
         text = _head(options) + boxes.yaml_text(fitted, options.shape)
     return _give(options, text, lines)

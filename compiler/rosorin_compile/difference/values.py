@@ -11,7 +11,6 @@ from ..model import Robot
 from .printing import EXACT, Printing
 
 YAML, URDF, MJCF, ROBOT_MODEL = "yaml", "urdf", "mjcf", "robot_model"
-FORMATS = (YAML, URDF, MJCF, ROBOT_MODEL)
 DEFAULT_TOLERANCE = 1e-9
 
 

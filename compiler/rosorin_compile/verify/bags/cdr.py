@@ -155,7 +155,6 @@ class Reader:
 
     def __init__(self, of: Any) -> None:
         self.of = of
-        self.layouts: dict[tuple[int, bytes], Layout] = {}
 
     def groups(self, raws: Sequence[bytes], broken: list[str]) -> Iterator[Group]:
         """Yield messages grouped by layout; why a message cannot be read goes into ``broken``."""

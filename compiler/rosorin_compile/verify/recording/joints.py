@@ -128,13 +128,6 @@ class JointLog:
                 positions, found = np.where(there, values, positions), found | there
         return positions, found
 
-    def latest(self) -> dict[str, float]:
-        """Return the position of each joint in the last state that named it."""
-        found: dict[str, float] = {}
-        for names, ring in self._rings.items():
-            found |= dict(zip(names, map(float, ring.positions[-1]), strict=True))
-        return found
-
     @property
     def names(self) -> Sequence[str]:
         """The joints that were named, in the order of their appearance."""

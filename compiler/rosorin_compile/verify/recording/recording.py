@@ -58,7 +58,6 @@ class FrameRow(NamedTuple):
     rate: float
     buffered: float
     age: float | None
-    broadcaster: str
 
     @property
     def still(self) -> bool:

@@ -30,7 +30,7 @@ def dot_rows(text: str, name: Name) -> list[FrameRow] | None:
         newest = _leading(fields.get("Most recent transform", ""))
         age = at - newest if math.isfinite(at - newest) and newest > 0 else None
         rate, length = _leading(fields.get("Average rate", "")), _leading(fields.get("Buffer length", ""))
-        row = FrameRow(name(edge[1]), name(edge[2]), rate, length, age, fields.get("Broadcaster", ""))
+        row = FrameRow(name(edge[1]), name(edge[2]), rate, length, age)
         found += [] if math.isnan(rate) else [row]
     return found or None
 
@@ -58,8 +58,7 @@ def yaml_rows(text: str, name: Name) -> list[FrameRow] | None:
         delay = entry.get("transform_delay")
         age = _number(delay) if delay is not None else None
         rate, length = _number(entry.get("rate")), _number(entry.get("buffer_length"))
-        broadcaster = str(entry.get("broadcaster", ""))
-        found.append(FrameRow(name(str(entry["parent"])), name(str(child)), rate, length, age, broadcaster))
+        found.append(FrameRow(name(str(entry["parent"])), name(str(child)), rate, length, age))
     return found or None
 
 

@@ -124,8 +124,8 @@ def _sampled(triangles: Floats, spacing: float) -> tuple[Ints, Floats]:
     import numpy as np
 
     which = divisions_needed(triangles, spacing, MORE_DIVISIONS)
-    found = [(some[owner], points) for some, owner, points in samples(triangles, which, MORE_DIVISIONS)]
-    owner, points = np.concatenate([a for a, _ in found]), np.concatenate([b for _, b in found])
+    batches = [(some[owner], points) for some, owner, points in samples(triangles, which, MORE_DIVISIONS)]
+    owner, points = np.concatenate([a for a, _ in batches]), np.concatenate([b for _, b in batches])
     if len(points) < 500_000:
         return owner, points
     cubes = np.floor((points - points.min(axis=0)) / spacing * 2).astype(np.int64)
@@ -238,7 +238,7 @@ def _surface(fit: Fit) -> Floats:
     """Return points (m, 3) on the surface of a shape, corners and edges included; not where its pieces meet."""
     import numpy as np
 
-    found = []
+    visible = []
     for piece in fit.pieces:
         points, outward = _surface_of(piece)
         turn = np.array(piece.pose.transform().rows)
@@ -247,8 +247,8 @@ def _surface(fit: Fit) -> Floats:
         for other in fit.pieces:
             if other is not piece:
                 outside &= ~_holds(other, points + 1e-6 * outward)
-        found.append(points[outside])
-    return np.concatenate(found)
+        visible.append(points[outside])
+    return np.concatenate(visible)
 
 
 def _surface_of(shape: Shape) -> tuple[Floats, Floats]:

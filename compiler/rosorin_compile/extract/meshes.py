@@ -137,9 +137,9 @@ def _refuse_dtd(path: Path, data: bytes) -> None:
 
 def _unit(data: bytes) -> float:
     """Return the unit of a DAE in metres (COLLADA 1.4.1, <unit meter="...">, default 1)."""
-    found = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([^\"']+?)\s*[\"']", data[:100_000])
+    match = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([^\"']+?)\s*[\"']", data[:100_000])
     try:
-        unit = float(found[1]) if found else 1.0
+        unit = float(match[1]) if match else 1.0
     except ValueError:
         return 1.0
     return unit if math.isfinite(unit) and unit > 0 else 1.0

@@ -52,10 +52,10 @@ class Cursor:
 
     def count(self) -> int:
         """Return a number of items. Raises CdrError."""
-        found = self._number()
-        if found > MAX_ITEMS:
-            raise CdrError(f"{found:,} items in one message")
-        return found
+        number = self._number()
+        if number > MAX_ITEMS:
+            raise CdrError(f"{number:,} items in one message")
+        return number
 
     def _number(self) -> int:
         at = self.take(4, 4)

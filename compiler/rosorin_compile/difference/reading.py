@@ -13,7 +13,7 @@ from .values import MJCF, ROBOT_MODEL, URDF, YAML, Side
 
 _OURS = (".yaml", ".yml")
 _FOREIGN = (".urdf", ".xacro", ".xml", ".mjcf", ".json")
-# What a person is to know before the file of a stranger is opened.
+# What a person is to know before a foreign file is opened.
 _XACRO = "xacro-runs-code"
 _TOLD = (_XACRO,)
 

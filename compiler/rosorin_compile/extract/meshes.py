@@ -1,6 +1,6 @@
 """Meshes: a file becomes triangles in metres. trimesh reads the formats; nothing but the triangles is taken from it.
 
-Files come from strangers: a file that is broken, empty or hostile gives an ``ExtractProblem``, never a traceback. Side
+Files are foreign: one that is broken, empty or hostile gives an ``ExtractProblem``, never a traceback. Side
 files are not read, except the buffers of a .gltf that stand beside it; a .dae with a DTD is not even parsed.
 """
 

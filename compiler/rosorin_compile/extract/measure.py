@@ -241,8 +241,8 @@ def _surface(fit: Fit) -> Floats:
     visible = []
     for piece in fit.pieces:
         points, outward = _surface_of(piece)
-        turn = np.array(piece.pose.transform().rows)
-        points, outward = points @ turn.T + np.array(piece.pose.xyz), outward @ turn.T
+        rotation = np.array(piece.pose.transform().rows)
+        points, outward = points @ rotation.T + np.array(piece.pose.xyz), outward @ rotation.T
         outside = np.ones(len(points), dtype=bool)
         for other in fit.pieces:
             if other is not piece:
@@ -260,7 +260,7 @@ def _surface_of(shape: Shape) -> tuple[Floats, Floats]:
         return _faces(geometry)
     if not isinstance(geometry, Cylinder | Capsule):
         raise TypeError(f"no shape around a mesh: {geometry!r}")
-    turns = np.linspace(0, 2 * np.pi, 73)[:-1]
+    angles = np.linspace(0, 2 * np.pi, 73)[:-1]
     radius, half = geometry.radius, geometry.length / 2
     profile = [(radius, z) for z in np.linspace(-half, half, 25).tolist()]
     for end in (-1, 1):
@@ -270,7 +270,7 @@ def _surface_of(shape: Shape) -> tuple[Floats, Floats]:
             profile.append((radius * share, end * half) if isinstance(geometry, Cylinder) else bulge)
     far, height = np.array(profile).T
     points = np.stack(
-        [np.outer(far, np.cos(turns)), np.outer(far, np.sin(turns)), np.outer(height, np.ones(len(turns)))], axis=-1
+        [np.outer(far, np.cos(angles)), np.outer(far, np.sin(angles)), np.outer(height, np.ones(len(angles)))], axis=-1
     ).reshape(-1, 3)
     return points, points / np.linalg.norm(points, axis=1, keepdims=True).clip(1e-12)
 

@@ -97,8 +97,8 @@ def placed(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[flo
     """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
     import numpy as np
 
-    turn = np.asarray(rows, dtype=np.float64)
-    moved = triangles if (turn == np.eye(3)).all() else triangles @ turn.T
+    rotation = np.asarray(rows, dtype=np.float64)
+    moved = triangles if (rotation == np.eye(3)).all() else triangles @ rotation.T
     offset = np.asarray(xyz, dtype=np.float64)
     return moved + offset if offset.any() else moved
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections import defaultdict
 from collections.abc import Iterator
@@ -10,7 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from robots import ROOT
-from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parser
+from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
+from rosorin_compile.commands.parser import Parser
 from rosorin_compile.commands.schema import NAMES
 
 Shown = pytest.CaptureFixture[str]
@@ -27,16 +27,10 @@ OTHER_VALUES = {
 }
 
 
-def parsers(name: str) -> Iterator[argparse.ArgumentParser]:
+def parsers(name: str) -> Iterator[Parser]:
     """Yield the parsers of a command: of extract those of its three ways."""
-    top = parser([name])
-    commands = next(action for action in top._actions if isinstance(action, argparse._SubParsersAction))
-    command = commands.choices[name]
-    inner = [action for action in command._actions if isinstance(action, argparse._SubParsersAction)]
-    if inner:
-        yield from inner[0].choices.values()
-    else:
-        yield command
+    command = parser([name]).within[name]
+    yield from command.within.values() or [command]
 
 
 def help_of(capsys: Shown, *words: str) -> str:
@@ -73,7 +67,7 @@ def test_an_option_has_one_name_for_its_value() -> None:
     forms: dict[str, set[str]] = defaultdict(set)
     for name in COMMANDS:
         for command in parsers(name):
-            for action in command._actions:
+            for action in command.options:
                 for option in action.option_strings:
                     forms[option].add(f"{action.metavar or action.choices} {action.nargs} {type(action).__name__}")
     assert {option: form for option, form in forms.items() if len(form) > 1 and option not in OTHER_VALUES} == {}
@@ -87,6 +81,7 @@ def test_an_option_has_one_name_for_its_value() -> None:
         (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
         (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
         (["extract", "boxes", "a.stl", "--jsn"], 'extract has no option --jsn; did you mean "--json"?'),
+        (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
         (["init", "a", "b"], 'init takes no "b"; see rosorin-compile init --help'),
         (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
     ],
@@ -98,6 +93,20 @@ def test_a_slip_is_met_with_the_nearest_word(capsys: Shown, words: list[str], sa
         code = int(stopped.code or 0)
     assert code == 2
     assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["--xyz", "-12.5mm,-1cm,0"], ("-12.5mm,-1cm,0", False, ["a.stl"])),
+        (["--xyz=-1cm,0,0", "--exact"], ("-1cm,0,0", True, ["a.stl"])),
+        (["--xy", "-.5,0,0"], ("-.5,0,0", False, ["a.stl"])),
+        (["--exact", "--xyz", "-1cm,0,0", "b.stl"], ("-1cm,0,0", True, ["a.stl", "b.stl"])),
+    ],
+)
+def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[str, bool, list[str]]) -> None:
+    options = parse(["extract", "heightmap", "a.stl", *words])
+    assert (options.xyz, options.exact, options.words) == wanted
 
 
 def test_every_schema_is_printed(capsys: Shown) -> None:

@@ -31,15 +31,15 @@ def contents(folder: Path) -> dict[str, bytes]:
 
 
 def test_writes_the_set_and_keeps_the_rest(tmp_path: Path) -> None:
-    placed = place(fill(tmp_path), {**NEW, "config/b.json": b"old b"})
-    assert placed == (("launch/c.py", "urdf/a.urdf"), ("config/b.json",))
+    written = place(fill(tmp_path), {**NEW, "config/b.json": b"old b"})
+    assert written == ("launch/c.py", "urdf/a.urdf")
     assert contents(tmp_path) == {**OLD, **NEW, "config/b.json": b"old b"}
 
 
 def test_touches_nothing_that_is_equal(tmp_path: Path) -> None:
     place(tmp_path, NEW)
     before = {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
-    assert place(tmp_path, NEW).written == ()
+    assert place(tmp_path, NEW) == ()
     assert before == {path: path.stat().st_mtime_ns for path in tmp_path.rglob("*")}
 
 
@@ -125,7 +125,7 @@ def test_a_failure_at_any_step_leaves_the_old_set(tmp_path: Path, monkeypatch: p
         except OutputError as problem:
             rule = problem.diagnostic.rule
     assert (rule, contents(tmp_path)) in (("deploy-failed", OLD), ("", {**OLD, **NEW}))
-    assert place(tmp_path, NEW)
+    place(tmp_path, NEW)
     assert contents(tmp_path) == {**OLD, **NEW}
 
 
@@ -147,7 +147,7 @@ def test_a_kill_at_any_step_is_finished_or_undone(tmp_path: Path, monkeypatch: p
     place(tmp_path, {"more": b"more"})
     found = contents(tmp_path)
     assert found in ({**OLD, "more": b"more"}, {**OLD, **NEW, "more": b"more"})
-    assert place(tmp_path, NEW)
+    place(tmp_path, NEW)
     assert contents(tmp_path) == {**OLD, **NEW, "more": b"more"}
     assert not (tmp_path / READY).exists()
 

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 import trimesh
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from extract_meshes import box, dome, random_points
@@ -49,6 +49,7 @@ MESHES = st.lists(
 
 @settings(max_examples=40, deadline=None)
 @given(MESHES, st.integers(1, 6), st.sampled_from([3, 5]))
+@example(np.array([[(0, -0.1, 0), (5e-324, 0, 0), (-5e-324, -0.1, -0.1)]]), 2, 3)  # crosses x = 0 by next to nothing
 def test_every_shape_holds_the_mesh(triangles: np.ndarray, stack: int, digits: int) -> None:
     points = np.concatenate([triangles.reshape(-1, 3), random_points(triangles, 100, 3)])
     for kind, fit in fits(triangles, digits, stack).items():
@@ -136,6 +137,19 @@ def test_smallest_rectangle(points: np.ndarray) -> None:
         assert np.ptp(points @ [c, s]) * np.ptp(points @ [-s, c]) >= area - 1e-6
 
 
+@pytest.mark.parametrize("sides", [3, 5, 6, 8, 12, 36, 64])
+@pytest.mark.parametrize("turn", [0.02, 0.1, 1.0])
+def test_of_equal_rectangles_that_of_the_smallest_angle_is_taken(sides: int, turn: float) -> None:
+    around = np.linspace(0, 2 * np.pi, sides, endpoint=False) + turn
+    prism = 0.05 * np.column_stack([np.cos(around), np.sin(around)])
+    edges = np.roll(prism, -1, axis=0) - prism
+    least = min(np.arctan2(edges[:, 1], edges[:, 0]) % (np.pi / 2))
+    generator = np.random.default_rng(0)
+    angles = {smallest_rectangle(prism[generator.permutation(sides)])[0] for _ in range(10)}
+    assert len(angles) == 1
+    assert angles.pop() == pytest.approx(least, abs=1e-8)
+
+
 def test_volumes() -> None:
     ball = trimesh.creation.icosphere(subdivisions=3, radius=0.1)
     assert solid(ball.triangles).volume == pytest.approx(ball.volume, rel=1e-9)
@@ -166,6 +180,14 @@ def test_plate_between_two_lines_is_measured_all_the_same(thickness: float) -> N
     found = Ruler(plate).measure(fits(plate, 5, 2)["box"])
     assert found.overlap == 1
     assert found.volume == pytest.approx(max(thickness, 1e-5) * 0.01)
+
+
+@pytest.mark.parametrize("tiny", [5e-324, 1e-310, 1e-160, 1e-100, 1e-20, 1e-12])
+def test_edge_of_hardly_any_length_is_measured_all_the_same(tiny: float) -> None:
+    needle = np.array([[(0, 0, 0), (0, 0, tiny), (0.1, 0, 0)], [(0, 0, 0), (0, tiny, 0), (0, 0, tiny)]])
+    measured = Ruler(needle).measure(fits(needle, 3, 2)["box"])
+    assert measured.overlap == 1
+    assert measured.sticks_out == pytest.approx(math.hypot(0.001, 0.001), rel=1e-6)
 
 
 def test_measures_of_a_brick() -> None:

@@ -15,7 +15,7 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.importing import prove, read_robot
+from rosorin_compile.importing import read_robot, round_trip
 from rosorin_compile.pipeline import compile_robot
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -224,7 +224,7 @@ def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.Capt
     assert "error[output-folder]: cannot write file/x: file is not a folder" in capsys.readouterr().err
 
 
-def test_no_room_for_the_proof_is_said(
+def test_no_room_for_the_round_trip_is_said(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
@@ -236,7 +236,7 @@ def test_no_room_for_the_proof_is_said(
 
 def altered(old: str, new: str) -> Callable[..., Any]:
     """Return ``write`` with one thing in what it writes replaced: a fault of the writer."""
-    right = prove.write
+    right = round_trip.write
 
     def wrong(*words: Any) -> dict[str, str]:
         made = right(*words)
@@ -261,7 +261,7 @@ def altered(old: str, new: str) -> Callable[..., Any]:
 def test_a_description_of_another_robot_is_not_written(
     here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, old: str, new: str, said: str
 ) -> None:
-    monkeypatch.setattr(prove, "write", altered(old, new))
+    monkeypatch.setattr(round_trip, "write", altered(old, new))
     assert run("little_arm.urdf") == 1
     told = capsys.readouterr()
     assert told.out == ""
@@ -275,7 +275,7 @@ def test_a_description_of_another_robot_is_not_written(
 def test_places_of_a_description_that_does_not_compile_are_those_of_its_folder(
     capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(prove, "write", altered("upper: 2.5,", "upper: 2.5 mm,"))
+    monkeypatch.setattr(round_trip, "write", altered("upper: 2.5,", "upper: 2.5 mm,"))
     assert run("little_arm.urdf", "-o", "x") == 1
     assert capsys.readouterr().err.startswith("x/robot.yaml:")
 

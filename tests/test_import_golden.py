@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.importing import read_robot
-from rosorin_compile.importing.prove import prove
+from rosorin_compile.importing.round_trip import check_round_trip
 from rosorin_compile.importing.writing.layout import WIDTH
 
 FOLDER = Path(__file__).resolve().parent / "imported"
@@ -26,11 +26,11 @@ def imported(name: str) -> dict[str, str]:
     """Return the files that import makes of a robot of this folder."""
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
-    proof = prove(made, FOLDER / name / EXPECTED)
-    assert proof.diagnostics == []
-    assert proof.frames == len(made.tree["links"])
-    assert proof.largest == 0
-    return proof.files
+    trip = check_round_trip(made, FOLDER / name / EXPECTED)
+    assert trip.diagnostics == []
+    assert trip.frames == len(made.tree["links"])
+    assert trip.largest == 0
+    return trip.files
 
 
 def test_there_are_robots() -> None:

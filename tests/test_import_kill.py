@@ -27,14 +27,15 @@ def child(folder: Path) -> None:
     from output_child import die_at
     from rosorin_compile import output
     from rosorin_compile.cli import main
-    from rosorin_compile.importing import prove, read_robot
+    from rosorin_compile.importing import read_robot, round_trip
 
     quiet = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process lives)
     told, sys.stdout = sys.stdout, quiet
-    proofs: list[Any] = []
-    proved, prove.prove = prove.prove, lambda *arguments: proofs[0] if proofs else proved(*arguments)
+    trips: list[Any] = []
+    checked = round_trip.check_round_trip
+    round_trip.check_round_trip = lambda *arguments: trips[0] if trips else checked(*arguments)
     main(["import", str(ROVER / "rover.urdf"), "-o", str(folder / "first")])  # loads what the others then have
-    proofs.append(proved(read_robot(ROVER / "rover.urdf"), folder / "first"))
+    trips.append(checked(read_robot(ROVER / "rover.urdf"), folder / "first"))
     after = {path.name: path.read_text("utf-8") for path in (ROVER / "expected").iterdir()}
     write_set = output.write_set
     for line in sys.stdin:

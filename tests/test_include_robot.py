@@ -54,7 +54,7 @@ def frames(urdf: str, positions: Mapping[str, float]) -> dict[str, np.ndarray]:
 @pytest.mark.parametrize("gap", [0.8, 1.3])
 def test_two_arms_and_a_camera_stand_where_pinocchio_has_the_arm(gap):
     urdf = compiled(CELL, {"gap": str(gap)})["cell.urdf"]
-    vendor = ARM.read_text("utf-8")
+    foreign = ARM.read_text("utf-8")
     random = np.random.default_rng(4)
     largest = 0.0
     for _ in range(STATES):
@@ -62,7 +62,7 @@ def test_two_arms_and_a_camera_stand_where_pinocchio_has_the_arm(gap):
         found = frames(urdf, {f"{side}_{name}": at for side in SIDES for name, at in states[side].items()})
         for side, sign in SIDES.items():
             mount = pose([0.1, sign * gap / 2, 0.72], [0, 0, sign * np.radians(30)])
-            arm = frames(vendor, states[side])
+            arm = frames(foreign, states[side])
             assert len(arm) == 5
             for link, placed in arm.items():
                 largest = max(largest, np.abs(found[f"{side}_{link}"] - mount @ placed).max())
@@ -74,10 +74,10 @@ def test_two_arms_and_a_camera_stand_where_pinocchio_has_the_arm(gap):
 
 def test_what_the_arm_has_is_there_twice_with_its_prefix():
     urdf = ET.fromstring(compiled(CELL)["cell.urdf"])
-    vendor = ET.parse(ARM).getroot()
+    foreign = ET.parse(ARM).getroot()
     for side in SIDES:
         for tag in ("link", "joint", "material", "transmission", "ros2_control"):
-            wanted = [f"{side}_{element.get('name')}" for element in vendor.findall(tag)]
+            wanted = [f"{side}_{element.get('name')}" for element in foreign.findall(tag)]
             assert wanted
             assert set(wanted) <= {element.get("name") for element in urdf.findall(tag)}
     assert len(urdf.findall("link")) == 2 * 5 + 3  # two arms, the table, the camera and its optical frame
@@ -246,7 +246,7 @@ def test_a_frame_of_the_world_with_a_prefix_is_none_any_more(tmp_path):
         assert any(d.rule == "owns-world-frame" for d in made.diagnostics) == ("prefix" not in entry)
 
 
-def test_lenient_takes_what_the_vendor_left_out(tmp_path):
+def test_lenient_takes_what_the_foreign_file_left_out(tmp_path):
     arm = ARM.read_text("utf-8").replace(' effort="40" velocity="2"', "")
     (tmp_path / "arm.urdf").write_text(arm, "utf-8")
     (tmp_path / "robot.yaml").write_text(FOUR_LINES, "utf-8")
@@ -277,7 +277,7 @@ LACKING = XACRO.replace("<link", '<xacro:include filename="$(find not_there_at_a
         ("size: a", XACRO.replace("robot", "sdf"), "wrong-root", 1, "import the URDF"),
     ],
 )
-def test_mistakes_point_into_the_vendors_file_in_the_words_of_an_include(tmp_path, args, text, rule, line, help):
+def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_path, args, text, rule, line, help):
     (tmp_path / "v.xacro").write_text(text, "utf-8")
     (tmp_path / "robot.yaml").write_text(f"robot: r\ninclude: [{{file: v.xacro, args: {{{args}}}}}]\n", "utf-8")
     (found,) = [d for d in compile_robot(tmp_path / "robot.yaml").diagnostics if d.severity == ERROR]
@@ -309,7 +309,7 @@ def test_editors_know_the_include(folder):
     assert not checker.is_valid(wrong)
 
 
-def test_explain_shows_the_file_and_line_of_the_vendor(monkeypatch, capsys):
+def test_explain_shows_the_file_and_line_of_the_foreign_robot(monkeypatch, capsys):
     monkeypatch.chdir(DATA)
     assert main(["explain", "cell", "right_upper"]) == 0
     said = capsys.readouterr().out
@@ -319,7 +319,7 @@ def test_explain_shows_the_file_and_line_of_the_vendor(monkeypatch, capsys):
     assert re.search(r"right_base_joint, fixed, published by .*\n +descriptions/cell/robot.yaml:9:13\n", said)
 
 
-def test_all_check_and_the_stamp_know_the_vendors_file(tmp_path, monkeypatch, capsys):
+def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, capsys):
     monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
     shutil.copytree(DATA, tmp_path, dirs_exist_ok=True)
     monkeypatch.chdir(tmp_path)
@@ -442,19 +442,19 @@ def test_a_folder_of_meshes_for_a_robot_without_any_is_told(tmp_path):
 def test_an_included_mjcf_arm_keeps_its_meshes_in_mujoco(tmp_path):
     import mujoco
 
-    vendor = tmp_path / "descriptions" / "r"
-    (vendor / "assets").mkdir(parents=True)
+    folder = tmp_path / "descriptions" / "r"
+    (folder / "assets").mkdir(parents=True)
     corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
-    (vendor / "assets" / "m.obj").write_text(corners, "utf-8")
-    (vendor / "arm.xml").write_text(
+    (folder / "assets" / "m.obj").write_text(corners, "utf-8")
+    (folder / "arm.xml").write_text(
         '<mujoco><compiler meshdir="assets"/><asset><mesh name="m" file="m.obj"/></asset>'
         '<worldbody><body name="b"><geom type="mesh" mesh="m"/></body></worldbody></mujoco>',
         "utf-8",
     )
     include = "{file: arm.xml, parent: base, meshes: ../../descriptions/r}"
     text = f"robot: r\ninclude: [{include}]\nlinks: {{base: {{}}}}\noutputs: {{mjcf: {{file: r.xml}}}}\n"
-    (vendor / "robot.yaml").write_text(text, "utf-8")
-    (artifact,) = compile_robot(vendor / "robot.yaml").artifacts
+    (folder / "robot.yaml").write_text(text, "utf-8")
+    (artifact,) = compile_robot(folder / "robot.yaml").artifacts
     target = tmp_path / "outputs" / "r" / artifact.file
     target.parent.mkdir(parents=True)
     target.write_text(artifact.text, "utf-8")
@@ -487,7 +487,7 @@ PREFIXES = st.from_regex(r"[a-z][a-z0-9_]{0,5}_", fullmatch=True)
 @settings(max_examples=60, deadline=None)
 @given(names=NAMES, prefix=PREFIXES, other=PREFIXES, xyz=st.tuples(*[st.floats(-3, 3)] * 3))
 def test_any_chain_under_any_prefix_is_the_same_chain(tmp_path_factory, names, prefix, other, xyz):
-    """With every name prefixed and the joint of the attachment taken away, the vendor's file is there again."""
+    """With every name prefixed and the joint of the attachment taken away, the foreign file is there again."""
     folder = tmp_path_factory.mktemp("any")
     links = "".join(f'<link name="{name}"/>' for name in names)
     joints = "".join(

@@ -261,6 +261,44 @@ def test_an_error_of_the_last_rename_leaves_the_old_set(folder, monkeypatch):
     refused(folder, B, "output-failed")
 
 
+def bound_to_its_place(folder, monkeypatch):
+    """Let the folder be one that can neither be exchanged nor renamed, like one from the image of a container."""
+    rename = Path.rename
+
+    def renamed(one, two):
+        if one == folder:
+            raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
+        return rename(one, two)
+
+    monkeypatch.setattr(exchange, "swap", no_swap)
+    monkeypatch.setattr(Path, "rename", renamed)
+
+
+def test_files_are_replaced_one_by_one_where_nothing_can_be_exchanged(folder, monkeypatch):
+    bound_to_its_place(folder, monkeypatch)
+    (folder / "mine.txt").write_text("mine")
+    (folder / "f5.txt").unlink()
+    inode = folder.stat().st_ino
+    write_set(folder, B)
+    assert {name: files_in(folder)[name] for name in B} == encoded(B)
+    assert files_in(folder)["mine.txt"] == b"mine"
+    assert folder.stat().st_ino == inode
+    assert names(folder.parent) == ["out"]
+
+
+def test_an_error_between_two_files_leaves_the_old_set(folder, monkeypatch):
+    bound_to_its_place(folder, monkeypatch)
+    replace, replaced = Path.replace, []
+
+    def failing(one, two):
+        replaced.append(one)
+        return broken() if len(replaced) == 3 else replace(one, two)
+
+    monkeypatch.setattr(Path, "replace", failing)
+    refused(folder, B, "output-failed", prune=True)
+    assert len(replaced) == 5  # two new files, one that failed, two back
+
+
 def test_an_interrupt_in_the_worst_moment_leaves_the_old_set(folder, monkeypatch):
     def interrupted(*_):
         raise KeyboardInterrupt

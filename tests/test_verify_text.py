@@ -91,7 +91,7 @@ def test_a_pasted_session_is_read_part_by_part() -> None:
         ("base_link", "camera_link", 4),
         ("base_link", "camera_link", 4),
     ]
-    assert recording.joints.latest()["joint5"] == 0.0041887902047863905
+    assert recording.joints.ranges["joint5"].highest == 0.0041887902047863905
     assert [series.values.compared for series in recording.series.values()] == [1]
     assert list(recording.sensors["/scan"].frames) == ["laser"]
 

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
+from .commands.parser import Parser
 from .commands.shared import PROBLEMS, USAGE, WrongUsage
 
 # By what people want to do; the help lists them in this order.
@@ -97,6 +98,7 @@ def main(argv: Sequence[str] | None = None) -> int:
 def parse(words: Sequence[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
     top = parser(words)
+    options: argparse.Namespace
     options, more = top.parse_known_args(words)
     unknown = next((word for word in more if word.startswith("-")), "")
     if unknown:
@@ -108,9 +110,9 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
     return options
 
 
-def parser(words: Sequence[str]) -> argparse.ArgumentParser:
+def parser(words: Sequence[str]) -> Parser:
     """Return the parser of a command line; of the commands only the one that ``words`` call is complete."""
-    top = argparse.ArgumentParser(
+    top = Parser(
         prog="rosorin-compile",
         usage="rosorin-compile [-h] [--version] COMMAND ...",
         description=f"{_WHAT}\n{listed()}",
@@ -129,22 +131,13 @@ def parser(words: Sequence[str]) -> argparse.ArgumentParser:
             module.options(command)
             if name in WORDS:
                 command.usage = f"{top.prog} {name} [options] {WORDS[name]}"
-            command.set_defaults(run=module.run, known=_options_of(command))
+            command.set_defaults(run=module.run, known=command.long_options())
     return top
 
 
 def _called(words: Sequence[str]) -> str:
     """Return the command that a command line calls: its first word that is no option."""
     return next((word for word in words if not word.startswith("-")), "")
-
-
-def _options_of(command: argparse.ArgumentParser) -> list[str]:
-    """Return the long options of a command, and of the commands within it."""
-    known = [option for option in command._option_string_actions if option.startswith("--")]
-    for action in command._actions:
-        if isinstance(action, argparse._SubParsersAction):
-            known += [option for inner in action.choices.values() for option in _options_of(inner)]
-    return known
 
 
 def _near(word: str, known: Iterable[str]) -> str:

@@ -1,7 +1,7 @@
 """Templates: Jinja in its sandbox, where an undefined name is an error and XML is escaped.
 
 Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
-description. Templates from strangers are safe to render: they reach plain values and a few functions, no Python.
+description. Foreign templates are safe to render: they reach plain values and a few functions, no Python.
 """
 
 from __future__ import annotations

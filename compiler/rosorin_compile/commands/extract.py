@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import json
-import re
 import shlex
 import sys
 from collections.abc import Callable, Sequence
@@ -43,8 +42,6 @@ def options(command: argparse.ArgumentParser) -> None:
         ),
     ):
         way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
-        # A value such as -12.5mm,-10mm is no option: argparse knows that of plain numbers only.
-        way._negative_number_matcher = re.compile(r"-\.?\d")
         more(way)
         package_option(way)
         argument_options(way)
@@ -151,16 +148,16 @@ def run(options: argparse.Namespace) -> int:
 
 def _boxes(options: argparse.Namespace, console: Console) -> int:
     from ..extract import boxes
+    from ..extract.fits import KINDS
     from .extract_words import digits, parts
 
     if not 1 <= options.stack <= 100:
         raise WrongUsage("--stack takes 1 to 100 boxes")
     decimals = digits(options.digits, "--digits")
     fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
-    kinds = _KINDS[:-1]
-    lines = boxes.table(fitted, kinds)
+    lines = boxes.table(fitted, KINDS)
     if options.json:
-        text = json.dumps(boxes.json_values(fitted, kinds), indent=1) + "\n"
+        text = json.dumps(boxes.json_values(fitted, KINDS), indent=1) + "\n"
     else:
         text = _head(options) + boxes.yaml_text(fitted, options.shape)
     return _give(options, text, lines)

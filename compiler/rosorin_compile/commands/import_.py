@@ -28,7 +28,7 @@ from .shared import (
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
     from ..importing import Imported
-    from ..importing.prove import Proof
+    from ..importing.round_trip import RoundTrip
     from ..output import Written
     from ..tree import Map
 
@@ -56,7 +56,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Read the source, prove the description that is made of it, and write it."""
+    """Read the source, check the description that is made of it, and write it."""
     from ..importing import ReadOptions, read_robot
 
     source, arguments = _source(options)
@@ -140,7 +140,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ..diagnostic import ERROR
     from ..importing.mesh_paths import renamed
-    from ..importing.prove import prove
+    from ..importing.round_trip import check_round_trip
     from ..importing.writing.naming import safe
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
@@ -153,19 +153,19 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     _show(console, named.diagnostics)
     imported = imported._replace(tree=named.tree)
     try:
-        proof = prove(imported, folder)
+        trip = check_round_trip(imported, folder)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
         return PROBLEMS
-    errors = sum(diagnostic.severity == ERROR for diagnostic in proof.diagnostics)
+    errors = sum(diagnostic.severity == ERROR for diagnostic in trip.diagnostics)
     if errors:
-        _show(console, proof.diagnostics)
+        _show(console, trip.diagnostics)
         return _refused(console, source, errors)
-    written = _write(console, folder, proof)
+    written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
-    _report(console, folder, imported, proof, written)
+    _report(console, folder, imported, trip, written)
     return FINE
 
 
@@ -193,33 +193,33 @@ def _check_folder(folder: Path, force: bool) -> None:
             raise WrongUsage(f"{folder} is not empty; name a new folder with -o, or write into this one with --force")
 
 
-def _write(console: Console, folder: Path, proof: Proof) -> Written | None:
+def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
     from ..output import OutputError, write_set
 
     try:
-        return write_set(folder, proof.files)
+        return write_set(folder, trip.files)
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return None
 
 
-def _report(console: Console, folder: Path, imported: Imported, proof: Proof, written: Written) -> None:
-    """Say what was made, what was proved, what is kept as it was, and what comes next."""
+def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written) -> None:
+    """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ..emit import FORMATS
     from ..importing.telling import accepted, kept, sizes
     from ..importing.writing import tree_of
 
     tree = tree_of(imported)
-    console.say(f"{folder}: {sizes(tree)} in {', '.join(proof.files)}")
+    console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")
     console.say(
-        f"the compiled {proof.word} is the same robot: {proof.frames} frame{'' if proof.frames == 1 else 's'} at "
-        f"zero and {proof.states} random joint states, largest difference {proof.largest:.2g}"
+        f"the compiled {trip.word} is the same robot: {trip.frames} frame{'' if trip.frames == 1 else 's'} at "
+        f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}"
     )
-    for name, reason in proof.outputs.left_out.items():
+    for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
     for line in (*kept(tree), *accepted(tree)):
         console.say(line)
-    for name, remark in proof.outputs.remarks.items():
+    for name, remark in trip.outputs.remarks.items():
         console.say(f"its {FORMATS[name].word} is {remark}")
     if imported.left_out:
         count = len(imported.left_out)

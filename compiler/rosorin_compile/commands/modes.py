@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import argparse
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from .parser import Options
 from .shared import WrongUsage
 
 if TYPE_CHECKING:
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 _STATES = {"on": True, "off": False}
 
 
-def mode_option(command: argparse._ActionsContainer, unnamed: str) -> None:
+def mode_option(command: Options, unnamed: str) -> None:
     """Add the option that says how modes are; ``unnamed`` says what those are that are not named."""
     command.add_argument(
         "--mode",

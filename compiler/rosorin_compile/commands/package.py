@@ -91,8 +91,8 @@ def _write(
     console.show([*package.diagnostics, *([problem] if problem else [])])
     if problem or not package.files:
         return PROBLEMS
-    placed = placing.place(target, package.files)
-    written = f"{len(placed.written)} written" if placed.written else "unchanged"
+    fresh = placing.place(target, package.files)
+    written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
     return FINE
 

@@ -43,9 +43,3 @@ def unit(vector: Vector) -> Vector:
     """Return a vector at length 1; a zero vector as it is."""
     length = norm(vector) or 1.0
     return (vector[0] / length, vector[1] / length, vector[2] / length)
-
-
-def turn_about(axis: Vector, turn: Transform) -> float:
-    """Return by how much (rad) a rotation turns about an axis, as far as it does."""
-    w, x, y, z = turn.quaternion()
-    return 2 * math.atan2(dot(unit(axis), (x, y, z)), w)

@@ -12,7 +12,7 @@ from ..project import NoDescription, find
 from .printing import printing_of
 from .values import YAML, Side
 
-# What a person is to know before the file of a stranger is opened.
+# What a person is to know before a foreign file is opened.
 _XACRO = "xacro-runs-code"
 _TOLD = (_XACRO,)
 

@@ -1,6 +1,6 @@
 """Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
-Scopes are lexical: a description (all its files together), each part, each turn of a loop. Sections of the same name
+Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
 are joined: robots of others come before all else; then the entries of the included files, in the order of the includes;
 then those of the including file; then those that parts make, in the order of ``use``.
 """

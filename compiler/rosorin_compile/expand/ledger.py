@@ -38,7 +38,7 @@ class Ledger:
         self.bodies: dict[int, Any] = {}
         self.plans: dict[int, tuple[Step, ...]] = {}
         self.parameters: dict[int, Any] = {}
-        # The scope of each part and each turn of a loop, by the identity of its Instance: what ``explain`` asks.
+        # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
         self.scopes: dict[int, Any] = {}
 
     def is_constant(self, value: Any) -> bool:

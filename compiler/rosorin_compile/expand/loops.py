@@ -1,4 +1,4 @@
-"""Loops: the turns of a ``for``, each a scope of its own in which the names of the loop have their values."""
+"""Loops: the rounds of a ``for``, each a scope of its own in which the names of the loop have their values."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ if TYPE_CHECKING:
     from .scope import Scope
 
 
-def turns(outer: Scope, item: Map) -> Iterator[Scope]:
-    """Yield a scope for each turn of a ``for``; several names are nested loops, the last one fastest.
+def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
+    """Yield a scope for each round of a ``for``; several names are nested loops, the last one fastest.
 
     Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
     """
@@ -31,19 +31,19 @@ def turns(outer: Scope, item: Map) -> Iterator[Scope]:
     scopes = [outer]
     for name, values in loops.items():
         where = Place(loops.value_spans[name], via)
-        turned: list[Scope] = []
+        inner_scopes: list[Scope] = []
         counted = 0
         for scope in scopes:
             given = _values(scope, values, where)
-            if len(given) > counted:  # as if every turn had as many, so that a huge product is refused at once
+            if len(given) > counted:  # as if every round had as many, so that a huge product is refused at once
                 outer.count((len(given) - counted) * len(scopes), where.span, where.via)
                 counted = len(given)
             for value in given:
-                turn = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
-                inner = scope.inner(turn)
+                made = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
+                inner = scope.inner(made)
                 _bind(inner, name, value, where)
-                turned.append(inner)
-        scopes = turned
+                inner_scopes.append(inner)
+        scopes = inner_scopes
     yield from scopes
 
 

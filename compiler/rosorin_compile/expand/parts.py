@@ -132,10 +132,10 @@ class Parts:
             place_of_key = Place(entries.key_spans[key], via)
             try:
                 check_content(key, item, scope)
-                for turn, entry in scope.entries(item):
-                    name = turn.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
-                    resolved = turn.resolve(entry, Place(entries.value_spans[key], via))
-                    fragment = self.instantiate(name, resolved, turn, place_of_key, depth)
+                for inner, entry in scope.entries(item):
+                    name = inner.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
+                    resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
+                    fragment = self.instantiate(name, resolved, inner, place_of_key, depth)
                     size = sum(len(section or ()) for section in fragment.values())  # parts in parts multiply
                     scope.count(size, place_of_key.span, place_of_key.via)
                     join(tree, fragment, SECTIONS, scope)

@@ -16,7 +16,7 @@ from ..expression.functions import FUNCTIONS, ExpressionError, kind_of
 from ..expression.interpolation import Piece, pieces
 from ..tree import Instance, Map, Place, Seq
 from .ledger import Failed, Ledger
-from .loops import turns
+from .loops import rounds
 from .telling import as_tree, explained, shifted
 
 __all__ = ["Failed", "Scope"]
@@ -40,7 +40,7 @@ class Scope:
             ledger.scopes[id(via)] = self
 
     def inner(self, via: Instance) -> Scope:
-        """Return a scope within this one, for a turn of a loop."""
+        """Return a scope within this one, for a round of a loop."""
         return Scope(self.ledger, self, via)
 
     def define(self, name: str, value: Any, place: Place, said: Place | None = None) -> None:
@@ -149,7 +149,7 @@ class Scope:
             span = value.value_spans[key]
             try:
                 if controlled or named:
-                    self._turn_entries(made, value, key, item, via)
+                    self._entries_of(made, value, key, item, via)
                     continue
                 found = item if constant else self._value(item, span, via)
                 if found is None and not constant:
@@ -163,7 +163,7 @@ class Scope:
             raise Failed
         return made
 
-    def _turn_entries(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
+    def _entries_of(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
         """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
         key_span, span = value.key_spans[key], value.value_spans[key]
         for scope, entry in self.entries(item):
@@ -216,12 +216,12 @@ class Scope:
             raise Failed
 
     def entries(self, item: Any) -> Iterator[tuple[Scope, Any]]:
-        """Yield an entry with the scope to evaluate it in: for each turn of its ``for``, where its ``if`` holds."""
+        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, where its ``if`` holds."""
         if not isinstance(item, Map) or ("for" not in item and "if" not in item):
             yield self, item
             return
         body = self.ledger.body(item)
-        for scope in turns(self, item):
+        for scope in rounds(self, item):
             if "if" not in item or scope.condition(item["if"], Place(item.value_spans["if"], self.via or item.via)):
                 yield scope, body
 

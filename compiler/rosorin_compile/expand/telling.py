@@ -29,7 +29,7 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
 
 
 def short(value: Any) -> str:
-    """Return the value of a loop's turn in a few letters."""
+    """Return the value of a loop's round in a few letters."""
     if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
         return ", ".join(map(str, value))[:40]
     if isinstance(value, (list, Mapping)):

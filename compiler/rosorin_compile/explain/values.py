@@ -28,7 +28,7 @@ class Meaning(NamedTuple):
 
 
 class Step(NamedTuple):
-    """An include, a part, a type of sensor or a turn of a loop that a value came through."""
+    """An include, a part, a type of sensor or a round of a loop that a value came through."""
 
     message: str
     where: Where

@@ -1,6 +1,6 @@
 """Bounds: how large a value may grow, and how much work one expression may do.
 
-Every list and text that is made, walked or compared is counted, not only the turns of a loop: a short expression can
+Every list and text that is made, walked or compared is counted, not only the rounds of a loop: a short expression can
 ask for a great deal.
 """
 

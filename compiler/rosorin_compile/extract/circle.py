@@ -69,7 +69,9 @@ def _circumcentre(a: Point, b: Point, c: Point) -> Point | None:
 def smallest_rectangle(points: Floats) -> tuple[float, float]:
     """Return angle (radians, 0 to pi/2) and area of the smallest rectangle around points (n, 2).
 
-    One of its sides lies on an edge of the convex hull (Freeman and Shapira, 1975).
+    One of its sides lies on an edge of the convex hull (Freeman and Shapira, 1975). Of rectangles that are the same but
+    for rounding, as there are many around a regular prism, that of the smallest angle is taken, on every machine and in
+    every order of the points; ``trimesh.bounds.oriented_bounds_2D`` lets the rounding choose.
     """
     import numpy as np
     from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]

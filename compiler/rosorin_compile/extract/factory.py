@@ -80,11 +80,11 @@ def robot_file(package: Path, asked: str | None) -> Path:
             help = did_you_mean(asked, [str(path.relative_to(package)) for path in _candidates(package)])
             raise missing("factory-robot", f'{package} has no file "{asked}"', help)
         return path
-    found = _candidates(package)
-    if len(found) == 1:
-        return found[0]
-    names = ", ".join(str(path.relative_to(package)) for path in found[:20])
-    message = f"{package} has {len(found)} files of robots: {names}" if found else f"{package} has no file of a robot"
+    files = _candidates(package)
+    if len(files) == 1:
+        return files[0]
+    names = ", ".join(str(path.relative_to(package)) for path in files[:20])
+    message = f"{package} has {len(files)} files of robots: {names}" if files else f"{package} has no file of a robot"
     raise fail("factory-robot", message, "say which: --robot FILE")
 
 
@@ -142,11 +142,11 @@ def _add_map(source: RobotSource, package: str, asked: Asked, made: Factory) -> 
     transform = source.robot.transform(frame, link, {})
     triangles = placed(part.triangles, transform.rows, transform.xyz)
     try:
-        made.height_map, said = make_map(triangles, asked.wanted, frame)
+        made.height_map, diagnostics = make_map(triangles, asked.wanted, frame)
     except ExtractProblem as problem:
         made.diagnostics.append(problem.diagnostic)
         return
-    made.diagnostics += said
+    made.diagnostics += diagnostics
     made.frame = frame
     note = f"top of {', '.join(part.meshes)}"
     lines = [_head("heightmap", package), *writing.height_map(frame, made.height_map, "calculated", note)]
@@ -175,12 +175,12 @@ def _joints(source: RobotSource, package: str) -> str:
 
 def _accepted(entries: Any) -> list[str]:
     """Return what the package has all the same, but for masses and shapes, which are not taken."""
-    found = [
+    accepted = [
         digits.inline(entry, span)
         for entry, span in zip(entries or (), getattr(entries, "value_spans", ()), strict=True)
         if not entry["rule"].startswith(_NOT_TAKEN)
     ]
-    return ["accept:", *(f"  - {said}" for said in found)] if found else []
+    return ["accept:", *(f"  - {text}" for text in accepted)] if accepted else []
 
 
 def _boxes(source: RobotSource, package: str, made: Factory) -> str:
@@ -190,8 +190,8 @@ def _boxes(source: RobotSource, package: str, made: Factory) -> str:
     for link in source.robot.link:
         if link in made.boxes:
             corners = made.boxes[link]
-            said = f"{{min: {writing.row(corners.lower)}, max: {writing.row(corners.upper)}}}"
-            lines += [f"  {writing.name(link)}:", f"    collision: [{{box: {said}}}]"]
+            size = f"{{min: {writing.row(corners.lower)}, max: {writing.row(corners.upper)}}}"
+            lines += [f"  {writing.name(link)}:", f"    collision: [{{box: {size}}}]"]
         elif link != made.frame:
             lines.append(f"  {writing.name(link)}: {{}}")
     return "\n".join(lines) + "\n"

@@ -230,17 +230,18 @@ def _between(triangles: Floats, axis: int, low: float, high: float) -> Floats:
     height = triangles[:, :, axis]
     reach = triangles[(height.max(axis=1) >= low) & (height.min(axis=1) <= high)]
     height = reach[:, :, axis]
-    found = [reach[(height >= low) & (height <= high)]]
+    pieces = [reach[(height >= low) & (height <= high)]]
     for first, second in ((0, 1), (1, 2), (2, 0)):
         a, b = reach[:, first], reach[:, second]
         for cut in (low, high):
-            crosses = (a[:, axis] - cut) * (b[:, axis] - cut) < 0
+            # Signs, not lengths: the product of two tiny lengths is zero.
+            crosses = np.sign(a[:, axis] - cut) * np.sign(b[:, axis] - cut) < 0
             start, end = a[crosses], b[crosses]
             share = (cut - start[:, axis]) / (end[:, axis] - start[:, axis])
             points = start + share[:, None] * (end - start)
             points[:, axis] = cut
-            found.append(points)
-    return np.concatenate(found)
+            pieces.append(points)
+    return np.concatenate(pieces)
 
 
 def _smallest(shapes: list[Shape]) -> Shape:

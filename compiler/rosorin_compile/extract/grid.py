@@ -92,14 +92,14 @@ class Surface:
         import numpy as np
 
         u, v, z = points[:, 0], points[:, 1], points[:, 2]
-        found = np.zeros(len(points), dtype=bool)
+        settled = np.zeros(len(points), dtype=bool)
         sides = [(np.floor(u + a * LINE), np.floor(v + b * LINE)) for a in (-1, 1) for b in (-1, 1)]
         for i, j in sides:
             here = reaches_into(triangles, i, j)
-            found |= here
+            settled |= here
             self._raise(i[here], j[here], z[here])
-        if not found.all():
-            left = ~found
+        if not settled.all():
+            left = ~settled
             behind = points[left, :2] + 2 * LINE * _inward(triangles[left], points[left])
             self._raise(np.floor(behind[:, 0]), np.floor(behind[:, 1]), z[left])
 

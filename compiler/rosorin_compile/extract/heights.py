@@ -82,17 +82,17 @@ def _grid(wanted: Wanted, lower: Floats, upper: Floats) -> Grid:
 
 def _method(wanted: Wanted) -> str:
     """Return how the heights were found, for those who read the map."""
-    said = "triangle surface sampling, spacing <= cell/3"
+    method = "triangle surface sampling, spacing <= cell/3"
     if wanted.exact:
-        said = "highest point of each triangle in each cell"
+        method = "highest point of each triangle in each cell"
     elif wanted.spacing is not None:
-        said = f"triangle surface sampling, spacing <= {exact(wanted.spacing)} m"
-    return said if wanted.below is None else f"{said}; nothing above {exact(wanted.below)} m"
+        method = f"triangle surface sampling, spacing <= {exact(wanted.spacing)} m"
+    return method if wanted.below is None else f"{method}; nothing above {exact(wanted.below)} m"
 
 
 def _remarks(lower: Floats, upper: Floats, grid: Grid, frame: str) -> list[Diagnostic]:
     """Return warnings for what of a mesh is not over the grid, and a note for what is below it."""
-    found = []
+    remarks = []
     beyond = []
     for axis, letter in enumerate("xy"):
         end = grid.origin[axis] + grid.cells[axis] * grid.cell
@@ -102,11 +102,11 @@ def _remarks(lower: Floats, upper: Floats, grid: Grid, frame: str) -> list[Diagn
     if beyond:
         help = "a larger grid carries it: --origin and --cells, or leave both out"
         message = f"the mesh reaches beyond the grid: {', '.join(beyond)}"
-        found.append(Diagnostic("height-map-outside", WARNING, message, None, (), help))
+        remarks.append(Diagnostic("height-map-outside", WARNING, message, None, (), help))
     if lower[2] < -_NOISE:
         message = f"the mesh reaches {-float(lower[2]) * 1000:.1f} mm below z = 0 of {frame}, where a height map begins"
-        found.append(Diagnostic("height-map-below", NOTE, message, None, (), "is --xyz right?"))
-    return found
+        remarks.append(Diagnostic("height-map-below", NOTE, message, None, (), "is --xyz right?"))
+    return remarks
 
 
 def summary(made: HeightMap) -> str:

@@ -34,8 +34,8 @@ class Block:
     @property
     def height_map(self) -> Map:
         """The value of ``height_map``."""
-        found: Map = self.entry["height_map"]
-        return found
+        entry: Map = self.entry["height_map"]
+        return entry
 
 
 @dataclass(frozen=True, order=True)
@@ -151,31 +151,31 @@ def _insertion(there: yaml.CollectionNode, missing: list[str]) -> Edit:
     """Return the edit that puts keys at the beginning of a mapping."""
     first = _begin(there)
     if there.flow_style:
-        return Edit(first + 1, first + 1, "".join(f"{said}, " for said in missing))
+        return Edit(first + 1, first + 1, "".join(f"{line}, " for line in missing))
     indent = "\n" + " " * there.start_mark.column
-    return Edit(first, first, "".join(f"{said}{indent}" for said in missing))
+    return Edit(first, first, "".join(f"{line}{indent}" for line in missing))
 
 
-def _source(text: str, entry: yaml.CollectionNode, there: yaml.CollectionNode, said: str) -> Edit:
+def _source(text: str, entry: yaml.CollectionNode, there: yaml.CollectionNode, written: str) -> Edit:
     """Return the edit that says who says so: in the place of ``source``, or behind the height map."""
     for key, value in entry.value:
         if key.value == "source":
             begin, end = _begin(value), _end(value, text)
             if value.flow_style or "\n" not in text[key.end_mark.index : begin]:
-                return Edit(begin, end, said)
+                return Edit(begin, end, written)
             indent = "\n" + " " * value.start_mark.column
-            status, note = said[1:-1].split(", note: ", 1)
+            status, note = written[1:-1].split(", note: ", 1)
             return Edit(begin, end, f"{status}{indent}note: {note}")
     if entry.flow_style:
-        return Edit(_end(there, text), _end(there, text), f", source: {said}")
-    return Edit(_end(there, text), _end(there, text), f"\n{' ' * entry.start_mark.column}source: {said}")
+        return Edit(_end(there, text), _end(there, text), f", source: {written}")
+    return Edit(_end(there, text), _end(there, text), f"\n{' ' * entry.start_mark.column}source: {written}")
 
 
 def _value(node: Any, step: str | int) -> yaml.CollectionNode:
     """Return the node of a key or an index; one that is a scalar only has its place asked for."""
-    found: yaml.CollectionNode
-    found = node.value[step] if isinstance(step, int) else next(v for key, v in node.value if key.value == step)
-    return found
+    child: yaml.CollectionNode
+    child = node.value[step] if isinstance(step, int) else next(v for key, v in node.value if key.value == step)
+    return child
 
 
 def _begin(node: yaml.Node) -> int:
@@ -220,29 +220,31 @@ def _unsafe(source: Source, block: Block) -> ExtractProblem:
 
 
 def _cannot(problem: LoadError) -> ExtractProblem:
-    found = problem.diagnostic
-    return fail(found.rule, found.message, found.help, found.span)
+    diagnostic = problem.diagnostic
+    return fail(diagnostic.rule, diagnostic.message, diagnostic.help, diagnostic.span)
 
 
 def changes(block: Block, made: HeightMap, status: str) -> list[str]:
     """Return what a new height map changes, for people."""
     before = _as_map(block)
-    said = []
+    lines = []
     if before is None or _grid(before) != _grid(made):
-        said.append(f"grid {_grid(before) if before else 'written in expressions'} -> {_grid(made)}")
+        lines.append(f"grid {_grid(before) if before else 'written in expressions'} -> {_grid(made)}")
     else:
         pairs = [
             (a, b) for old, new in zip(before.heights, made.heights, strict=True) for a, b in zip(old, new, strict=True)
         ]
         differ = [(a, b) for a, b in pairs if a != b]
         largest = max((abs(a - b) for a, b in differ), default=0.0)
-        said.append(f"cells changed: {len(differ)} of {len(pairs)}, by up to {largest * 1000:.1f} mm")
+        lines.append(f"cells changed: {len(differ)} of {len(pairs)}, by up to {largest * 1000:.1f} mm")
     if before is not None:
-        said.append(f"highest {_top(before):g} -> {_top(made):g} m, boxes {len(before.boxes())} -> {len(made.boxes())}")
+        lines.append(
+            f"highest {_top(before):g} -> {_top(made):g} m, boxes {len(before.boxes())} -> {len(made.boxes())}"
+        )
     there = block.entry.get("source")
     was = there.get("status", "not said") if isinstance(there, Map) else "not said"
-    said.append(f"source: {was} -> {status}" if was != status else f"source: {status}")
-    return said
+    lines.append(f"source: {was} -> {status}" if was != status else f"source: {status}")
+    return lines
 
 
 def _as_map(block: Block) -> HeightMap | None:

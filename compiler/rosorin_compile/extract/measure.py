@@ -25,6 +25,8 @@ FINENESS = 150
 NEIGHBOURS = 12
 # A point this far outside of a shape is on it, in metres: rounding of its numbers forgives half of that.
 _ON = 2e-7
+# Corners of a triangle that are closer are one, in metres: the square of a tiny edge is no divisor.
+_ONE_CORNER = 1e-9
 
 
 class Measured(NamedTuple):
@@ -48,7 +50,7 @@ class Ruler:
         import numpy as np
         from scipy.spatial import cKDTree  # type: ignore[import-untyped,unused-ignore]
 
-        self.triangles = triangles
+        self.triangles = _without_needles(triangles)
         self.solid: Solid | None = solid(triangles) if closed(triangles) else None
         lower, upper = bounds(triangles)
         spacing = float(np.linalg.norm(upper - lower)) / FINENESS or 1.0
@@ -98,6 +100,22 @@ class Ruler:
         return float((area[known] * held[known] / count[known]).sum()) / total if total > 0 else 1.0
 
 
+def _without_needles(triangles: Floats) -> Floats:
+    """Return triangles (n, 3, 3) whose first two corners are one where hardly anything is between them.
+
+    trimesh divides by the square of that edge unless it is exactly zero.
+    """
+    import numpy as np
+
+    first, second = triangles[:, 0], triangles[:, 1]
+    needle = np.abs(second - first).max(axis=1) < _ONE_CORNER
+    if not needle.any():
+        return triangles
+    made: Floats = triangles.copy()
+    made[needle, 1] = first[needle]
+    return made
+
+
 def _sampled(triangles: Floats, spacing: float) -> tuple[Ints, Floats]:
     """Return samples of a mesh: for each its triangle (m,) and the point (m, 3); at most one in a cube of the spacing.
 
@@ -106,8 +124,8 @@ def _sampled(triangles: Floats, spacing: float) -> tuple[Ints, Floats]:
     import numpy as np
 
     which = divisions_needed(triangles, spacing, MORE_DIVISIONS)
-    found = [(some[owner], points) for some, owner, points in samples(triangles, which, MORE_DIVISIONS)]
-    owner, points = np.concatenate([a for a, _ in found]), np.concatenate([b for _, b in found])
+    batches = [(some[owner], points) for some, owner, points in samples(triangles, which, MORE_DIVISIONS)]
+    owner, points = np.concatenate([a for a, _ in batches]), np.concatenate([b for _, b in batches])
     if len(points) < 500_000:
         return owner, points
     cubes = np.floor((points - points.min(axis=0)) / spacing * 2).astype(np.int64)
@@ -220,17 +238,17 @@ def _surface(fit: Fit) -> Floats:
     """Return points (m, 3) on the surface of a shape, corners and edges included; not where its pieces meet."""
     import numpy as np
 
-    found = []
+    visible = []
     for piece in fit.pieces:
         points, outward = _surface_of(piece)
-        turn = np.array(piece.pose.transform().rows)
-        points, outward = points @ turn.T + np.array(piece.pose.xyz), outward @ turn.T
+        rotation = np.array(piece.pose.transform().rows)
+        points, outward = points @ rotation.T + np.array(piece.pose.xyz), outward @ rotation.T
         outside = np.ones(len(points), dtype=bool)
         for other in fit.pieces:
             if other is not piece:
                 outside &= ~_holds(other, points + 1e-6 * outward)
-        found.append(points[outside])
-    return np.concatenate(found)
+        visible.append(points[outside])
+    return np.concatenate(visible)
 
 
 def _surface_of(shape: Shape) -> tuple[Floats, Floats]:
@@ -242,7 +260,7 @@ def _surface_of(shape: Shape) -> tuple[Floats, Floats]:
         return _faces(geometry)
     if not isinstance(geometry, Cylinder | Capsule):
         raise TypeError(f"no shape around a mesh: {geometry!r}")
-    turns = np.linspace(0, 2 * np.pi, 73)[:-1]
+    angles = np.linspace(0, 2 * np.pi, 73)[:-1]
     radius, half = geometry.radius, geometry.length / 2
     profile = [(radius, z) for z in np.linspace(-half, half, 25).tolist()]
     for end in (-1, 1):
@@ -252,7 +270,7 @@ def _surface_of(shape: Shape) -> tuple[Floats, Floats]:
             profile.append((radius * share, end * half) if isinstance(geometry, Cylinder) else bulge)
     far, height = np.array(profile).T
     points = np.stack(
-        [np.outer(far, np.cos(turns)), np.outer(far, np.sin(turns)), np.outer(height, np.ones(len(turns)))], axis=-1
+        [np.outer(far, np.cos(angles)), np.outer(far, np.sin(angles)), np.outer(height, np.ones(len(angles)))], axis=-1
     ).reshape(-1, 3)
     return points, points / np.linalg.norm(points, axis=1, keepdims=True).clip(1e-12)
 

@@ -1,6 +1,6 @@
 """Meshes: a file becomes triangles in metres. trimesh reads the formats; nothing but the triangles is taken from it.
 
-Files come from strangers: a file that is broken, empty or hostile gives an ``ExtractProblem``, never a traceback. Side
+Files are foreign: one that is broken, empty or hostile gives an ``ExtractProblem``, never a traceback. Side
 files are not read, except the buffers of a .gltf that stand beside it; a .dae with a DTD is not even parsed.
 """
 
@@ -97,8 +97,8 @@ def placed(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[flo
     """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
     import numpy as np
 
-    turn = np.asarray(rows, dtype=np.float64)
-    moved = triangles if (turn == np.eye(3)).all() else triangles @ turn.T
+    rotation = np.asarray(rows, dtype=np.float64)
+    moved = triangles if (rotation == np.eye(3)).all() else triangles @ rotation.T
     offset = np.asarray(xyz, dtype=np.float64)
     return moved + offset if offset.any() else moved
 
@@ -137,9 +137,9 @@ def _refuse_dtd(path: Path, data: bytes) -> None:
 
 def _unit(data: bytes) -> float:
     """Return the unit of a DAE in metres (COLLADA 1.4.1, <unit meter="...">, default 1)."""
-    found = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([^\"']+?)\s*[\"']", data[:100_000])
+    match = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([^\"']+?)\s*[\"']", data[:100_000])
     try:
-        unit = float(found[1]) if found else 1.0
+        unit = float(match[1]) if match else 1.0
     except ValueError:
         return 1.0
     return unit if math.isfinite(unit) and unit > 0 else 1.0

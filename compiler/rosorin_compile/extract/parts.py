@@ -75,15 +75,15 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
         raise SourceProblem([*imported.diagnostics, *(built.diagnostics if built else [])])
     environment = os.environ if options.environment is None else options.environment
     packages = Packages(options.packages, environment, path)
-    said = [found for found in imported.diagnostics if found.severity != NOTE and found.rule not in _NOT_FOR_NUMBERS]
-    return RobotSource(built.robot, imported.tree, path.parent, packages, imported.files, said)
+    remarks = [one for one in imported.diagnostics if one.severity != NOTE and one.rule not in _NOT_FOR_NUMBERS]
+    return RobotSource(built.robot, imported.tree, path.parent, packages, imported.files, remarks)
 
 
 class SourceProblem(ExtractProblem):
     """A robot that cannot be read; carries all that there is to say."""
 
     def __init__(self, diagnostics: list[Diagnostic]) -> None:
-        errors = [found for found in diagnostics if found.severity == "error"]
+        errors = [one for one in diagnostics if one.severity == "error"]
         super().__init__(errors[0])
         self.diagnostics = diagnostics
 
@@ -127,8 +127,8 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
         try:
             mesh = load_mesh(Path(shown(path)), geometry.scale)
         except ExtractProblem as problem:
-            found = problem.diagnostic
-            source.diagnostics.append(found._replace(severity=WARNING, span=span))
+            diagnostic = problem.diagnostic
+            source.diagnostics.append(diagnostic._replace(severity=WARNING, span=span))
             continue
         transform = shape.pose.transform()
         pieces.append(placed(mesh.triangles, transform.rows, transform.xyz))
@@ -141,13 +141,13 @@ def _mesh_shapes(robot: Robot, link: str, section: str) -> Iterator[tuple[tuple[
     entry = robot.link[link]
     by_section: Mapping[str, tuple[Shape, ...]] = {"collision": entry.collision, "visual": entry.visual}
     for name in SECTIONS if section == AUTO else (section,):
-        found = [
+        meshes = [
             ((name, index), shape)
             for index, shape in enumerate(by_section[name])
             if isinstance(shape.geometry, MeshShape)
         ]
-        if found:
-            yield from found
+        if meshes:
+            yield from meshes
             return
 
 
@@ -174,7 +174,7 @@ def address_span(source: RobotSource, link: str, place: tuple[str, int], address
             continue
     for wanted in (address, address.rpartition("/")[2]):
         for text in texts:
-            before, found, _ = text.text.partition(wanted)
-            if found and wanted:
+            before, match, _ = text.text.partition(wanted)
+            if match and wanted:
                 return Span(text, before.count("\n") + 1, len(before) - before.rfind("\n"), len(wanted))
     return span

@@ -29,8 +29,8 @@ def divisions_needed(triangles: Floats, spacing: float, steps: tuple[int, ...] =
     """Return for each triangle (n, 3, 3) which of ``steps`` divides its edges enough; len(steps): none."""
     import numpy as np
 
-    found: Ints = np.searchsorted(steps, longest_edge(triangles) / spacing * (1 - 1e-12))
-    return found
+    which: Ints = np.searchsorted(steps, longest_edge(triangles) / spacing * (1 - 1e-12))
+    return which
 
 
 def samples(triangles: Floats, which: Ints, steps: tuple[int, ...] = DIVISIONS) -> Iterator[tuple[Ints, Ints, Floats]]:
@@ -68,6 +68,6 @@ def lattice(divisions: int) -> Floats:
     """Return the weights (m, 3) of the corners for each point of the lattice on a triangle."""
     import numpy as np
 
-    found = [(a, b, divisions - a - b) for a in range(divisions + 1) for b in range(divisions + 1 - a)]
-    weights: Floats = np.array(found, dtype=np.float64) / divisions
+    shares = [(a, b, divisions - a - b) for a in range(divisions + 1) for b in range(divisions + 1 - a)]
+    weights: Floats = np.array(shares, dtype=np.float64) / divisions
     return weights

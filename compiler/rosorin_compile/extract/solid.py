@@ -62,8 +62,8 @@ def solid(triangles: Floats) -> Solid:
     moved = triangles.copy()
     moved[:, :, :2] = (triangles[:, :, :2] - lower[:2]) / step - _SHIFT
     columns = (LINES + 1, LINES + 1)
-    found = [(np.empty(0, dtype=np.int64), np.empty((0, 3))), *over_corners(moved, columns)]
-    owner, point = np.concatenate([some for some, _ in found]), np.concatenate([some for _, some in found])
+    crossings = [(np.empty(0, dtype=np.int64), np.empty((0, 3))), *over_corners(moved, columns)]
+    owner, point = np.concatenate([some for some, _ in crossings]), np.concatenate([some for _, some in crossings])
     enters = -np.sign(_upward(moved[owner])) * np.sign(signed)
     line = (point[:, 0] * (columns[1] + 1) + point[:, 1]).astype(np.int64)
     complete = np.bincount(line, enters)[line] == 0

@@ -24,13 +24,13 @@ def nice_angles(frame: Floats) -> Vector:
     """Return roll, pitch, yaw of axes (rows of 3x3), named and directed so that they turn as little as possible."""
     import numpy as np
 
-    turns: list[tuple[float, Floats]] = []
+    rotations: list[tuple[float, Floats]] = []
     for order in itertools.permutations(range(3)):
         for signs in itertools.product((1, -1), repeat=3):
             axes = frame[list(order)] * np.array(signs)[:, None]
             if np.linalg.det(axes) > 0:
-                turns.append((round(float(np.trace(axes)), 9), axes))
-    _, axes = max(turns, key=lambda turn: turn[0])
+                rotations.append((round(float(np.trace(axes)), 9), axes))
+    _, axes = max(rotations, key=lambda rotation: rotation[0])
     rows = axes.T.tolist()
     return rounded_angles(Transform((tuple(rows[0]), tuple(rows[1]), tuple(rows[2]))).rpy())
 

@@ -47,19 +47,19 @@ def shape(piece: Shape) -> str:
     """Return a shape as an entry of ``collision`` on one line."""
     geometry = piece.geometry
     if isinstance(geometry, Box) and geometry.centre != (0.0, 0.0, 0.0):
-        said = f"box: {{min: {row(geometry.lower)}, max: {row(geometry.upper)}}}"
+        text = f"box: {{min: {row(geometry.lower)}, max: {row(geometry.upper)}}}"
     elif isinstance(geometry, Box):
-        said = f"box: {{size: {row(geometry.size)}}}"
+        text = f"box: {{size: {row(geometry.size)}}}"
     elif isinstance(geometry, Cylinder | Capsule):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
-        said = f"{kind}: {{radius: {number(geometry.radius)}, length: {number(geometry.length)}}}"
+        text = f"{kind}: {{radius: {number(geometry.radius)}, length: {number(geometry.length)}}}"
     else:
         raise TypeError(f"no shape around a mesh: {geometry!r}")
     if piece.pose.xyz != (0, 0, 0):
-        said += f", xyz: {row(piece.pose.xyz)}"
+        text += f", xyz: {row(piece.pose.xyz)}"
     if piece.pose.rpy != (0, 0, 0):
-        said += f", rpy: [{', '.join(map(angle, piece.pose.rpy))}]"
-    return f"{{{said}}}"
+        text += f", rpy: [{', '.join(map(angle, piece.pose.rpy))}]"
+    return f"{{{text}}}"
 
 
 def shape_values(piece: Shape) -> dict[str, Any]:

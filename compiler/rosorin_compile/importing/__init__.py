@@ -2,7 +2,7 @@
 
 To be read in this order: ``reader`` (which format a file has), ``imported`` (what comes of it), a folder for each
 format (``urdf``, ``xacro``, ``mjcf``; ``robot_model`` is one module), then ``writing`` (the tree as files) and
-``prove`` (they mean the same). Below all formats: ``files``, ``markup``, ``packages``, ``options``, ``accepting``.
+``round_trip`` (they mean the same). Below all formats: ``files``, ``markup``, ``packages``, ``options``, ``accepting``.
 """
 
 from __future__ import annotations

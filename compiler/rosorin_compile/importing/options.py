@@ -18,8 +18,8 @@ class ReadOptions:
     ``environment`` are the environment variables; None means those of this process.
     ``tell`` takes what has to be said before anything is run (``xacro-runs-code``), at that moment; what it was told is
     not among the diagnostics. Without it, that is the first of them.
-    ``checked`` asks for the meaning to be held against the rules. The proof, which reads what the compiler has just
-    written, does without: those of its source are settled.
+    ``checked`` asks for the meaning to be held against the rules. The round trip, which reads what the compiler has
+    just written, does without: those of its source are settled.
     """
 
     arguments: Mapping[str, str] = field(default_factory=dict)

@@ -13,7 +13,7 @@ from .lenient import mended, without_late_declaration
 from .markup import Document, MarkupError, parse
 from .options import ReadOptions
 
-_STRANGERS = {
+_OTHER_FORMATS = {
     "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),
     "world": ("a world of Gazebo", "import the URDF or xacro of the robot"),
     "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
@@ -108,7 +108,7 @@ def _check_text(source: Source) -> None:
     start = source.text.lstrip()[:200].lower()
     span = Span(source, 1, 1, 1)
     if start.startswith(("<!doctype html", "<html")):
-        what, help = _STRANGERS["html"]
+        what, help = _OTHER_FORMATS["html"]
         raise MarkupError(error("wrong-root", f"{source.path} is {what}, not a robot", span, help))
     if start.startswith("version https://git-lfs"):
         message = f"{source.path} is a pointer of Git LFS, not the file itself"
@@ -121,7 +121,7 @@ def _wrong_root(document: Document) -> Diagnostic:
     """Return the message about a root element of another format."""
     root = document.root
     tag = root.tag.lower()
-    what, help = _STRANGERS.get(tag, ("", f"import reads {known()}"))
+    what, help = _OTHER_FORMATS.get(tag, ("", f"import reads {known()}"))
     if tag == "robot":
         return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
     message = (

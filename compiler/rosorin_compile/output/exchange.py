@@ -28,16 +28,6 @@ _AT_FDCWD = -100  # linux/fcntl.h: the path counts from the current folder
 _RENAME_EXCHANGE = 2  # linux/fs.h
 _RENAME_SWAP = 2  # sys/stdio.h of macOS
 
-# The number of the system call renameat2, for C libraries that do not wrap it (glibc before 2.28, musl).
-_RENAMEAT2 = {
-    "aarch64": 276,
-    "loongarch64": 276,
-    "ppc64le": 357,
-    "riscv64": 276,
-    "s390x": 347,
-    "x86_64": 316,
-}
-
 # What systems say that cannot exchange; EPERM comes from containers that filter system calls.
 _CANNOT = {errno.EINVAL, errno.ENOSYS, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EPERM, errno.EXDEV}
 
@@ -101,7 +91,7 @@ def recover(aside: Path, parent: Path) -> None:
 
 
 def swap(one: Path, other: Path) -> None:
-    """Let two paths change places in one step. Raises OSError, with ENOSYS where there is no such system call."""
+    """Let two paths change places in one step. Raises OSError, with ENOSYS where the C library has no such call."""
     try:
         import ctypes
     except ImportError:  # a Python that was built without it
@@ -120,13 +110,7 @@ def _system_call(libc: ctypes.CDLL) -> Callable[[bytes, bytes], Any]:
         return lambda one, other: libc.renamex_np(one, other, ctypes.c_uint(_RENAME_SWAP))
     if sys.platform == "linux" and hasattr(libc, "renameat2"):
         return lambda one, other: libc.renameat2(_AT_FDCWD, one, _AT_FDCWD, other, ctypes.c_uint(_RENAME_EXCHANGE))
-    number = _RENAMEAT2.get(os.uname().machine)
-    # A 32-bit program on a 64-bit kernel counts its system calls differently.
-    if sys.platform != "linux" or number is None or sys.maxsize < 2**32:
-        raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
-    here = ctypes.c_long(_AT_FDCWD)
-    how = ctypes.c_long(_RENAME_EXCHANGE)
-    return lambda one, other: libc.syscall(ctypes.c_long(number), here, one, here, other, how)
+    raise OSError(errno.ENOSYS, os.strerror(errno.ENOSYS))
 
 
 def _file_by_file(new: Path, folder: Path, aside: Path, change: Change) -> None:
@@ -144,8 +128,7 @@ def _file_by_file(new: Path, folder: Path, aside: Path, change: Change) -> None:
                     (folder / parent).mkdir()
                     undo.append((folder / parent).rmdir)
             if os.path.lexists(target):
-                swap(source, target)
-                undo.append(partial(swap, source, target))
+                undo.append(_one_file(source, target, aside / str(len(undo))))
             else:
                 source.rename(target)
                 undo.append(partial(target.rename, source))
@@ -157,6 +140,19 @@ def _file_by_file(new: Path, folder: Path, aside: Path, change: Change) -> None:
         if _is_folder(folder / name):
             with suppress(OSError):  # somebody put something into it just now
                 (folder / name).rmdir()
+
+
+def _one_file(source: Path, target: Path, kept: Path) -> Callable[[], object]:
+    """Put a file in the place of another in one step; return what puts it back. Raises OSError."""
+    try:
+        swap(source, target)
+        return partial(swap, source, target)
+    except OSError as problem:
+        if problem.errno not in _CANNOT or _is_folder(target):
+            raise
+    os.link(target, kept, follow_symlinks=False)
+    source.replace(target)
+    return partial(kept.replace, target)
 
 
 def _is_folder(path: Path) -> bool:

@@ -36,15 +36,15 @@ def check(
 
     Raises OSError.
     """
-    found: dict[str, list[Artifact]] = {}
+    by_place: dict[str, list[Artifact]] = {}
     for artifact in artifacts:
         place = told.get(artifact.output, "")
         places = [place] if place in files else copies(folder, files, robot.name, artifact)
         for one in places:
-            found.setdefault(one, []).append(artifact)
-    urdfs = [place for place, those in found.items() if any(map(names_meshes, those))]
+            by_place.setdefault(one, []).append(artifact)
+    urdfs = [place for place, those in by_place.items() if any(map(names_meshes, those))]
     same, differing, lines = [], [], []
-    for place, those in sorted(found.items()):
+    for place, those in sorted(by_place.items()):
         package = package_of((folder / place).parent)
         right = [form for one in those for form in forms(robot, one, place, urdfs, package[1] if package else "")]
         old = (folder / place).read_bytes()
@@ -59,8 +59,8 @@ def check(
         (same if old == text else differing).append(place)
         if old != text:
             lines.append(f"{place}: not as rosorin-compile package writes it")
-    diagnostics = list(_missing(artifacts, found, folder, told))
-    diagnostics += launch_files(robot, folder, files, [place for place in found if place.endswith(".py")])
+    diagnostics = list(_missing(artifacts, by_place, folder, told))
+    diagnostics += launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     return Checked(tuple(same), tuple(differing), lines, diagnostics)
 
 
@@ -84,10 +84,10 @@ def _generated(
 
 
 def _missing(
-    artifacts: Sequence[Artifact], found: Mapping[str, Sequence[Artifact]], folder: Path, told: Mapping[str, str]
+    artifacts: Sequence[Artifact], by_place: Mapping[str, Sequence[Artifact]], folder: Path, told: Mapping[str, str]
 ) -> Iterator[Diagnostic]:
     """Yield the artifacts of which there is no copy; without the URDF or one that was deployed, nothing is right."""
-    there = {artifact.output for those in found.values() for artifact in those}
+    there = {artifact.output for those in by_place.values() for artifact in those}
     others = []
     for artifact in artifacts:
         place = told.get(artifact.output)
@@ -112,16 +112,16 @@ def launch_files(robot: Robot, folder: Path, files: Sequence[str], ours: Sequenc
             continue
         source = Source(str(folder / name), (folder / name).read_bytes().decode("utf-8", "replace"))
         try:
-            found = calls(name, source.text)
+            listed = calls(name, source.text)
         except Unreadable as problem:
             yield Diagnostic("deployed-launch-unread", WARNING, f"{source.path}: {problem}")
             whole = False
             continue
         seen = seen or PUBLISHER in source.text
-        for call in found:
-            said = None if call.arguments is None else static_check.understood(call.arguments)
-            published |= {said.child: name} if said else {}
-            whole = whole and said is not None
+        for call in listed:
+            static = None if call.arguments is None else static_check.understood(call.arguments)
+            published |= {static.child: name} if static else {}
+            whole = whole and static is not None
             yield from static_check.check(robot, source, call)
     yield from (
         _twice(robot, published, ours) if ours else _unpublished(robot, published, folder) if whole and seen else ()

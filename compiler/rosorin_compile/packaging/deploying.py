@@ -46,13 +46,13 @@ def plan(
     for artifact in artifacts:
         place = told.get(artifact.output)
         if place is None:
-            found = copies(folder, files, robot.name, artifact)
-            place = _only(artifact, found, diagnostics)
+            there = copies(folder, files, robot.name, artifact)
+            place = _only(artifact, there, diagnostics)
             diagnostics += _others(robot, artifact, folder, place)
         if place != NOWHERE:
             places[artifact.output] = place
     diagnostics += _clashes(places)
-    if any(found.severity == "error" for found in diagnostics):
+    if any(one.severity == "error" for one in diagnostics):
         return Plan((), diagnostics)
     main = next((places[a.output] for a in artifacts if _is_main(a) and a.output in places), "")
     going = [placed(robot, a, places[a.output], main) for a in artifacts if a.output in places]
@@ -72,17 +72,17 @@ def _is_main(artifact: Artifact) -> bool:
     return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
 
 
-def _only(artifact: Artifact, found: Sequence[str], diagnostics: list[Diagnostic]) -> str:
+def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
-    if not found:
+    if not places:
         format = FORMATS[artifact.backend]
         return f"{format.folder}/{name}" if format.deploys else NOWHERE
-    if len(found) > 1:
-        message = f"the folder has several copies of {name}: {', '.join(found[:5])}"
+    if len(places) > 1:
+        message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
         diagnostics.append(error("deploy-ambiguous", message, None, help))
-    return found[0]
+    return places[0]
 
 
 def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Iterator[Diagnostic]:
@@ -143,9 +143,9 @@ def afterwards(robot: Robot, plan: Plan, folder: Path, install: Path | None) -> 
         message = f"{folder} is an install space: the next colcon build writes over what is deployed here"
         yield Diagnostic("deploy-install-space", WARNING, message, None, (), "deploy into the sources, and build")
         return
-    for file, found in missing(root, name, names):
-        message = f"{found.decided_by} of {name} does not install {file}"
-        yield Diagnostic("deploy-not-installed", WARNING, message, None, (), f"add: {found.line}")
+    for file, build in missing(root, name, names):
+        message = f"{build.decided_by} of {name} does not install {file}"
+        yield Diagnostic("deploy-not-installed", WARNING, message, None, (), f"add: {build.line}")
     yield from _undeclared(plan, root, name)
     share = install_space(root, name) if install is None else share_folder(install, name)
     if share is None and install is not None:

@@ -114,12 +114,12 @@ def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, A
     nodes = list(ast.walk(tree))
     times = Counter(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load))
     times.update(name for node in nodes for name in _changed(node))
-    found = {name: known for name, known in names.items() if not times[name]}
+    values = {name: known for name, known in names.items() if not times[name]}
     for target, given in (pair for node in nodes for pair in _assigned(node)):
         if isinstance(target, ast.Name) and times[target.id] == 1:
             with suppress(Unknown):
-                found[target.id] = value(given, found)
-    return found
+                values[target.id] = value(given, values)
+    return values
 
 
 def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:

@@ -37,24 +37,24 @@ def told(target: Path, options: Options, sensors: Iterable[str]) -> Options:
         root = parse(Source(str(manifest), text)).root
     except MarkupError:
         return options
-    found = {child.tag: child for child in root.iter()}
+    elements = {child.tag: child for child in root.iter()}
     changes: dict[str, Any] = {
-        field: found[tag].text.strip()
+        field: elements[tag].text.strip()
         for field, tag in (
             ("name", "name"),
             ("version", "version"),
             ("license", "license"),
             ("maintainer", "maintainer"),
         )
-        if tag in found
+        if tag in elements
     }
-    changes |= {"build_type": found["build_type"].text.strip()} if "build_type" in found else {}
-    changes |= _email(found)
+    changes |= {"build_type": elements["build_type"].text.strip()} if "build_type" in elements else {}
+    changes |= _email(elements)
     return dataclasses.replace(options, **changes, topics=_topics(target, set(sensors)))
 
 
-def _email(found: dict[str, Element]) -> dict[str, str]:
-    email = found["maintainer"].get("email") if "maintainer" in found else ""
+def _email(elements: dict[str, Element]) -> dict[str, str]:
+    email = elements["maintainer"].get("email") if "maintainer" in elements else ""
     return {"email": email} if email else {}
 
 

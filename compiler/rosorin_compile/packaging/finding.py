@@ -25,7 +25,7 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
     ``skip_built`` leaves out what colcon made and what links to folders lead to: nothing may be written there.
     Raises OSError, also if there are more than 50,000 files.
     """
-    found: list[str] = []
+    names: list[str] = []
     seen: set[str] = set()
     for place, folders, files in _walk(folder, follow=not skip_built):
         if os.path.realpath(place) in seen:
@@ -34,10 +34,10 @@ def files_below(folder: Path, skip_built: bool) -> list[str]:
         seen.add(os.path.realpath(place))
         folders[:] = sorted(name for name in folders if _is_wanted(Path(place, name), skip_built))
         relative = Path(place).relative_to(folder)
-        found += [(relative / name).as_posix() for name in files if _is_file(Path(place, name))]
-        if len(found) > MAX_FILES:
+        names += [(relative / name).as_posix() for name in files if _is_file(Path(place, name))]
+        if len(names) > MAX_FILES:
             raise OSError(f"more than {MAX_FILES:,} files; name the folder of the package")
-    return sorted(found)
+    return sorted(names)
 
 
 def _walk(folder: Path, follow: bool) -> Iterator[tuple[str, list[str], list[str]]]:
@@ -112,10 +112,10 @@ def other_robot(path: Path, robot: str) -> str:
     if not path.is_file():
         return ""
     with path.open("rb") as file:
-        found = _OF.search(file.read(_SNIFFED).decode("utf-8", "replace"))
-    said = found[1] if found else _robot_of(path)
+        match = _OF.search(file.read(_SNIFFED).decode("utf-8", "replace"))
+    named = match[1] if match else _robot_of(path)
     mine = (robot, repr(robot), comment(robot), "the robot")  # tables and pictures do not say whose they are
-    return "" if said in mine else said.strip("'\"")
+    return "" if named in mine else named.strip("'\"")
 
 
 def package_of(folder: Path) -> tuple[Path, str] | None:
@@ -123,8 +123,8 @@ def package_of(folder: Path) -> tuple[Path, str] | None:
     for place in _upwards(folder.resolve()):
         path = place / "package.xml"
         if path.is_file():
-            found = re.search(r"<name>\s*([^<\s]+)\s*</name>", path.read_text("utf-8", "replace"))
-            return (place, found[1]) if found else None
+            match = re.search(r"<name>\s*([^<\s]+)\s*</name>", path.read_text("utf-8", "replace"))
+            return (place, match[1]) if match else None
     return None
 
 

@@ -26,8 +26,8 @@ class Difference(NamedTuple):
 
     def told(self, place: str, full: bool) -> list[str]:
         """Return the difference as lines of plain text, each change with the place of the file before it."""
-        said = [f"{printable(place)}: {line}" for line in self.meaning]
-        return said + list(self.lines if full else shorten(self.lines))
+        lines = [f"{printable(place)}: {line}" for line in self.meaning]
+        return lines + list(self.lines if full else shorten(self.lines))
 
 
 def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
@@ -53,14 +53,14 @@ def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], pa
     A launch file may look for any of the ``urdfs``; a URDF may name its meshes in ``package``.
     """
     near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, posixpath.dirname(place) or ".")), urdf))
-    found = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
+    copies = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
     if names_meshes(artifact) and package:
         from pathlib import Path
 
         settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))
         if settled.text != artifact.text:
-            found.append(artifact._replace(file=place, text=settled.text))
-    return [*found, artifact._replace(file=place)]
+            copies.append(artifact._replace(file=place, text=settled.text))
+    return [*copies, artifact._replace(file=place)]
 
 
 def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | None:

@@ -77,10 +77,10 @@ def _setup_installs(text: str, file: str) -> bool:
     for node in ast.walk(tree):
         if isinstance(node, ast.expr):
             try:
-                found = value(node, names)
+                pattern = value(node, names)
             except (Unknown, RecursionError):
                 continue
-            if isinstance(found, str) and _matches(file, found.removeprefix("./")):
+            if isinstance(pattern, str) and _matches(file, pattern.removeprefix("./")):
                 return True
     return False
 

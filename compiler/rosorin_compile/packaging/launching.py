@@ -51,9 +51,9 @@ def statics(robot: Robot, taken: Iterable[str]) -> tuple[list[Static], dict[str,
     arguments = {
         mode: f"mode_{mode}" if mode in names else mode for mode in modes_in(robot, [one.when for one in in_modes])
     }
-    found = [_static(transform, ()) for transform in static_transforms(robot, numbers)[0]]
-    found += [_static(one, _condition(one.when, modes_in(robot, [one.when]), arguments)) for one in in_modes]
-    return found, arguments
+    statics = [_static(transform, ()) for transform in static_transforms(robot, numbers)[0]]
+    statics += [_static(one, _condition(one.when, modes_in(robot, [one.when]), arguments)) for one in in_modes]
+    return statics, arguments
 
 
 def evaluated(condition: Sequence[str]) -> str:

@@ -22,15 +22,15 @@ def read(folder: Path, robot: str) -> dict[str, str]:
     if not path.is_file():
         return {}
     robots = load_mapping(path, str(path)).get("robots")
-    found = robots.get(robot) if isinstance(robots, dict) else None
+    mapping = robots.get(robot) if isinstance(robots, dict) else None
     if (
         robots is None
-        or not isinstance(found, dict | None)
-        or not all(isinstance(v, str) for v in (found or {}).values())
+        or not isinstance(mapping, dict | None)
+        or not all(isinstance(v, str) for v in (mapping or {}).values())
     ):
         message = f"{path} does not say robots: {{ROBOT: {{OUTPUT: PLACE}}}}"
         raise LoadError(error("deploy-mapping", message, None, "remove it, and say --map once more"))
-    return dict(found or {})
+    return dict(mapping or {})
 
 
 def text(folder: Path, robot: str, places: Mapping[str, str]) -> str:

@@ -34,7 +34,7 @@ class Meshes(NamedTuple):
 
 def named(urdf: str) -> list[str]:
     """Return the names of the mesh and texture files of a URDF, each once, in their order."""
-    return list(dict.fromkeys(unescape(found[3], _ENTITIES) for found in _FILE.finditer(urdf)))
+    return list(dict.fromkeys(unescape(match[3], _ENTITIES) for match in _FILE.finditer(urdf)))
 
 
 def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Meshes:
@@ -42,7 +42,7 @@ def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Me
 
     ``target`` is the folder of the package, which may hold meshes already.
     """
-    found: dict[str, str] = {}
+    addresses: dict[str, str] = {}
     files: dict[str, Path] = {}
     packages: set[str] = set()
     missing: dict[tuple[str, str], list[str]] = {}  # names by what is to say of them, and the way out
@@ -64,8 +64,8 @@ def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Me
             elif not (target / place).is_file():
                 help = f"put the file into {MESHES}/ of the package"
                 missing.setdefault((_nowhere(folders), help), []).append(name)
-            found[name] = f"package://{package}/{place}"
-    text = _FILE.sub(lambda match: _renamed(match, found), urdf)
+            addresses[name] = f"package://{package}/{place}"
+    text = _FILE.sub(lambda match: _renamed(match, addresses), urdf)
     diagnostics = [told(names, what, help) for (what, help), names in missing.items()]
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
 
@@ -93,8 +93,8 @@ def _existing(name: str, folders: Sequence[Path]) -> Path | None:
     return next((folder / name for folder in folders if (folder / name).is_file()), None)
 
 
-def _renamed(match: re.Match[str], found: dict[str, str]) -> str:
-    name = found.get(unescape(match[3], _ENTITIES))
+def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
+    name = addresses.get(unescape(match[3], _ENTITIES))
     return match[0] if name is None else f"{match[1]}{match[2]}{escape(name)}{match[2]}"
 
 

@@ -15,7 +15,6 @@ import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import NamedTuple
 
 from ..output import OutputError
 
@@ -25,17 +24,10 @@ _LIST = "list.json"
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK)
 
 
-class Placed(NamedTuple):
-    """What placing did: the relative POSIX names of files that are new or changed, and of those that were equal."""
-
-    written: tuple[str, ...]
-    unchanged: tuple[str, ...]
-
-
-def place(folder: Path, files: Mapping[str, bytes]) -> Placed:
+def place(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
     """Write ``files``, bytes by relative POSIX name, into ``folder``; other files there stay as they are.
 
-    Raises OutputError, and then the folder is as before.
+    Returns the names of those that are new or changed. Raises OutputError, and then the folder is as before.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -48,7 +40,7 @@ def place(folder: Path, files: Mapping[str, bytes]) -> Placed:
             if fresh:
                 _prepare(root, {name: files[name] for name in fresh})
                 _finish(root)
-            return Placed(tuple(fresh), tuple(sorted(files.keys() - set(fresh))))
+            return tuple(fresh)
     except OSError as problem:
         raise _explained(problem, folder) from None
 

@@ -89,17 +89,17 @@ def _starts_publisher(given: Mapping[str, ast.expr], names: Mapping[str, Any]) -
 
 def _arguments(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | None:
     try:
-        found = value(node, names)
+        arguments = value(node, names)
     except Unknown:
         return None
-    if not isinstance(found, list) or not all(isinstance(argument, str) for argument in found):
+    if not isinstance(arguments, list) or not all(isinstance(argument, str) for argument in arguments):
         return None
-    return tuple(found)
+    return tuple(arguments)
 
 
 def _calls_of(function: str, tree: ast.Module) -> Iterator[ast.Call]:
-    found = (node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name))
-    yield from sorted((call for call in found if ast.unparse(call.func) == function), key=lambda call: call.lineno)
+    calls = (node for node in ast.walk(tree) if isinstance(node, ast.Call) and isinstance(node.func, ast.Name))
+    yield from sorted((call for call in calls if ast.unparse(call.func) == function), key=lambda call: call.lineno)
 
 
 def _parameters(function: ast.FunctionDef) -> set[str]:
@@ -124,15 +124,15 @@ def _bound(function: ast.FunctionDef, call: ast.Call, names: Mapping[str, Any]) 
     expressions.update({argument.arg: default for argument, default in only if default is not None})
     expressions.update(zip(parameters, call.args, strict=False))
     expressions.update({keyword.arg: keyword.value for keyword in call.keywords if keyword.arg})
-    found = {name: known for name, known in names.items() if name not in _parameters(function)}
+    bound = {name: known for name, known in names.items() if name not in _parameters(function)}
     if any(isinstance(argument, ast.Starred) for argument in call.args) or any(not word.arg for word in call.keywords):
-        return found  # which parameter gets what is known only when it runs
+        return bound  # which parameter gets what is known only when it runs
     for name, expression in expressions.items():
         try:
-            found[name] = value(expression, names)
+            bound[name] = value(expression, names)
         except Unknown:
             continue
-    return found
+    return bound
 
 
 def _xml(name: str, text: str) -> Iterator[Call]:
@@ -159,10 +159,10 @@ def _yaml(name: str, text: str) -> Iterator[Call]:
     maps = list(_maps(tree))
     named = [m[k] for m in maps for k in ("arg", "let") if isinstance(m.get(k), dict)]
     variables = {str(m.get("name")): str(m.get("default", m.get("value", ""))) for m in named}
-    for found in maps:
-        node = found.get("node")
+    for entry in maps:
+        node = entry.get("node")
         if isinstance(node, dict) and node.get("exec") == PUBLISHER:
-            line = found.key_spans["node"].line
+            line = entry.key_spans["node"].line
             yield Call(line, split(str(node.get("args", "")), variables))
 
 

@@ -23,7 +23,7 @@ _OLD_EULER = (*_XYZ, "--yaw", "--pitch", "--roll", *_FRAMES)
 _OLD_QUATERNION = (*_XYZ, *_QUATERNION, *_FRAMES)
 
 
-class Said(NamedTuple):
+class Understood(NamedTuple):
     """What one static_transform_publisher is told: its frames, and the texts of its numbers by flag."""
 
     parent: str
@@ -32,7 +32,7 @@ class Said(NamedTuple):
     transform: Transform
 
 
-def understood(arguments: Sequence[str]) -> Said | None:
+def understood(arguments: Sequence[str]) -> Understood | None:
     """Return what arguments say, read as static_transform_publisher does; None if it would refuse them.
 
     The old form without flags has yaw before pitch and roll (``ros2/geometry2@{humble,jazzy}``).
@@ -54,7 +54,7 @@ def understood(arguments: Sequence[str]) -> Said | None:
     except ValueError:
         return None
     parent, child = (texts[flag].lstrip("/") for flag in _FRAMES)
-    return Said(parent, child, texts, transform)
+    return Understood(parent, child, texts, transform)
 
 
 def _transform(numbers: dict[str, float]) -> Transform:
@@ -75,21 +75,21 @@ def check(robot: Robot, source: Source, call: Call) -> Iterator[Diagnostic]:
         message = "the arguments of this static_transform_publisher are known only when the launch file runs"
         yield Diagnostic("deployed-launch-unread", NOTE, message, span, (), "compare them with frames.md yourself")
         return
-    said = understood(call.arguments)
-    if said is None:
+    static = understood(call.arguments)
+    if static is None:
         message = "static_transform_publisher refuses these arguments"
         help = (
             "--x --y --z, --roll --pitch --yaw or --qx --qy --qz --qw, --frame-id, --child-frame-id, each with a value"
         )
         yield Diagnostic("deployed-launch-refused", ERROR, message, span, (), help)
         return
-    joint = robot.joint_to.get(said.child)
+    joint = robot.joint_to.get(static.child)
     if joint is None:
-        yield from _not_a_link(robot, said, span)
+        yield from _not_a_link(robot, static, span)
     elif any(owner.kind == STATIC_TRANSFORM_PUBLISHER for owner in _owners(robot, joint)):
-        yield from _compared(joint, said, span)
+        yield from _compared(joint, static, span)
     else:
-        yield _owned(_owners(robot, joint), said, span)
+        yield _owned(_owners(robot, joint), static, span)
 
 
 def _owners(robot: Robot, joint: Joint) -> tuple[Publisher, ...]:
@@ -105,21 +105,21 @@ def _beginning(source: Source, line: int) -> Span:
     return Span(source, line, start + 1, max(1, end - start))
 
 
-def _not_a_link(robot: Robot, said: Said, span: Span) -> Iterator[Diagnostic]:
-    edges = [edge for edge in robot.edges if edge.child == said.child]
+def _not_a_link(robot: Robot, static: Understood, span: Span) -> Iterator[Diagnostic]:
+    edges = [edge for edge in robot.edges if edge.child == static.child]
     if edges:
         names = " or ".join(dict.fromkeys(edge.publisher.name for edge in edges))
-        message = f"{said.parent} -> {said.child} is published here, but the description gives it to {names}"
+        message = f"{static.parent} -> {static.child} is published here, but the description gives it to {names}"
         yield Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
     else:
-        message = f"{said.parent} -> {said.child} is no frame of the description"
+        message = f"{static.parent} -> {static.child} is no frame of the description"
         help = "a sensor or an edge of the description makes it known to all artifacts"
         yield Diagnostic("deployed-launch-unknown", WARNING, message, span, (), help)
 
 
-def _owned(owners: Sequence[Publisher], said: Said, span: Span) -> Diagnostic:
+def _owned(owners: Sequence[Publisher], static: Understood, span: Span) -> Diagnostic:
     who = " or ".join(dict.fromkeys(_named(owner) for owner in owners))
-    message = f"{said.parent} -> {said.child} is published here, but the description gives it to {who}"
+    message = f"{static.parent} -> {static.child} is published here, but the description gives it to {who}"
     return Diagnostic("deployed-launch-owner", ERROR, message, span, (), "publish it once")
 
 
@@ -128,32 +128,32 @@ def _named(owner: Publisher) -> str:
     return {ROBOT_STATE_PUBLISHER: urdf, UNPUBLISHED: "nobody"}.get(owner.kind, owner.name)
 
 
-def _compared(joint: Joint, said: Said, span: Span) -> Iterator[Diagnostic]:
+def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnostic]:
     """Yield one diagnostic for all that differs between a launch file and a joint."""
-    parts = [f"parent {said.parent} -> {joint.parent}"] if said.parent != joint.parent else []
+    parts = [f"parent {static.parent} -> {joint.parent}"] if static.parent != joint.parent else []
     meant = joint.origin.transform()
-    for flag, here, there in zip(_XYZ, said.transform.xyz, meant.xyz, strict=True):
+    for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
         if abs(here - there) > METRES:
-            parts.append(f"{flag} {said.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
-    off = turned(said.transform, meant)
+            parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
+    off = turned(static.transform, meant)
     if off > RADIANS:
-        parts += _angles(said, joint, off)
+        parts += _angles(static, joint, off)
     if parts:
-        message = f"{said.parent} -> {said.child} is not as described: {', '.join(parts)}"
+        message = f"{static.parent} -> {static.child} is not as described: {', '.join(parts)}"
         help = "write these values into the launch file, or read them from static_tf.json"
         yield Diagnostic("deployed-launch-differs", ERROR, message, span, (), help)
 
 
-def _angles(said: Said, joint: Joint, off: float) -> list[str]:
+def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
     degrees = f"{math.degrees(off):.3g} deg off"
-    if said.texts.keys() & {*_QUATERNION}:
+    if static.texts.keys() & {*_QUATERNION}:
         w, x, y, z = joint.origin.transform().quaternion()
         values = zip(_QUATERNION, (x, y, z, w), strict=True)
         return [f"rotation {degrees}, described: " + " ".join(f"{flag} {fixed(v, 9)}" for flag, v in values)]
     pairs = [
-        f"{flag} {said.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
+        f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, RADIAN_DIGITS)}"
         for flag, there in zip(_RPY, joint.origin.rpy, strict=True)
-        if abs(float(said.texts.get(flag, "0")) - there) > RADIANS
+        if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
     ]
     return [*pairs, f"rotation {degrees}"]
 

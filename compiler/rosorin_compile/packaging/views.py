@@ -29,13 +29,13 @@ class Display(NamedTuple):
 
 def displays(robot: Robot, topics: Mapping[str, str]) -> list[Display]:
     """Return the displays of the sensors of a robot; ``topics`` by the name of the sensor, as far as they are known."""
-    found = []
+    displays = []
     for sensor in robot.sensors:
         kind = DISPLAYS.get(sensor.type)
         if kind is not None:
             topic = topics.get(sensor.name, "")
-            found.append(Display(kind, sensor.name if topic else f"{sensor.name} (choose its topic)", topic))
-    return found
+            displays.append(Display(kind, sensor.name if topic else f"{sensor.name} (choose its topic)", topic))
+    return displays
 
 
 def reach(robot: Robot, links: Iterable[str]) -> float:

@@ -97,10 +97,10 @@ class Description:
     @cached_property
     def by_child(self) -> Mapping[str, tuple[Expected, ...]]:
         """The expected edges into each frame; several where modes decide."""
-        found: dict[str, list[Expected]] = {}
+        by_child: dict[str, list[Expected]] = {}
         for edge in self.edges:
-            found.setdefault(edge.child, []).append(edge)
-        return {child: tuple(edges) for child, edges in found.items()}
+            by_child.setdefault(edge.child, []).append(edge)
+        return {child: tuple(edges) for child, edges in by_child.items()}
 
     @cached_property
     def frames(self) -> frozenset[str]:

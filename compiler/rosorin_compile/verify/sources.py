@@ -65,11 +65,11 @@ def _named(path: Path, head: bytes) -> Path:
     """Return the path of a bag file. Raises Unreadable if its name does not say what its content is."""
     if not head:
         raise Unreadable(f"{path} is empty", "the recorder wrote nothing, or the copy did not arrive")
-    found = ".mcap" if head.startswith(_MCAP) else ".db3" if head.startswith(_SQLITE) else ""
-    if not found:
+    ending = ".mcap" if head.startswith(_MCAP) else ".db3" if head.startswith(_SQLITE) else ""
+    if not ending:
         raise Unreadable(f"{path} is no {_FORMS[path.suffix]} file: its first bytes are others", "name a recording")
-    if path.suffix != found:
-        raise Unreadable(f"{path} is a {_FORMS[found]} file", f"rename it to {path.stem}{found}")
+    if path.suffix != ending:
+        raise Unreadable(f"{path} is a {_FORMS[ending]} file", f"rename it to {path.stem}{ending}")
     return path
 
 

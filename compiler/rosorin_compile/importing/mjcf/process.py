@@ -20,7 +20,7 @@ SECONDS = 60
 
 _ABSENT = re.compile(r"ModuleNotFoundError: No module named '(\w+)")
 
-# Run by -c: -m would look for modules in the working folder first, which may be a stranger's.
+# Run by -c: -m would look for modules in the working folder first, which may be foreign.
 _START = (
     "import sys; sys.path[:] = [p for p in sys.path if p] + [sys.argv[1]];"
     "from rosorin_compile.importing.mjcf import engine;"

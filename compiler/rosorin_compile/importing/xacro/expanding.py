@@ -1,7 +1,7 @@
 """Xacro: expanded by the xacro library in a child process, then read as what came out.
 
 Expanding can run Python code of whoever wrote the file: xacro guards its expressions, but not well enough for a
-stranger's (see docs). So it is said before, and nothing is expanded where there is nothing to expand.
+foreign file (see docs). So it is said before, and nothing is expanded where there is nothing to expand.
 """
 
 from __future__ import annotations

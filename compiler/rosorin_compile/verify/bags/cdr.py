@@ -52,10 +52,10 @@ class Cursor:
 
     def count(self) -> int:
         """Return a number of items. Raises CdrError."""
-        found = self._number()
-        if found > MAX_ITEMS:
-            raise CdrError(f"{found:,} items in one message")
-        return found
+        number = self._number()
+        if number > MAX_ITEMS:
+            raise CdrError(f"{number:,} items in one message")
+        return number
 
     def _number(self) -> int:
         at = self.take(4, 4)
@@ -155,7 +155,6 @@ class Reader:
 
     def __init__(self, of: Any) -> None:
         self.of = of
-        self.layouts: dict[tuple[int, bytes], Layout] = {}
 
     def groups(self, raws: Sequence[bytes], broken: list[str]) -> Iterator[Group]:
         """Yield messages grouped by layout; why a message cannot be read goes into ``broken``."""

@@ -94,7 +94,7 @@ class Clock:
 
 def _stamps(waiting: Mapping[int, Any], topics: Mapping[int, Topic]) -> dict[int, tuple[Times, Times]]:
     """Return the times of arrival and the first stamps (ns) of the messages of each topic; those of zero are none."""
-    found = {}
+    stamps = {}
     for key, (times, raws, _) in waiting.items():
         place = _PLACES.get(topics[key].kind)
         if place is None:
@@ -107,5 +107,5 @@ def _stamps(waiting: Mapping[int, Any], topics: Mapping[int, Topic]) -> dict[int
                 pairs += [(received, whole * SECOND + rest)] if whole or rest else []
         if pairs:
             both = np.array(pairs, np.int64).T
-            found[key] = (both[0], both[1])
-    return found
+            stamps[key] = (both[0], both[1])
+    return stamps

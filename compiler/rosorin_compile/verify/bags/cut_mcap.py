@@ -68,16 +68,16 @@ class CutMcap:
         _, _, size, _ = _CHUNK_HEAD.unpack_from(body)
         compression, at = _text(body, _CHUNK_HEAD.size)
         data = _unpacked(compression, body[at + 8 :])[:size]
-        found: list[tuple[int, int, bytes]] = []
+        messages: list[tuple[int, int, bytes]] = []
         at = 0
         while at + _HEAD.size <= len(data):
             kind, length = _HEAD.unpack_from(data, at)
             at += _HEAD.size
             if at + length > len(data):
                 break
-            found += self._record(kind, data[at : at + length])
+            messages += self._record(kind, data[at : at + length])
             at += length
-        yield from sorted(found, key=lambda message: message[1])
+        yield from sorted(messages, key=lambda message: message[1])
 
     def _record(self, kind: int, body: bytes) -> Iterator[tuple[int, int, bytes]]:
         """Take a record; yield it if it is a message of a channel."""

@@ -76,8 +76,8 @@ def _opened(path: Path, recording: Recording) -> Any:
 def _cut_off(path: Path, left: cut.CutReader) -> Finding:
     """Return the finding for a file whose end is missing."""
     until = (left.end_time - left.start_time) / SECOND
-    said = f"it ends {until:.1f} s after its begin, with {count(left.message_count, 'message')}"
-    message = f"{path.name} is cut off: {said if left.message_count else 'it ends before its first message'}"
+    how = f"it ends {until:.1f} s after its begin, with {count(left.message_count, 'message')}"
+    message = f"{path.name} is cut off: {how if left.message_count else 'it ends before its first message'}"
     help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
     numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}
     return problem("recording-cut-off", "the recording", message, help, severity=WARNING, numbers=numbers)

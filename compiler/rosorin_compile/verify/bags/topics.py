@@ -40,7 +40,7 @@ def topics_of(reader: Any, recording: Recording) -> dict[int, Topic]:
     names = {f"/{name}": kind for name, kind in TOPICS.items()}
     if namespace:
         names |= {f"/{namespace}/{name}": kind for name, kind in TOPICS.items()}
-    found: dict[int, Topic] = {}
+    topics: dict[int, Topic] = {}
     for connection in reader.connections:
         topic, kind = connection.topic, names.get(connection.topic, HEADER)
         recording.topics[topic] = connection.msgtype
@@ -49,8 +49,8 @@ def topics_of(reader: Any, recording: Recording) -> dict[int, Topic]:
             help = "something else uses the name of this topic: rename it"
             recording.troubles.append(problem("recording-type", topic, text, help))
         elif kind != HEADER or _has_header(connection, known):
-            found[connection.id] = Topic(kind, topic, connection.msgtype)
-    return found
+            topics[connection.id] = Topic(kind, topic, connection.msgtype)
+    return topics
 
 
 def _has_header(connection: Any, known: Any) -> bool:

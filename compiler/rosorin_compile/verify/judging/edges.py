@@ -24,9 +24,9 @@ _DOUBLED = "tf2 takes whichever came last: let one node publish it"
 def edges(recording: Recording) -> Iterator[Finding]:
     """Yield what is wrong with the edges that were recorded."""
     twice: dict[str, list[Series]] = {}
-    for child, found in recording.into.items():
-        yield from _frame(recording, child, found)
-        for series in found:
+    for child, of_child in recording.into.items():
+        yield from _frame(recording, child, of_child)
+        for series in of_child:
             two = not series.constant and two_values(series)
             yield from _values(recording, series, two)
             if two:
@@ -44,31 +44,31 @@ def owner_of(series: Series) -> str:
     return f" ({series.owner})" if series.owner else ""
 
 
-def _frame(recording: Recording, child: str, found: Sequence[Series]) -> Iterator[Finding]:
+def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iterator[Finding]:
     """Yield what is wrong with the parents of a frame and the topics of its edge."""
     expected = recording.description.by_child.get(child)
-    parents = list(dict.fromkeys(series.parent for series in found))
+    parents = list(dict.fromkeys(series.parent for series in of_child))
     if expected is None:
-        yield from _not_described(recording, found)
+        yield from _not_described(recording, of_child)
         return
     described = [edge.parent for edge in expected]
     if len(parents) > 1:
         names = " and ".join(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
-        evidence = [_evidence(series) for series in found]
+        evidence = [_evidence(series) for series in of_child]
         message = f'the frame "{child}" was published under {len(parents)} parents: {names}'
         help = f"a frame has one parent, {described[0]}: stop the node that publishes the other"
         yield problem("edge-two-parents", f"{described[0]} -> {child}", message, help, evidence=evidence)
     elif parents[0] not in described:
         message = f'the parent of "{child}" is "{parents[0]}", described is "{described[0]}"'
         help = f"{expected[0].owner} should publish {expected[0].name}"
-        yield problem("edge-wrong-parent", found[0].name, message, help)
+        yield problem("edge-wrong-parent", of_child[0].name, message, help)
     for parent in parents:
-        yield from _topics([series for series in found if series.parent == parent], expected)
+        yield from _topics([series for series in of_child if series.parent == parent], expected)
 
 
-def _not_described(recording: Recording, found: Sequence[Series]) -> Iterator[Finding]:
+def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator[Finding]:
     """Yield the finding for an edge that is not described; many below one frame of the robot are told once."""
-    series, description = found[0], recording.description
+    series, description = of_child[0], recording.description
     joint = description.robot.joint_to.get(series.child)
     if joint is not None:
         message = f"{series.name} was published, but the description says that nobody does: {joint.publisher.about}"
@@ -92,7 +92,7 @@ def _not_described(recording: Recording, found: Sequence[Series]) -> Iterator[Fi
 
 def _strange(recording: Recording) -> list[Series]:
     """Return the first recorded edge into each frame that is no frame of the description."""
-    return [found[0] for child, found in recording.into.items() if child not in recording.description.by_child]
+    return [of_child[0] for child, of_child in recording.into.items() if child not in recording.description.by_child]
 
 
 def _top(recording: Recording, series: Series) -> str:
@@ -106,21 +106,23 @@ def _top(recording: Recording, series: Series) -> str:
     return frame
 
 
-def _topics(found: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Finding]:
+def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Finding]:
     """Yield an edge on the wrong topic, or on both."""
-    edge = next((edge for edge in expected if edge.parent == found[0].parent), expected[0])
-    name = found[0].name
-    if len(found) > 1:
-        evidence = [_evidence(series) for series in found]
+    edge = next((edge for edge in expected if edge.parent == of_child[0].parent), expected[0])
+    name = of_child[0].name
+    if len(of_child) > 1:
+        evidence = [_evidence(series) for series in of_child]
         message = f"{name} came on /tf and on /tf_static: two nodes publish it"
         right = "/tf" if edge.moving else "/tf_static"
         help = f"{edge.owner} publishes it on {right}; stop the other"
         yield problem("edge-static-and-moving", name, message, help, evidence=evidence)
-    elif found[0].still and edge.moving:
+    elif of_child[0].still and edge.moving:
         message = f"{name} moves, but came on /tf_static: listeners take it for fixed"
         yield problem("edge-not-moving", name, message, f"{edge.owner} should publish it on /tf, again and again")
-    elif not found[0].still and not edge.moving:
-        message = f"{name} never moves, but came on /tf{_rate(found[0])}: it can be late, which a static one never is"
+    elif not of_child[0].still and not edge.moving:
+        message = (
+            f"{name} never moves, but came on /tf{_rate(of_child[0])}: it can be late, which a static one never is"
+        )
         yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
 
 

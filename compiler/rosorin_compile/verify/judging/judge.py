@@ -12,7 +12,7 @@ from . import edges, joints, sensors, text, tree
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
     """Return what is wrong with a recording, held against the description and the compiled artifacts."""
-    found = list(recording.troubles)
+    findings = list(recording.troubles)
     nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
     if (
         nothing
@@ -20,21 +20,21 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
         and not recording.joints.pace.count
         and not recording.descriptions
     ):
-        return ordered([*found, *([] if found else [_foreign(recording)])])
-    found += edges.edges(recording)
-    found += tree.missing(recording)
-    found += tree.stale(recording)
-    found += tree.late(recording)
-    found += tree.clocks(recording)
-    found += joints.joints(recording)
-    found += joints.robot_description(recording, artifacts)
-    found += sensors.sensors(recording)
-    found += text.rows(recording)
-    found += text.asked(recording)
+        return ordered([*findings, *([] if findings else [_foreign(recording)])])
+    findings += edges.edges(recording)
+    findings += tree.missing(recording)
+    findings += tree.stale(recording)
+    findings += tree.late(recording)
+    findings += tree.clocks(recording)
+    findings += joints.joints(recording)
+    findings += joints.robot_description(recording, artifacts)
+    findings += sensors.sensors(recording)
+    findings += text.rows(recording)
+    findings += text.asked(recording)
     if recording.too_many:
         message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
-        found.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
-    return ordered(found)
+        findings.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
+    return ordered(findings)
 
 
 def _foreign(recording: Recording) -> Finding:

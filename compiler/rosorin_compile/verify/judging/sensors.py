@@ -23,9 +23,9 @@ def sensors(recording: Recording) -> Iterator[Finding]:
     late: dict[str, list[tuple[SensorLog, FrameUse]]] = {}
     for log in recording.sensors.values():
         for use in log.frames.values():
-            found = _unknown(recording, log, use)
-            if found is not None:
-                yield found
+            finding = _unknown(recording, log, use)
+            if finding is not None:
+                yield finding
                 continue
             if use.early and use.ready is not None:
                 late.setdefault(use.frame, []).append((log, use))

@@ -24,14 +24,14 @@ class _Step(NamedTuple):
 
 def _steps(description: Description) -> dict[str, list[_Step]]:
     """Return the steps from each frame: also over joints that nobody publishes, which tf2_echo may not know."""
-    found: dict[str, list[_Step]] = {}
+    steps: dict[str, list[_Step]] = {}
     pairs: list[tuple[str, str, Joint | None, Expected | None]] = []
     pairs += [(joint.parent, joint.child, joint, None) for joint in description.robot.joints]
     pairs += [(edge.parent, edge.child, None, edge) for edge in description.edges if edge.joint is None]
     for parent, child, joint, edge in pairs:
-        found.setdefault(parent, []).append(_Step(child, False, joint, edge))
-        found.setdefault(child, []).append(_Step(parent, True, joint, edge))
-    return found
+        steps.setdefault(parent, []).append(_Step(child, False, joint, edge))
+        steps.setdefault(child, []).append(_Step(parent, True, joint, edge))
+    return steps
 
 
 def _way(description: Description, source: str, target: str) -> list[_Step] | None:
@@ -44,14 +44,14 @@ def _way(description: Description, source: str, target: str) -> list[_Step] | No
             if step.frame not in came and step.frame != source:
                 came[step.frame] = (frame, step)
                 waiting.append(step.frame)
-    found: list[_Step] = []
+    way: list[_Step] = []
     here = target
     while here != source:
         if here not in came:
             return None
         here, step = came[here]
-        found.append(step)
-    return found[::-1]
+        way.append(step)
+    return way[::-1]
 
 
 def _placed(description: Description, way: list[_Step], positions: Mapping[str, float]) -> Transform:
@@ -68,12 +68,12 @@ def _placed(description: Description, way: list[_Step], positions: Mapping[str, 
 def asked(recording: Recording) -> Iterator[Finding]:
     """Yield the answers of tf2_echo that are not what the description gives."""
     refused = {(question.source, question.target): question for question in recording.refused}
-    found = []
+    answers = []
     for answer in recording.asked:
         refused.pop((answer.source, answer.target), None)
-        found.append(list(_answer(recording, answer)))
-    nothing = not recording.series and all(of and of[0].rule == "not-compared" for of in found)
-    for finding in (finding for of in found for finding in of):
+        answers.append(list(_answer(recording, answer)))
+    nothing = not recording.series and all(of and of[0].rule == "not-compared" for of in answers)
+    for finding in (finding for of in answers for finding in of):
         yield finding._replace(severity=ERROR) if nothing else finding
     for question in refused.values():
         yield _refused(recording, question)
@@ -81,10 +81,10 @@ def asked(recording: Recording) -> Iterator[Finding]:
 
 def outcome(recording: Recording, answer: Asked) -> str:
     """Return in a few words how an answer compares with the description."""
-    found = next(_answer(recording, answer), None)
-    if found is None:
+    finding = next(_answer(recording, answer), None)
+    if finding is None:
         return "as described"
-    return "not compared" if found.rule == "not-compared" else "not as described"
+    return "not compared" if finding.rule == "not-compared" else "not as described"
 
 
 def _answer(recording: Recording, answer: Asked) -> Iterator[Finding]:
@@ -111,9 +111,9 @@ def _answer(recording: Recording, answer: Asked) -> Iterator[Finding]:
         return
     expected = _placed(description, way, answer.positions)
     for reading in answer.readings:
-        found = _reading(recording, name, answer, reading, expected)
-        if found is not None:
-            yield found
+        finding = _reading(recording, name, answer, reading, expected)
+        if finding is not None:
+            yield finding
             return
 
 

@@ -123,8 +123,8 @@ def stale(recording: Recording) -> Iterator[Finding]:
         oldest = series.pace.oldest_until(recording.end)
         if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)):
             by_owner.setdefault(series.owner or series.name, []).append(series)
-    for owner, found in by_owner.items():
-        groups = [found] if len(found) > 1 and found[0].edge is not None else [[series] for series in found]
+    for owner, of_owner in by_owner.items():
+        groups = [of_owner] if len(of_owner) > 1 and of_owner[0].edge is not None else [[series] for series in of_owner]
         for group in groups:
             yield _stale(recording, owner, group)
 
@@ -147,11 +147,11 @@ def _silence(recording: Recording) -> Finding:
     return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
 
 
-def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding:
-    worst = max(found, key=lambda series: series.pace.oldest_until(recording.end).seconds)
+def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Finding:
+    worst = max(of_owner, key=lambda series: series.pace.oldest_until(recording.end).seconds)
     oldest = worst.pace.oldest_until(recording.end)
     at = (oldest.began - (recording.start or 0)) / SECOND
-    names = worst.name if len(found) == 1 else f"{worst.name} and {len(found) - 1} more of {owner}"
+    names = worst.name if len(of_owner) == 1 else f"{worst.name} and {len(of_owner) - 1} more of {owner}"
     message = f"{names} went {seconds(oldest.seconds)} stale, {at:.1f} s into the recording"
     limit = seconds(recording.description.options.stale)
     evidence = [
@@ -162,7 +162,7 @@ def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding
         evidence.append(f"its stamps are {seconds(mean)} old on average when they come")
     help = f"whoever asks then gets where things were {seconds(oldest.seconds)} ago: look why {owner} stopped"
     help += f" (--stale: {limit})"
-    numbers = {"seconds": oldest.seconds, "at": at, "edges": [series.name for series in found]}
+    numbers = {"seconds": oldest.seconds, "at": at, "edges": [series.name for series in of_owner]}
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
 
 
@@ -177,14 +177,14 @@ def late(recording: Recording) -> Iterator[Finding]:
             continue
         if _waited(recording, series) > (max(LATE, 3 / series.pace.rate) if series.pace.rate > 0 else LATE):
             by_owner.setdefault(series.owner, []).append(series)
-    for owner, found in by_owner.items():
-        first = min(found, key=lambda series: series.pace.first)
+    for owner, of_owner in by_owner.items():
+        first = min(of_owner, key=lambda series: series.pace.first)
         waited = _waited(recording, first)
-        more = len(found) - 1
+        more = len(of_owner) - 1
         names = f"{first.name} and {more} more of {owner} were" if more else f"{first.name} was"
         message = f"{names} there only from {waited:.1f} s into the recording on"
         help = f"until then nothing in {first.parent} could be looked up: start {owner} earlier, or wait for it"
-        numbers = {"seconds": waited, "edges": [series.name for series in found]}
+        numbers = {"seconds": waited, "edges": [series.name for series in of_owner]}
         yield problem("edge-late", first.name, message, help, severity=NOTE, numbers=numbers)
 
 

@@ -37,20 +37,20 @@ def table(verdict: Verdict) -> list[str]:
     """Return the edges and the stamped messages as tables."""
     recording = verdict.recording
     rows = list(_edges(recording))
-    said = _columns([_HEAD, *rows[:MAX_ROWS]]) if rows else []
+    lines = _columns([_HEAD, *rows[:MAX_ROWS]]) if rows else []
     if len(rows) > MAX_ROWS:
-        said.append(f"... and {len(rows) - MAX_ROWS} more edges; --json has them all")
+        lines.append(f"... and {len(rows) - MAX_ROWS} more edges; --json has them all")
     sensors = list(_sensors(recording))
     if sensors:
-        said += ["", *_columns([_SENSOR_HEAD, *sensors[:MAX_ROWS]])]
+        lines += ["", *_columns([_SENSOR_HEAD, *sensors[:MAX_ROWS]])]
     if recording.asked:
         head = ("tf2_echo", "line", "value")
         asked = [
             (f"{answer.source} -> {answer.target}", str(answer.line), outcome(recording, answer))
             for answer in recording.asked[:MAX_ROWS]
         ]
-        said += ([""] if said else []) + _columns([head, *asked])
-    return said
+        lines += ([""] if lines else []) + _columns([head, *asked])
+    return lines
 
 
 def summary(verdict: Verdict, name: str, strict: bool) -> str:
@@ -66,13 +66,13 @@ def summary(verdict: Verdict, name: str, strict: bool) -> str:
     parts += [f"{count(len(recording.asked), 'answer')} of tf2_echo"] if recording.asked else []
     seen = f" ({', '.join(parts)})" if parts else ""
     counts = [(verdict.count(ERROR), "error"), (verdict.count(WARNING), "warning"), (verdict.count(NOTE), "note")]
-    said = ", ".join(count(number, word) for number, word in counts if number)
+    counted = ", ".join(count(number, word) for number, word in counts if number)
     failing = {finding.rule for finding in verdict.findings if finding.severity == ERROR}
     if failing and failing <= _NOTHING:
-        return f"{name}: could not be compared: {said}{seen}"
+        return f"{name}: could not be compared: {counted}{seen}"
     if verdict.fails(strict):
-        return f"{name}: the robot that ran is not the one that is described: {said}{seen}"
-    return f"{name}: as described{f', {said}' if said else ''}{seen}"
+        return f"{name}: the robot that ran is not the one that is described: {counted}{seen}"
+    return f"{name}: as described{f', {counted}' if counted else ''}{seen}"
 
 
 def _edges(recording: Recording) -> Iterator[Sequence[str]]:
@@ -88,9 +88,9 @@ def _edges(recording: Recording) -> Iterator[Sequence[str]]:
             yield _frame_row(recording, rows[edge.child], edge)
         elif recording.whole:
             yield (edge.name, edge.publisher.name, _NONE, "never", *[_NONE] * 3, "missing")
-    for child, found in into.items():
+    for child, of_child in into.items():
         if child not in told:
-            for series in found:
+            for series in of_child:
                 yield _series_row(recording, series, None)
     for row in recording.rows:
         if row.child not in told:
@@ -154,13 +154,13 @@ def _sensors(recording: Recording) -> Iterator[Sequence[str]]:
     for log in recording.sensors.values():
         for use in log.frames.values():
             start = (log.topic, use.frame or '""', f"{use.pace.count:,}", rate_text(use.pace.rate))
-            lookups = [found for found in use.lookups.values() if found.asked and found.target != use.frame]
+            lookups = [one for one in use.lookups.values() if one.asked and one.target != use.frame]
             if not lookups:
                 yield (*start, *[_NONE] * 3)
-            for found in lookups:
-                answered = found.asked - found.failed
-                lag = _NONE if not found.failed else f"{seconds(found.mean_lag)}, {seconds(found.lag_most)}"
-                yield (*start, found.target, f"{answered:,} of {found.asked:,}", lag)
+            for one in lookups:
+                answered = one.asked - one.failed
+                lag = _NONE if not one.failed else f"{seconds(one.mean_lag)}, {seconds(one.lag_most)}"
+                yield (*start, one.target, f"{answered:,} of {one.asked:,}", lag)
 
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:

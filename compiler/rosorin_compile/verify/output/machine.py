@@ -105,9 +105,9 @@ def _joints(recording: Recording) -> list[dict[str, Any]]:
 
 def _sensor(log: SensorLog, use: FrameUse) -> dict[str, Any]:
     lookups = [
-        {"target": found.target, "asked": found.asked, "failed": found.failed, "mean_lag": found.mean_lag}
-        | {"largest_lag": found.lag_most}
-        for found in use.lookups.values()
+        {"target": one.target, "asked": one.asked, "failed": one.failed, "mean_lag": one.mean_lag}
+        | {"largest_lag": one.lag_most}
+        for one in use.lookups.values()
     ]
     row = {"topic": log.topic, "type": log.kind, "frame": use.frame, **_pace(use.pace)}
     return row | {"before_the_frame": use.early, "lookups": lookups}
@@ -139,22 +139,22 @@ def as_junit(verdict: Verdict, strict: bool = False) -> str:
     for finding in verdict.findings:
         cases.setdefault(finding.subject, []).append(finding)
     failing = {ERROR, WARNING} if strict else {ERROR}
-    failed = sum(any(finding.severity in failing for finding in found) for found in cases.values())
+    failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
     robot = verdict.description.robot.name
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', f'<testsuites tests="{len(cases)}" failures="{failed}">']
     lines.append(f'  <testsuite name={_quoted(robot)} tests="{len(cases)}" failures="{failed}" errors="0" skipped="0">')
-    for name, found in cases.items():
-        lines += _case(robot, name, found, failing)
+    for name, findings in cases.items():
+        lines += _case(robot, name, findings, failing)
     return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])
 
 
-def _case(robot: str, name: str, found: list[Finding], failing: set[str]) -> Iterator[str]:
+def _case(robot: str, name: str, findings: list[Finding], failing: set[str]) -> Iterator[str]:
     start = f"    <testcase classname={_quoted(robot)} name={_quoted(name)}"
-    if not found:
+    if not findings:
         yield f"{start}/>"
         return
     yield f"{start}>"
-    for finding in found:
+    for finding in findings:
         text = "\n".join([finding.message, *finding.evidence, finding.help])
         if finding.severity in failing:
             message, kind = _quoted(finding.message), _quoted(finding.rule)

@@ -55,11 +55,11 @@ class _Ring:
         known = self.stamps[self._order]
         first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
         last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
-        found = known[first] == stamps
+        there = known[first] == stamps
         one, other = self._order[first], self._order[last]
         later = np.abs(self.received[other] - received) < np.abs(self.received[one] - received)
         column = self.positions[np.where(later, other, one), self.names.index(joint)]
-        return column, found & np.isfinite(column)
+        return column, there & np.isfinite(column)
 
 
 class Range:
@@ -100,16 +100,16 @@ class JointLog:
     def _range(self, name: str, values: Floats) -> None:
         if name not in self.ranges and len(self.ranges) >= MAX_NAMES:
             return
-        found = self.ranges.setdefault(name, Range())
+        reach = self.ranges.setdefault(name, Range())
         good = values[np.isfinite(values)]
-        found.seen += len(values)
-        found.not_numbers += len(values) - len(good)
+        reach.seen += len(values)
+        reach.not_numbers += len(values) - len(good)
         if not len(good):
             return
-        found.lowest = min(found.lowest, float(good.min()))
-        found.highest = max(found.highest, float(good.max()))
+        reach.lowest = min(reach.lowest, float(good.min()))
+        reach.highest = max(reach.highest, float(good.max()))
         lower, upper = self.limits(name)
-        found.beyond += int(np.count_nonzero((good < lower - BEYOND) | (good > upper + BEYOND)))
+        reach.beyond += int(np.count_nonzero((good < lower - BEYOND) | (good > upper + BEYOND)))
 
     def limits(self, name: str) -> tuple[float, float]:
         """Return the limits of a joint (rad or m), infinite where there are none."""
@@ -121,19 +121,12 @@ class JointLog:
 
     def at(self, joint: str, stamps: Times, received: Times) -> tuple[Floats, Flags]:
         """Return the positions (n,) of a joint at stamps (n,) of transforms received then, and where there are any."""
-        positions, found = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
+        positions, known = np.zeros(len(stamps)), np.zeros(len(stamps), bool)
         for names, ring in self._rings.items():
             if joint in names:
                 values, there = ring.at(joint, stamps, received)
-                positions, found = np.where(there, values, positions), found | there
-        return positions, found
-
-    def latest(self) -> dict[str, float]:
-        """Return the position of each joint in the last state that named it."""
-        found: dict[str, float] = {}
-        for names, ring in self._rings.items():
-            found |= dict(zip(names, map(float, ring.positions[-1]), strict=True))
-        return found
+                positions, known = np.where(there, values, positions), known | there
+        return positions, known
 
     @property
     def names(self) -> Sequence[str]:

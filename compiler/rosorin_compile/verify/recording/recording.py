@@ -58,7 +58,6 @@ class FrameRow(NamedTuple):
     rate: float
     buffered: float
     age: float | None
-    broadcaster: str
 
     @property
     def still(self) -> bool:
@@ -159,9 +158,9 @@ class Recording:
         for series in self.series.values():
             series.begin_batch()
         for key, parts in batch.edges.items():
-            found = None if self.of_another(key[2]) else self._series(key)
-            if found is not None:
-                found.add(_in_order(parts), start)
+            edge = None if self.of_another(key[2]) else self._series(key)
+            if edge is not None:
+                edge.add(_in_order(parts), start)
         for series in self.series.values():
             series.compare(self.joints, last=False)
         for (topic, kind, frame), times in batch.headers.items():
@@ -178,18 +177,18 @@ class Recording:
                 use.pace.aged = self.timed
 
     def _series(self, key: EdgeKey) -> Series | None:
-        found = self.series.get(key)
-        if found is None:
+        series = self.series.get(key)
+        if series is None:
             if len(self.series) >= MAX_EDGES:
                 self.too_many = True
                 return None
             still, parent, child = key
             edge = self.expected(parent, child)
-            found = self.series[key] = Series(parent, child, still, edge, self.description)
-            found.pace.aged = self.timed
+            series = self.series[key] = Series(parent, child, still, edge, self.description)
+            series.pace.aged = self.timed
             if child not in self.parents or (edge is not None and edge.parent == parent):
                 self.parents[child] = parent
-        return found
+        return series
 
     def _headers(self, topic: str, kind: str, frame: str, times: list[tuple[int, int]]) -> None:
         if topic not in self.sensors and len(self.sensors) >= MAX_SENSORS:
@@ -223,25 +222,25 @@ class Recording:
 
     def chain(self, frame: str, target: str) -> list[Series] | None:
         """Return the recorded edges from a frame up to another; None if they do not lead there."""
-        found: list[Series] = []
+        chain: list[Series] = []
         while frame != target:
             parent = self.parents.get(frame)
-            if parent is None or len(found) > len(self.parents):
+            if parent is None or len(chain) > len(self.parents):
                 return None
             series = self.series.get((True, parent, frame)) or self.series.get((False, parent, frame))
             if series is None:
                 return None
-            found.append(series)
+            chain.append(series)
             frame = parent
-        return found
+        return chain
 
     @property
     def into(self) -> Mapping[str, list[Series]]:
         """The recorded edges into each frame, in the order of their appearance."""
-        found: dict[str, list[Series]] = {}
+        by_child: dict[str, list[Series]] = {}
         for series in self.series.values():
-            found.setdefault(series.child, []).append(series)
-        return found
+            by_child.setdefault(series.child, []).append(series)
+        return by_child
 
 
 def _in_order(parts: list[tuple[np.ndarray, Samples]]) -> Samples:

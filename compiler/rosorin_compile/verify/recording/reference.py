@@ -62,13 +62,13 @@ class Moving:
         The second result says which samples have such a joint state. The others are compared with the position at which
         the joint comes nearest: a transform that no position gives is wrong whatever the joint states were.
         """
-        leader, found = log.at(self.leader, samples.stamp, samples.received)
-        positions = np.where(found, self.factor * leader + self.offset, 0.0)
-        if not found.all():
-            positions = np.where(found, positions, self.positions_of(samples))
+        leader, known = log.at(self.leader, samples.stamp, samples.received)
+        positions = np.where(known, self.factor * leader + self.offset, 0.0)
+        if not known.all():
+            positions = np.where(known, positions, self.positions_of(samples))
         xyz, quaternion = self.at(positions)
         metres = np.linalg.norm(samples.xyz - xyz, axis=1)
-        return Deviation(metres, angles_between(normalised(samples.quaternion), quaternion), self.edge), found
+        return Deviation(metres, angles_between(normalised(samples.quaternion), quaternion), self.edge), known
 
 
 def reference(edge: Expected | None, description: Description) -> Still | Moving | None:

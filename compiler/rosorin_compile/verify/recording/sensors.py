@@ -62,12 +62,10 @@ class SensorLog:
     def __init__(self, topic: str, kind: str) -> None:
         self.topic, self.kind = topic, kind
         self.frames: dict[str, FrameUse] = {}
-        self.more_frames = 0
 
     def add(self, frame: str, headers: Headers, start: int) -> FrameUse | None:
         """Take the headers of one batch that name one frame."""
         if frame not in self.frames and len(self.frames) >= MAX_FRAMES:
-            self.more_frames += len(headers.received)
             return None
         use = self.frames.setdefault(frame, FrameUse(frame))
         use.pace.add(headers.received, headers.stamp, start)

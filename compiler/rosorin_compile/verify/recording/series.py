@@ -114,15 +114,15 @@ class Series:
         """Compare waiting samples with the joint states; what finds none waits for one more batch, if there is one."""
         if not len(self._waiting.stamp) or not isinstance(self.reference, Moving):
             return
-        deviation, found = self.reference.deviation(self._waiting, log)
+        deviation, known = self.reference.deviation(self._waiting, log)
         if last or len(self._waiting.stamp) > MAX_WAITING:
-            now = np.ones(len(found), bool)
+            now = np.ones(len(known), bool)
         else:  # what waited once already is at the front
-            now = found | (np.arange(len(found)) < self._waited)
+            now = known | (np.arange(len(known)) < self._waited)
         samples = self._waiting.where(now)
         if len(samples.stamp):
             chosen = Deviation(deviation.metres[now], deviation.radians[now], self.reference.edge)
-            self._judge(samples, chosen, int(np.count_nonzero(found)), log)
+            self._judge(samples, chosen, int(np.count_nonzero(known)), log)
         self._waiting = self._waiting.where(~now)
         self._waited = len(self._waiting.stamp)
 
@@ -143,9 +143,9 @@ class Series:
 
     def _expected(self, sample: Samples, log: JointLog | None) -> tuple[Floats, Floats]:
         if isinstance(self.reference, Moving) and log is not None:
-            leader, found = log.at(self.reference.leader, sample.stamp, sample.received)
+            leader, known = log.at(self.reference.leader, sample.stamp, sample.received)
             here = self.reference.factor * leader + self.reference.offset
-            xyz, turn = self.reference.at(np.where(found, here, self.reference.positions_of(sample)))
+            xyz, turn = self.reference.at(np.where(known, here, self.reference.positions_of(sample)))
             return xyz[0], turn[0]
         still = self.reference
         return (still.xyz, still.quaternion) if still is not None else (sample.xyz[0], sample.quaternion[0])

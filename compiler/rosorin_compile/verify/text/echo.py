@@ -35,14 +35,14 @@ class Block:
         xyz, metres = None, math.inf
         if len(self.forms.get("xyz", ())) == 3:
             xyz, metres = _vector(self.forms["xyz"]), _half(self.forms["xyz"]) + EXACT
-        found = []
+        made = []
         for form in ("matrix", "quaternion", "degree", "radian"):
             reading = self._turn(form, xyz, metres)
             if reading is not None:
-                found.append(reading)
-        if not found and xyz is not None:
-            found.append(Reading(xyz, None, metres, math.inf))
-        return tuple(found)
+                made.append(reading)
+        if not made and xyz is not None:
+            made.append(Reading(xyz, None, metres, math.inf))
+        return tuple(made)
 
     def _turn(self, form: str, xyz: Vector | None, metres: float) -> Reading | None:
         """Return an answer with the rotation of one form.
@@ -81,14 +81,14 @@ def block_at(lines: Sequence[str], at: int) -> tuple[Block, int]:
     begin = at
     while at < len(lines):
         line = lines[at]
-        found = _LINE.match(line)
+        match = _LINE.match(line)
         if _TIME.match(line) and at > begin:
             break
-        if found:
-            form = _form(found[1])
+        if match:
+            form = _form(match[1])
             if form in block.forms:
                 break
-            block.forms[form] = _NUMBERS.findall(found[2])
+            block.forms[form] = _NUMBERS.findall(match[2])
         elif _MATRIX.match(line):
             if "matrix" in block.forms:
                 break

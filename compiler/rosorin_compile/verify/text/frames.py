@@ -23,22 +23,22 @@ def dot_rows(text: str, name: Name) -> list[FrameRow] | None:
     """Return the frames of a dot file; None if it is not whole."""
     recorded = _RECORDED.search(text)
     at = _number(recorded[1]) if recorded else math.nan
-    found = []
+    rows = []
     for edge in _EDGE.finditer(text):
         matches = map(_FIELD.match, edge[3].split("\\n"))
         fields = {match[1]: match[2] for match in matches if match}
         newest = _leading(fields.get("Most recent transform", ""))
         age = at - newest if math.isfinite(at - newest) and newest > 0 else None
         rate, length = _leading(fields.get("Average rate", "")), _leading(fields.get("Buffer length", ""))
-        row = FrameRow(name(edge[1]), name(edge[2]), rate, length, age, fields.get("Broadcaster", ""))
-        found += [] if math.isnan(rate) else [row]
-    return found or None
+        row = FrameRow(name(edge[1]), name(edge[2]), rate, length, age)
+        rows += [] if math.isnan(rate) else [row]
+    return rows or None
 
 
 def _leading(text: str) -> float:
     """Return the number that a text begins with; a unit may follow."""
-    found = _NUMBER.match(text)
-    return _number(found[0]) if found else math.nan
+    match = _NUMBER.match(text)
+    return _number(match[0]) if match else math.nan
 
 
 def yaml_rows(text: str, name: Name) -> list[FrameRow] | None:
@@ -51,16 +51,15 @@ def yaml_rows(text: str, name: Name) -> list[FrameRow] | None:
         return None
     if not isinstance(loaded, dict):
         return None
-    found = []
+    rows = []
     for child, entry in loaded.items():
         if not isinstance(entry, dict) or "parent" not in entry:
             return None
         delay = entry.get("transform_delay")
         age = _number(delay) if delay is not None else None
         rate, length = _number(entry.get("rate")), _number(entry.get("buffer_length"))
-        broadcaster = str(entry.get("broadcaster", ""))
-        found.append(FrameRow(name(str(entry["parent"])), name(str(child)), rate, length, age, broadcaster))
-    return found or None
+        rows.append(FrameRow(name(str(entry["parent"])), name(str(child)), rate, length, age))
+    return rows or None
 
 
 def literal_rows(text: str, name: Name) -> list[FrameRow] | None:

@@ -76,8 +76,8 @@ class TopicText:
         times = np.array([stamp], np.int64)
         self.recording.joints.pace.add(times, times, min(stamp, self.recording.start or stamp))
         self.recording.joints.add(names, times, times, values)
-        said = zip(names, map(float, values[0]), strict=False)
-        self.positions |= {name: value for name, value in said if np.isfinite(value)}
+        pairs = zip(names, map(float, values[0]), strict=False)
+        self.positions |= {name: value for name, value in pairs if np.isfinite(value)}
 
     def _robot(self, text: str) -> None:
         data = text.encode()

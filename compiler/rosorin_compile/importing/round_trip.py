@@ -1,4 +1,4 @@
-"""Prove: before anything is written, the description is compiled, and its URDF held against the source by meaning."""
+"""Round trip: the description is compiled before it is written, and its URDF held against the source by meaning."""
 
 from __future__ import annotations
 
@@ -29,12 +29,12 @@ _MAX_SAID = 300
 _MAX_TOLD = 20
 
 
-class Proof(NamedTuple):
-    """What a description proved to be: its files (text by name), and how it was held against the source.
+class RoundTrip(NamedTuple):
+    """How a description came through: its files (text by name), and how it was held against the source.
 
     ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
     compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
-    poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being proved, or
+    poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being compared, or
     what differs.
     """
 
@@ -47,7 +47,7 @@ class Proof(NamedTuple):
     word: str = ""
 
 
-def prove(imported: Imported, folder: Path) -> Proof:
+def check_round_trip(imported: Imported, folder: Path) -> RoundTrip:
     """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
 
     ``folder`` is where it is going to stand, for messages and for the schema beside it.
@@ -61,8 +61,8 @@ def prove(imported: Imported, folder: Path) -> Proof:
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
             wanted = outputs(imported, _first_error(compiled.diagnostics))
             files, compiled = _compiled(imported, stage, schema, wanted)
-        proof = Proof(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
-        return proof if proof.diagnostics else _compared(imported, compiled, stage, proof)
+        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
+        return trip if trip.diagnostics else _compared(imported, compiled, stage, trip)
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -73,8 +73,8 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     return files, compile_robot(stage / ROOT_FILE)
 
 
-def _compared(imported: Imported, compiled: Compiled, stage: Path, proof: Proof) -> Proof:
-    """Return the proof with what the comparison of the source with the description and with its artifact says."""
+def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip) -> RoundTrip:
+    """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = tree_of(imported), published()
     source = build(tree).robot
     file = stage / f"compiled{format.endings[0]}"
@@ -86,7 +86,7 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, proof: Proof)
     made = compiled.robot
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]
-        return proof._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
+        return trip._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
     found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
     what = f"compiled {format.word}"
     found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
@@ -94,8 +94,8 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, proof: Proof)
     if largest > POSE_TOLERANCE:
         found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
-        return proof._replace(diagnostics=[_failed("the description would not be the same robot", found)])
-    return proof._replace(frames=len(source.links), states=STATES, largest=largest)
+        return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
+    return trip._replace(frames=len(source.links), states=STATES, largest=largest)
 
 
 def largest_difference(one: Robot, other: Robot) -> float:
@@ -164,7 +164,7 @@ def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnost
 
 
 def _failed(what: str, found: Sequence[str]) -> Diagnostic:
-    """Return the error about a proof that failed."""
+    """Return the error about a round trip that failed."""
     more = [f"and {len(found) - _MAX_TOLD:,} more"] if len(found) > _MAX_TOLD else []
     related = [Related(text, None) for text in [*found[:_MAX_TOLD], *more]]
     help = "this is a fault of rosorin-compile; please report it with the file"

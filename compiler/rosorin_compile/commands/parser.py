@@ -1,0 +1,82 @@
+"""A parser of options that can be asked which it has, and that takes values such as -12.5mm."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from collections.abc import Iterable
+from typing import Any, Protocol
+
+# A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
+_NEGATIVE = re.compile(r"-\.?\d")
+
+
+class Options(Protocol):
+    """What options are added to: a parser, or a group of one."""
+
+    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
+        """Add an option, as argparse does."""
+
+
+class Parser(argparse.ArgumentParser):
+    """A parser that notes its options as they are added, and the commands within it by name."""
+
+    def __init__(self, *words: Any, **settings: Any) -> None:
+        self.options: list[argparse.Action] = []
+        self.within: dict[str, Parser] = {}
+        super().__init__(*words, **settings)
+
+    def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
+        """Add an option or a word, and note it."""
+        self.options.append(super().add_argument(*names, **settings))
+        return self.options[-1]
+
+    def add_argument_group(self, *words: Any, **settings: Any) -> Any:
+        """Return a new group; what is added to it is noted here."""
+        return self._noted(super().add_argument_group(*words, **settings))
+
+    def add_mutually_exclusive_group(self, **settings: Any) -> Any:
+        """Return a new group of options that exclude each other; what is added to it is noted here."""
+        return self._noted(super().add_mutually_exclusive_group(**settings))
+
+    def add_subparsers(self, **settings: Any) -> Any:
+        """Return what takes the commands within this one."""
+        commands = super().add_subparsers(**settings)
+        self.within = commands.choices
+        return commands
+
+    def long_options(self) -> list[str]:
+        """Return the names of all options that begin with --, those of the commands within as well."""
+        names = [name for option in self.options for name in option.option_strings if name.startswith("--")]
+        return names + [name for inner in self.within.values() for name in inner.long_options()]
+
+    def parse_known_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> tuple[Any, list[str]]:
+        """Parse words as argparse does; a number below zero after an option is its value, whatever follows the digits.
+
+        Those of a command within are its own to parse.
+        """
+        words = args if args is None or self.within else self._with_values(args)
+        return super().parse_known_args(words, namespace)
+
+    def _with_values(self, words: Iterable[str]) -> list[str]:
+        """Return words with --option -1cm as one: --option=-1cm."""
+        takes = [name for option in self.options if option.nargs is None for name in option.option_strings]
+        made: list[str] = []
+        for word in words:
+            before = made[-1] if made else ""
+            named = len(before) > 2 and any(name.startswith(before) for name in takes)
+            if named and _NEGATIVE.match(word):
+                made[-1] = f"{before}={word}"
+            else:
+                made.append(word)
+        return made
+
+    def _noted(self, group: Any) -> Any:
+        add = group.add_argument
+
+        def add_argument(*names: str, **settings: Any) -> Any:
+            self.options.append(add(*names, **settings))
+            return self.options[-1]
+
+        group.add_argument = add_argument
+        return group

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from ..console import Console
 from ..paths import nearest_file
 from ..project import DESCRIPTIONS
+from ..wording import counted, plural
 from .shared import (
     FINE,
     PROBLEMS,
@@ -170,7 +171,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
-    console.warn(f"{source}: {errors} error{'' if errors == 1 else 's'}, nothing written")
+    console.warn(f"{source}: {counted(errors, 'error')}, nothing written")
     return PROBLEMS
 
 
@@ -211,7 +212,7 @@ def _report(console: Console, folder: Path, imported: Imported, proof: Proof, wr
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(proof.files)}")
     console.say(
-        f"the compiled URDF is the same robot: {proof.frames} frame{'' if proof.frames == 1 else 's'} at "
+        f"the compiled URDF is the same robot: {counted(proof.frames, 'frame')} at "
         f"zero and {proof.states} random joint states, largest difference {proof.largest:.2g}"
     )
     if proof.without_mjcf:
@@ -222,7 +223,7 @@ def _report(console: Console, folder: Path, imported: Imported, proof: Proof, wr
         console.say(f"its URDF is {CAPSULES}")
     if imported.left_out:
         count = len(imported.left_out)
-        console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")
+        console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
     if written.kept:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
     console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

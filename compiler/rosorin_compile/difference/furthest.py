@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from ..model import Robot
+from ..wording import first_of
 from .coordinates import Coordinates
 from .pairing import Pairing
 from .places import turn_between
@@ -42,8 +43,7 @@ def furthest(pairing: Pairing, coordinates: Coordinates, items: Sequence[Item]) 
     if not name or any((i.distance or 0) >= 0.999 * distance and (i.angle or 0) >= 0.999 * angle for i in items):
         return []
     moved = [f"{joint} = {number(round(value, 3))}" for joint, value in state.items() if abs(value) > 1e-3]
-    more = f" and {len(moved) - _MOST} more" if len(moved) > _MOST else ""
-    at = f" at {', '.join(moved[:_MOST])}{more}" if moved else " with all joints at 0"
+    at = f" at {first_of(moved, _MOST)}" if moved else " with all joints at 0"
     return [f"all together: {name} is off by up to {far(distance, angle)} in {root}{at}"]
 
 

@@ -19,6 +19,7 @@ from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fix
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
+from ..wording import masked
 from . import Fact, Facts, Value
 from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
 
@@ -143,7 +144,7 @@ def describe(source: Source) -> str:
     """Return where a value comes from as one line of printable text; empty if the description does not say."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
     text = ": ".join(part for part in (head, source.note) if part)
-    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    return masked(" ".join(text.split()))
 
 
 def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:

@@ -15,6 +15,7 @@ from ..model.motion import motion
 from ..pipeline import Compiled, compile_robot
 from ..project import ROOT_FILE
 from ..starter import SCHEMA
+from ..wording import and_more
 from . import ReadOptions, read_robot
 from .imported import Imported
 from .sameness import different
@@ -161,7 +162,7 @@ def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnost
 
 def _failed(what: str, found: Sequence[str]) -> Diagnostic:
     """Return the error about a proof that failed."""
-    more = [f"and {len(found) - _MAX_TOLD:,} more"] if len(found) > _MAX_TOLD else []
+    more = [and_more(len(found) - _MAX_TOLD).strip()] if len(found) > _MAX_TOLD else []
     related = [Related(text, None) for text in [*found[:_MAX_TOLD], *more]]
     help = "this is a fault of rosorin-compile; please report it with the file"
     return error("import-differs", what, None, help, related)

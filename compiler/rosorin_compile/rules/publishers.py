@@ -8,8 +8,9 @@ from typing import NamedTuple
 from ..diagnostic import WARNING, Diagnostic
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from ..tree import Path, Seq
+from ..wording import first_of, listed, quoted
 from . import conditions
-from .case import Case, at, exists, listed, quoted
+from .case import Case, at, exists
 from .kinematics import children
 
 
@@ -194,8 +195,9 @@ def started(case: Case) -> Iterator[Diagnostic]:
         if not backends or is_there or not (said or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
+        names = first_of([joint.name for joint in joints], 3)
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
-        message = f"{kind} is to publish {count} ({_some(joints)}), but no output is the {what}"
+        message = f"{kind} is to publish {count} ({names}), but no output is the {what}"
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
@@ -235,11 +237,6 @@ def planar(case: Case) -> Iterator[Diagnostic]:
 def _has_urdf(case: Case) -> bool:
     """Say whether an output is a URDF: by its backend, or a template of the user's own by the name of its file."""
     return any(output.backend == "urdf" or output.file.endswith(".urdf") for output in case.robot.outputs)
-
-
-def _some(joints: tuple[Joint, ...]) -> str:
-    names = [joint.name for joint in joints]
-    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def node_names(case: Case) -> Iterator[Diagnostic]:

@@ -70,15 +70,6 @@ def seconds(value: float) -> str:
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.1f} ms"
 
 
-def count(number: int, word: str) -> str:
-    """Return a number of things in words.
-
-    >>> count(1, "edge"), count(1200, "edge")
-    ('1 edge', '1,200 edges')
-    """
-    return f"{number:,} {word}{'' if number == 1 else 's'}"
-
-
 def rate_text(rate: float) -> str:
     """Return a rate in Hz."""
     return "-" if math.isnan(rate) else f"{rate:.1f} Hz"

@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 
 from ...diagnostic import WARNING
+from ...wording import counted
 from ..arrays import SECOND, Samples
-from ..findings import Finding, count, problem
+from ..findings import Finding, problem
 from ..recording.joints import in_order
 from ..recording.recording import MAX_DESCRIPTIONS, Batch, Recording
 from . import cdr, cut
@@ -76,7 +77,7 @@ def _opened(path: Path, recording: Recording) -> Any:
 def _cut_off(path: Path, left: cut.CutReader) -> Finding:
     """Return the finding for a file whose end is missing."""
     until = (left.end_time - left.start_time) / SECOND
-    said = f"it ends {until:.1f} s after its begin, with {count(left.message_count, 'message')}"
+    said = f"it ends {until:.1f} s after its begin, with {counted(left.message_count, 'message')}"
     message = f"{path.name} is cut off: {said if left.message_count else 'it ends before its first message'}"
     help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
     numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}

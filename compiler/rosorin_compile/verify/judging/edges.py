@@ -7,9 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from ...diagnostic import WARNING, did_you_mean
 from ...model import Transform
+from ...wording import and_more, counted, listed
 from ..arrays import SECOND, Samples, transform_from
 from ..expected import Expected
-from ..findings import Finding, count, difference, half_turn_about, pose_text, problem, rate_text, seconds, share
+from ..findings import Finding, difference, half_turn_about, pose_text, problem, rate_text, seconds, share
 from ..recording.leaps import FEWEST_TWICE, Leaps
 from ..recording.recording import Recording
 from ..recording.series import Series, Wrong
@@ -53,7 +54,7 @@ def _frame(recording: Recording, child: str, found: Sequence[Series]) -> Iterato
         return
     described = [edge.parent for edge in expected]
     if len(parents) > 1:
-        names = " and ".join(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
+        names = listed(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
         evidence = [_evidence(series) for series in found]
         message = f'the frame "{child}" was published under {len(parents)} parents: {names}'
         help = f"a frame has one parent, {described[0]}: stop the node that publishes the other"
@@ -129,8 +130,7 @@ def _rate(series: Series) -> str:
 
 
 def _evidence(series: Series) -> str:
-    count = f"{series.pace.count:,} time{'s' if series.pace.count > 1 else ''}"
-    return f"{series.name}: {count} on {series.topic}{_rate(series)}"
+    return f"{series.name}: {counted(series.pace.count, 'time')} on {series.topic}{_rate(series)}"
 
 
 def _values(recording: Recording, series: Series, two: bool) -> Iterator[Finding]:
@@ -181,7 +181,9 @@ def _two_still_values(series: Series) -> Finding:
     if values.others:
         evidence.append(f"{values.others:,} x other values")
     _, _, words = difference(poses[0], poses[1])
-    message = f"{series.name} has {_number(values.seen, values.others)} values, in {count(values.switches, 'change')}:"
+    message = (
+        f"{series.name} has {_number(values.seen, values.others)} values, in {counted(values.switches, 'change')}:"
+    )
     message += f" the second is {words}"
     return problem("edge-two-values", series.name, message, _DOUBLED, evidence=evidence)
 
@@ -222,7 +224,7 @@ def leaps_text(leaps: Leaps) -> str:
 
 def _twice(owner: str, several: Sequence[Series]) -> Finding:
     first, more = several[0], len(several) - 1
-    names = f"{first.name}{f' and {more} more of {owner}' if more else ''}"
+    names = f"{first.name}{and_more(more, f'of {owner}')}"
     again = share(first.pace.twice, max(1, first.pace.count - 1))
     message = f"{names} {'are' if more else 'is'} published twice: {again} stamps come again with the same value"
     return problem("edge-published-twice", first.name, message, _DOUBLED, severity=WARNING)

@@ -9,7 +9,8 @@ from ...compare import compare
 from ...compare.words import amount
 from ...diagnostic import NOTE, WARNING, did_you_mean
 from ...emit import Artifact
-from ..findings import Finding, count, problem, share
+from ...wording import and_more, counted, first_of
+from ..findings import Finding, problem, share
 from ..recording.joints import JointLog, Range
 from ..recording.recording import Recording
 from .edges import leaps_text
@@ -59,9 +60,8 @@ def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Finding]:
         message = f'{_TOPIC} names "{name}", a joint that is not described'
         yield problem("joint-state-unknown", _TOPIC, message, help)
     if len(names) > _FEW:
-        shown = ", ".join(f'"{name}"' for name in names[:_SHOWN])
-        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}{more}"
+        shown = first_of([f'"{name}"' for name in names], _SHOWN)
+        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}"
         help = "describe them, or look whether this is the recording of this robot"
         yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
 
@@ -104,9 +104,9 @@ def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> It
         comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
         evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
         if len(comparison.changes) > _SHOWN:
-            evidence.append(f"... and {len(comparison.changes) - _SHOWN} more")
+            evidence.append(f"...{and_more(len(comparison.changes) - _SHOWN)}")
         if comparison.changes:
-            many = count(len(comparison.changes), "difference")
+            many = counted(len(comparison.changes), "difference")
             message = f"{topic} is not the compiled {compiled.file}: {many} of meaning"
             help = "deploy what is compiled, and start robot_state_publisher again"
             yield problem("other-robot-description", topic, message, help, evidence=evidence)

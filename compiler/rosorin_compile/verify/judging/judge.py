@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...emit import Artifact
+from ...wording import first_of
 from ..findings import Finding, ordered, problem
 from ..recording.recording import Recording
 from . import edges, joints, sensors, text, tree
@@ -43,7 +44,7 @@ def _foreign(recording: Recording) -> Finding:
     help = "record /tf, /tf_static, /joint_states and /robot_description"
     if recording.messages == 0 and not topics:
         return problem("recording-empty", "the recording", "the recording has no messages", help)
-    shown = f": it has {', '.join(topics[:6])}{', ...' if len(topics) > 6 else ''}" if topics else ""
+    shown = f": it has {first_of(topics, 6)}" if topics else ""
     namespaced = [topic for topic in topics if topic.endswith("/tf")]
     if namespaced and not recording.description.options.namespace:
         help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...diagnostic import ERROR, WARNING, did_you_mean, nearest
+from ...wording import counted
 from ..arrays import SECOND
-from ..findings import Finding, count, problem, rate_text, seconds, share
+from ..findings import Finding, problem, rate_text, seconds, share
 from ..recording.recording import Recording
 from ..recording.sensors import FrameUse, Lookups, SensorLog
 from .edges import owner_of
@@ -47,7 +48,7 @@ def _unknown(recording: Recording, log: SensorLog, use: FrameUse) -> Finding | N
     if not use.frame:
         message = f"{log.topic} is stamped with no frame"
         return problem("frame-unknown", log.topic, message, "let the driver set frame_id", severity=WARNING)
-    many = count(use.pace.count, "message")
+    many = counted(use.pace.count, "message")
     message = f'{log.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     near = nearest(use.frame, known)
     help = did_you_mean(use.frame, known) if near else "set frame_id in the driver, or describe the frame"

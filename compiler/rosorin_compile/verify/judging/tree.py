@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ...diagnostic import NOTE, WARNING
 from ...model import ROBOT_STATE_PUBLISHER
+from ...wording import and_more, first_of
 from ..arrays import SECOND
 from ..expected import Expected
 from ..findings import Finding, problem, rate_text, seconds
@@ -151,7 +152,7 @@ def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding
     worst = max(found, key=lambda series: series.pace.oldest_until(recording.end).seconds)
     oldest = worst.pace.oldest_until(recording.end)
     at = (oldest.began - (recording.start or 0)) / SECOND
-    names = worst.name if len(found) == 1 else f"{worst.name} and {len(found) - 1} more of {owner}"
+    names = f"{worst.name}{and_more(len(found) - 1, f'of {owner}')}"
     message = f"{names} went {seconds(oldest.seconds)} stale, {at:.1f} s into the recording"
     limit = seconds(recording.description.options.stale)
     evidence = [
@@ -181,7 +182,7 @@ def late(recording: Recording) -> Iterator[Finding]:
         first = min(found, key=lambda series: series.pace.first)
         waited = _waited(recording, first)
         more = len(found) - 1
-        names = f"{first.name} and {more} more of {owner} were" if more else f"{first.name} was"
+        names = f"{first.name}{and_more(more, f'of {owner}')} {'were' if more else 'was'}"
         message = f"{names} there only from {waited:.1f} s into the recording on"
         help = f"until then nothing in {first.parent} could be looked up: start {owner} earlier, or wait for it"
         numbers = {"seconds": waited, "edges": [series.name for series in found]}
@@ -219,5 +220,4 @@ def clocks(recording: Recording) -> Iterator[Finding]:
 
 
 def _names(streams: Sequence[tuple[str, Pace]]) -> str:
-    first = ", ".join(name for name, _ in streams[:_MANY])
-    return first if len(streams) <= _MANY else f"{first} and {len(streams) - _MANY} more"
+    return first_of([name for name, _ in streams], _MANY)

@@ -9,6 +9,7 @@ from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
 from ...diagnostic import ERROR, NOTE, WARNING
+from ...wording import masked
 from ..arrays import SECOND
 from ..findings import Finding
 from ..judging.tree import best_way
@@ -158,17 +159,16 @@ def _case(robot: str, name: str, found: list[Finding], failing: set[str]) -> Ite
         text = "\n".join([finding.message, *finding.evidence, finding.help])
         if finding.severity in failing:
             message, kind = _quoted(finding.message), _quoted(finding.rule)
-            yield f"      <failure message={message} type={kind}>{escape(visible(text))}</failure>"
+            yield f"      <failure message={message} type={kind}>{escape(_masked(text))}</failure>"
         else:
             word = "note" if finding.severity == NOTE else "warning"
-            yield f"      <system-out>{escape(visible(f'{word}[{finding.rule}]: {text}'))}</system-out>"
+            yield f"      <system-out>{escape(_masked(f'{word}[{finding.rule}]: {text}'))}</system-out>"
     yield "    </testcase>"
 
 
 def _quoted(text: str) -> str:
-    return quoteattr(visible(text))
+    return quoteattr(_masked(text))
 
 
-def visible(text: str) -> str:
-    """Return a text with what XML cannot hold made visible."""
-    return "".join(c if c in "\t\n" or (c.isprintable() and c < "\ud800") or c > "\udfff" else "?" for c in text)
+def _masked(text: str) -> str:
+    return masked(text, keep="\t\n")

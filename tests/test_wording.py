@@ -21,7 +21,7 @@ def test_what_the_examples_say():
 def test_a_printable_text_is_one_line_of_what_a_terminal_shows(text):
     shown = printable(text)
     assert shown.isprintable()
-    assert shown.encode("utf-8")
+    assert shown.encode("utf-8").decode("utf-8") == shown
     assert text.isprintable() == (shown == text)
 
 

@@ -8,10 +8,9 @@ from typing import NamedTuple
 from ..compare.shapes import Delta, Solid, largest_step
 from ..compare.words import amount, shapes_change
 from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
-from ..model.geometry import norm
+from ..model.geometry import minus, norm
 from .bodies import Bodies
 from .pairing import Pairing
-from .places import minus, turn_between
 from .printing import joined
 from .solids import Matched, Piece, match, pieces_of, seen
 from .values import ROBOT_MODEL, SHAPE, URDF, VISUAL, Item, Side
@@ -223,7 +222,7 @@ def _step(one: Solid, other: Solid) -> str:
     if row(one.sizes) != row(other.sizes):
         word = f"{one.kind} scale" if one.words else one.kind
         return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
-    turn = turn_between(Transform(one.rows), Transform(other.rows))
+    turn = Transform(one.rows).angle_to(Transform(other.rows))
     return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
 
 

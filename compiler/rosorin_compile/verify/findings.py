@@ -9,7 +9,8 @@ from typing import Any, NamedTuple
 
 from ..compare.words import amount
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic, Related, Span
-from ..model import Transform
+from ..model import Transform, Vector
+from ..model.geometry import minus, norm
 
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # a turn is named a quarter or a half of one if it is one to within this
@@ -101,26 +102,23 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
     The move is along the axes of the parent, the turn about the axes of the described child.
     """
-    move = [b - a for a, b in zip(described.xyz, recorded.xyz, strict=True)]
-    turn = Transform(described.rows).inverse().then(Transform(recorded.rows))
-    w, x, y, z = turn.quaternion()
-    sine = math.sqrt(x * x + y * y + z * z)
-    angle = 2 * math.atan2(sine, w)
+    move = minus(recorded.xyz, described.xyz)
+    axis, angle = described.turn_to(recorded)
     parts = []
-    far = math.sqrt(sum(step * step for step in move))
+    far = norm(move)
     if angle > 1e-7:
-        parts.append(f"turned by {_turn_text(angle, (x / sine, y / sine, z / sine))}")
+        parts.append(f"turned by {_turn_text(angle, axis)}")
     if far > 1e-7:
-        steps = [f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {axis}" for axis, step in _large(move, far)]
+        steps = [f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {along}" for along, step in _large(move, far)]
         parts.append(f"moved by {', '.join(steps)}")
     return far, angle, " and ".join(parts)
 
 
-def _large(move: list[float], far: float) -> list[tuple[str, float]]:
+def _large(move: Vector, far: float) -> list[tuple[str, float]]:
     return [(axis, step) for axis, step in zip(_AXES, move, strict=True) if abs(step) > 0.02 * far]
 
 
-def _turn_text(angle: float, axis: tuple[float, float, float]) -> str:
+def _turn_text(angle: float, axis: Vector) -> str:
     """Return a turn in words: about x, y or z where that is what it is."""
     name = main_axis(axis)
     if abs(angle - math.pi) < _NEAR and name:
@@ -138,7 +136,7 @@ def _degrees(angle: float) -> str:
     return f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
 
 
-def main_axis(axis: tuple[float, float, float]) -> str:
+def main_axis(axis: Vector) -> str:
     """Return "x", "y" or "z" for an axis (of length one) that is within some degrees of it; otherwise nothing."""
     largest = max(range(3), key=lambda at: abs(axis[at]))
     return _AXES[largest] if abs(axis[largest]) > math.cos(2 * _NEAR) else ""
@@ -146,9 +144,5 @@ def main_axis(axis: tuple[float, float, float]) -> str:
 
 def half_turn_about(described: Transform, recorded: Transform) -> str:
     """Return the axis about which one rotation is the other turned by half a turn; nothing if it is not."""
-    turn = Transform(described.rows).inverse().then(Transform(recorded.rows))
-    w, x, y, z = turn.quaternion()
-    sine = math.sqrt(x * x + y * y + z * z)
-    if sine == 0 or abs(2 * math.atan2(sine, w) - math.pi) > _NEAR:
-        return ""
-    return main_axis((x / sine, y / sine, z / sine))
+    axis, angle = described.turn_to(recorded)
+    return "" if abs(angle - math.pi) > _NEAR else main_axis(axis)

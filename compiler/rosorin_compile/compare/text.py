@@ -3,12 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from ..wording import printable
-
-if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
 MAX_LINES = 40
@@ -87,7 +84,9 @@ def same_syntax(backend: str, old: str, new: str) -> bool:
     """Say whether two texts of a backend differ in white space, comments and the spelling of numbers alone."""
     try:
         if backend in ("urdf", "mjcf") or (backend == "frames_picture" and new.startswith("<")):
-            return _xml(old) == _xml(new)
+            from ..elements_text import canonical, tree_of
+
+            return canonical(tree_of(old)) == canonical(tree_of(new))
         if backend in ("static_tf_json", "robot_model"):
             import json
 
@@ -99,22 +98,6 @@ def same_syntax(backend: str, old: str, new: str) -> bool:
     except (ValueError, SyntaxError, RecursionError, MemoryError):
         return False
     return backend == "frames" and _words(old) == _words(new)
-
-
-def _xml(text: str) -> list[tuple[object, ...]]:
-    """Return the elements of an XML text in order with their depth, attributes and words. Raises ValueError."""
-    from ..emit.xml_facts import tree_of
-
-    if "<!DOCTYPE" in text:
-        raise ValueError("a generated artifact declares no entities")
-    waiting: list[tuple[int, Element]] = [(0, tree_of(text))]
-    found: list[tuple[object, ...]] = []
-    while waiting:
-        depth, element = waiting.pop()
-        attributes = [(name, _words(element.attrib[name])) for name in sorted(element.attrib)]
-        found.append((depth, element.tag, attributes, _words(element.text or ""), _words(element.tail or "")))
-        waiting += [(depth + 1, child) for child in reversed(element)]
-    return found
 
 
 def _words(text: str) -> list[float | str]:

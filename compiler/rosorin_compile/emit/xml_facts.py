@@ -19,6 +19,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..elements_text import tree_of
 from ..formatting import six
 from ..model import Transform, Vector
 from ..model.geometry import dot
@@ -46,39 +47,10 @@ Six = tuple[float, float, float, float, float, float]
 
 def parse(text: str, tag: str) -> Element:
     """Return the root element of an XML text. Raises ValueError if it is damaged or its root is not ``tag``."""
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ValueError("a generated artifact declares no entities")
     root = tree_of(text)
     if root.tag != tag:
         raise ValueError(f"the root element is {root.tag}, not {tag}")
     return root
-
-
-def tree_of(text: str) -> Element:
-    """Return the tree of an XML text without entities. Names are names: a URDF need not say what a prefix means.
-
-    Raises ValueError if the text is not well formed.
-    """
-    from xml.etree import ElementTree
-    from xml.parsers import expat
-
-    if "xmlns" not in text:
-        try:
-            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
-        except ElementTree.ParseError as problem:
-            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
-                raise ValueError(str(problem)) from None
-    builder = ElementTree.TreeBuilder()
-    parser = expat.ParserCreate()
-    parser.buffer_text = True
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.data
-    try:
-        parser.Parse(text, True)
-    except (expat.ExpatError, UnicodeEncodeError) as problem:
-        raise ValueError(str(problem)) from None
-    return builder.close()
 
 
 def number_of(text: str) -> float:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ..bounded import json_of, python_of
 from ..wording import printable
 
 CHANGED, MISSING, EXTRA, NOT_TEXT = "changed", "missing", "extra", "not-text"
@@ -88,14 +89,12 @@ def same_syntax(backend: str, old: str, new: str) -> bool:
 
             return canonical(tree_of(old)) == canonical(tree_of(new))
         if backend in ("static_tf_json", "robot_model"):
-            import json
-
-            return bool(json.loads(old) == json.loads(new))
+            return bool(json_of(old) == json_of(new))
         if backend == "static_tf":
             import ast
 
-            return ast.dump(ast.parse(old)) == ast.dump(ast.parse(new))
-    except (ValueError, SyntaxError, RecursionError, MemoryError):
+            return ast.dump(python_of(old)) == ast.dump(python_of(new))
+    except (ValueError, SyntaxError):
         return False
     return backend == "frames" and _words(old) == _words(new)
 

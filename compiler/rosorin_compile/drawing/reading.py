@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from ..bounded import json_of
 from ..elements_text import tree_of
 from ..emit import Fact, Facts, Value
 from .edges import NO_TOPIC, NOBODY, Row
@@ -111,7 +111,7 @@ def read_graph(text: str) -> list[Shown]:
 
 
 def _texts(text: str) -> list[str]:
-    said = json.loads(text)
+    said = json_of(text)
     if not isinstance(said, list) or not said or not all(isinstance(one, str) for one in said):
         raise ValueError("a comment is no list of texts")
     return said

@@ -14,6 +14,7 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
+from ..bounded import python_of
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
@@ -164,8 +165,8 @@ def read(text: str) -> Facts:
 
     facts: Facts = {}
     try:
-        calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
-    except (SyntaxError, RecursionError, MemoryError) as problem:
+        calls = [node for node in ast.walk(python_of(text)) if isinstance(node, ast.Call)]
+    except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
     for call in calls:
         given = {keyword.arg: keyword.value for keyword in call.keywords}

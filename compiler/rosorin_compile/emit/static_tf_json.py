@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from ..bounded import json_of
 from ..diagnostic import Diagnostic
 from ..model import Output, Robot
 from ..templating import Templates
@@ -35,8 +36,8 @@ def read(text: str) -> Facts:
     """Return what the arguments say. Raises ValueError if the text is not such a file."""
     facts: Facts = {}
     try:
-        for node in json.loads(text)["static_transform_publisher"]:
+        for node in json_of(text)["static_transform_publisher"]:
             facts |= facts_of(node["name"], node["arguments"])
-    except (KeyError, TypeError, RecursionError) as problem:
+    except (KeyError, TypeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
     return facts

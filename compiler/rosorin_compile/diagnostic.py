@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from .wording import and_more, first_of, plural
 
@@ -57,7 +57,8 @@ class Related(NamedTuple):
 class Diagnostic(NamedTuple):
     """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
 
-    ``of`` are the names of the link or joint that it is about, under which a description may accept it.
+    ``of`` are the names of what it is about: the link or joint under which a description may accept it, or the edge,
+    topic or line of a recording. ``numbers``, in SI units, are for programs.
     """
 
     rule: str
@@ -67,6 +68,7 @@ class Diagnostic(NamedTuple):
     related: tuple[Related, ...] = ()
     help: str = ""
     of: tuple[str, ...] = ()
+    numbers: tuple[tuple[str, Any], ...] = ()
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:

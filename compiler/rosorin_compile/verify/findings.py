@@ -1,11 +1,11 @@
-"""Findings: what is wrong with a recording, as values."""
+"""Findings: what is wrong with a recording, as diagnostics, and how its numbers are written."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..compare.words import amount
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic, Related, Span
@@ -18,26 +18,6 @@ _AXES = ("x", "y", "z")
 _NO_NUMBERS: Mapping[str, Any] = MappingProxyType({})
 
 
-class Finding(NamedTuple):
-    """One finding: its rule, how serious it is, what it is about, the message, the way out, and its numbers."""
-
-    rule: str
-    severity: str
-    subject: str
-    message: str
-    help: str = ""
-    numbers: Mapping[str, Any] = _NO_NUMBERS
-    evidence: tuple[str, ...] = ()
-    place: Span | None = None
-
-    def diagnostic(self) -> Diagnostic:
-        """Return the finding as a diagnostic; the description is named in a remark: the mistake may be the robot's."""
-        related = [Related(line, None) for line in self.evidence]
-        if self.place is not None:
-            related.append(Related("described here", self.place))
-        return Diagnostic(self.rule, self.severity, self.message, None, tuple(related), self.help)
-
-
 def problem(
     rule: str,
     subject: str,
@@ -47,16 +27,22 @@ def problem(
     severity: str = ERROR,
     evidence: Iterable[str] = (),
     numbers: Mapping[str, Any] = _NO_NUMBERS,
-) -> Finding:
-    """Return a finding; ``numbers``, in SI units, go into the JSON report."""
-    return Finding(rule, severity, subject, message, help, numbers, tuple(evidence))
+) -> Diagnostic:
+    """Return a finding about a subject; each line of ``evidence`` stands below its message."""
+    related = tuple(Related(line, None) for line in evidence)
+    return Diagnostic(rule, severity, message, None, related, help, (subject,), tuple(numbers.items()))
 
 
-def ordered(findings: Iterable[Finding]) -> list[Finding]:
+def with_place(finding: Diagnostic, place: Span) -> Diagnostic:
+    """Return a finding with the place in the description, in a remark: the mistake may be the robot's."""
+    return finding._replace(related=(*finding.related, Related("described here", place)))
+
+
+def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return each finding once, the most serious first, otherwise as they were found."""
-    unique: dict[tuple[str, str, str], Finding] = {}
+    unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
-        unique.setdefault((finding.rule, finding.subject, finding.message), finding)
+        unique.setdefault((finding.rule, finding.of, finding.message), finding)
     return sorted(unique.values(), key=lambda finding: _WEIGHT[finding.severity])
 
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...diagnostic import WARNING
+from ...diagnostic import WARNING, Diagnostic
 from ...wording import counted
 from ..arrays import SECOND, Samples
-from ..findings import Finding, problem
+from ..findings import problem
 from ..recording.joints import in_order
 from ..recording.recording import MAX_DESCRIPTIONS, Batch, Recording
 from . import cdr, cut
@@ -74,7 +74,7 @@ def _opened(path: Path, recording: Recording) -> Any:
     return _Closing(reader)
 
 
-def _cut_off(path: Path, left: cut.CutReader) -> Finding:
+def _cut_off(path: Path, left: cut.CutReader) -> Diagnostic:
     """Return the finding for a file whose end is missing."""
     until = (left.end_time - left.start_time) / SECOND
     said = f"it ends {until:.1f} s after its begin, with {counted(left.message_count, 'message')}"

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Sequence
 
 from ...compare import compare
 from ...compare.words import amount
-from ...diagnostic import NOTE, WARNING, did_you_mean
+from ...diagnostic import NOTE, WARNING, Diagnostic, did_you_mean
 from ...emit import Artifact
 from ...wording import and_more, counted, first_of
-from ..findings import Finding, problem, share
+from ..findings import problem, share
 from ..recording.joints import JointLog, Range
 from ..recording.recording import Recording
 from .edges import leaps_text
@@ -19,7 +19,7 @@ _SHOWN, _FEW = 8, 3
 _TOPIC = "/joint_states"
 
 
-def joints(recording: Recording) -> Iterator[Finding]:
+def joints(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the joint states, and what could not be compared without them."""
     log = recording.joints
     robot = recording.description.robot
@@ -53,7 +53,7 @@ def joints(recording: Recording) -> Iterator[Finding]:
         yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
 
 
-def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Finding]:
+def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]:
     """Yield the joints that are not described: each, or many of them in one finding."""
     for name in names if len(names) <= _FEW else ():
         help = did_you_mean(name, recording.description.joint_names)
@@ -66,7 +66,7 @@ def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Finding]:
         yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
 
 
-def _range(log: JointLog, name: str, seen: Range) -> Iterator[Finding]:
+def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:
     if seen.not_numbers:
         message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_TOPIC}"
         yield problem("joint-not-a-number", _TOPIC, message, "mend the driver")
@@ -88,7 +88,7 @@ def _span(lower: float, upper: float) -> str:
     return f"{texts[0]} to {texts[1]}"
 
 
-def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Finding]:
+def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
     compiled = next((artifact for artifact in artifacts if artifact.backend == "urdf"), None)
     if not recording.descriptions or compiled is None:

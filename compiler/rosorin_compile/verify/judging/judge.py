@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...diagnostic import Diagnostic
 from ...emit import Artifact
 from ...wording import first_of
-from ..findings import Finding, ordered, problem
+from ..findings import ordered, problem
 from ..recording.recording import Recording
 from . import edges, joints, sensors, text, tree
 
 
-def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
+def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return what is wrong with a recording, held against the description and the compiled artifacts."""
     found = list(recording.troubles)
     nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
@@ -38,7 +39,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
     return ordered(found)
 
 
-def _foreign(recording: Recording) -> Finding:
+def _foreign(recording: Recording) -> Diagnostic:
     """Return the finding for a recording without a transform."""
     topics = sorted(recording.topics)
     help = "record /tf, /tf_static, /joint_states and /robot_description"

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostic import NOTE, WARNING
+from ...diagnostic import NOTE, WARNING, Diagnostic
 from ...model import ROBOT_STATE_PUBLISHER
 from ...wording import and_more, first_of
 from ..arrays import SECOND
 from ..expected import Expected
-from ..findings import Finding, problem, rate_text, seconds
+from ..findings import problem, rate_text, seconds
 from ..recording.pace import Gap, Pace
 from ..recording.recording import Recording
 from ..recording.series import Series
@@ -38,7 +38,7 @@ def best_way(recording: Recording) -> Missing:
     return min(ways, key=lambda way: len(way.edges))
 
 
-def missing(recording: Recording) -> Iterator[Finding]:
+def missing(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the edges that nobody published; several of one node in one finding."""
     if not recording.whole:
         return
@@ -60,7 +60,7 @@ def missing(recording: Recording) -> Iterator[Finding]:
             yield _missing(recording, owner, group, len(all_of_it), way.modes)
 
 
-def _no_static(absent: Sequence[Expected]) -> Iterator[Finding]:
+def _no_static(absent: Sequence[Expected]) -> Iterator[Diagnostic]:
     """Yield the finding for a recording without /tf_static: whether anybody published it cannot be told."""
     if not absent:
         return
@@ -82,7 +82,7 @@ def _silent_joints(recording: Recording) -> set[str]:
 
 def _missing(
     recording: Recording, owner: str, edges: Sequence[Expected], every: int, modes: Mapping[str, bool]
-) -> Finding:
+) -> Diagnostic:
     names = ", ".join(edge.name for edge in edges)
     plural = len(edges) > 1
     if plural and len(edges) == every:
@@ -108,7 +108,7 @@ def _on(value: bool) -> str:
     return "on" if value else "off"
 
 
-def stale(recording: Recording) -> Iterator[Finding]:
+def stale(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the moving edges whose newest sample was too old to use; those of one node that stopped together in one."""
     if not recording.timed:
         return
@@ -138,7 +138,7 @@ def _within(oldest: Gap, silence: Gap) -> bool:
     )
 
 
-def _silence(recording: Recording) -> Finding:
+def _silence(recording: Recording) -> Diagnostic:
     """Return the finding for a time in which nothing at all was recorded."""
     silence = recording.silence
     at = (silence.began - (recording.start or 0)) / SECOND
@@ -148,7 +148,7 @@ def _silence(recording: Recording) -> Finding:
     return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
 
 
-def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding:
+def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Diagnostic:
     worst = max(found, key=lambda series: series.pace.oldest_until(recording.end).seconds)
     oldest = worst.pace.oldest_until(recording.end)
     at = (oldest.began - (recording.start or 0)) / SECOND
@@ -167,7 +167,7 @@ def _stale(recording: Recording, owner: str, found: Sequence[Series]) -> Finding
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
 
 
-def late(recording: Recording) -> Iterator[Finding]:
+def late(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the moving edges that came only some time after all else, those of one node in one finding."""
     if not recording.timed:
         return
@@ -194,7 +194,7 @@ def _waited(recording: Recording, series: Series) -> float:
     return (series.pace.first - (recording.start or 0)) / SECOND
 
 
-def clocks(recording: Recording) -> Iterator[Finding]:
+def clocks(recording: Recording) -> Iterator[Diagnostic]:
     """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
     streams: list[tuple[str, Pace]] = []
     for series in recording.series.values():

@@ -74,7 +74,7 @@ def test_many_states_are_the_model_state_by_state(data: st.DataObject) -> None:
     names = [link.name for link in robot.links]
     source, target = data.draw(st.sampled_from(names)), data.draw(st.sampled_from(names))
     count = STATES if asked else 1
-    kinematics = Kinematics(robot)
+    kinematics = robot.kinematics
     found = blocks(kinematics.transforms(source, target, asked))
     every = kinematics.all_frames(source, asked)
     assert found.shape == (count, 3, 4)
@@ -84,6 +84,24 @@ def test_many_states_are_the_model_state_by_state(data: st.DataObject) -> None:
         assert np.abs(found[index] - matrix(robot.transform(source, target, state))).max() < TOLERANCE
         for name, one in every.items():
             assert np.abs(blocks(one)[index] - matrix(robot.transform(source, name, state))).max() < TOLERANCE
+
+
+@settings(max_examples=100, deadline=None)
+@given(st.data())
+def test_all_links_are_where_each_of_them_is(data: st.DataObject) -> None:
+    robot = data.draw(robots(("revolute", "continuous", "prismatic", "fixed")))
+    state = at(data.draw(positions(robot)), 0)
+    every = robot.poses_in_root(state)
+    assert every == {link.name: robot.pose_in_root(link.name, state) for link in robot.links}
+
+
+def test_a_joint_of_several_coordinates_takes_a_number_for_each() -> None:
+    joint = Joint("free", "planar", "a", "b", Pose((1.0, 0.0, 0.0)), (0.0, 0.0, 1.0))
+    robot = Robot("made", (Link("a"), Link("b")), (joint,))
+    state = (0.5, -0.25, math.pi / 2)
+    assert robot.poses_in_root({"free": state})["b"] == joint.transform(state)
+    assert robot.poses_in_root({})["b"] == joint.transform()
+    assert robot.poses_in_root({"free": state})["b"].xyz == (1.5, -0.25, 0.0)
 
 
 def urdf_of(robot: Robot) -> str:

@@ -274,7 +274,7 @@ def test_many_missing_files_are_one_warning(tmp_path: Path, capsys: pytest.Captu
     assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 0
     said = capsys.readouterr().err
     assert said.count("warning[package-mesh]") == 2
-    names = "m/0.stl, m/1.stl, m/2.stl, ..."
+    names = "m/0.stl, m/1.stl, m/2.stl and 2 more"
     what = "neither in the package nor beside the description"
     assert f"5 files are {what}: {names}\n    put the files into meshes/ of the package\n" in said
     what = "named by mjcf/r.xml, but not in the package"

@@ -11,7 +11,6 @@ from package_launch import read
 from robots import ROSORIN, compiled
 from rosorin_compile.cli import main
 from rosorin_compile.model.geometry import transform_of_quaternion
-from rosorin_compile.packaging.static_check import turned
 
 pytestmark = pytest.mark.skipif(not stock_nodes.installed(), reason=f"apt-get install {stock_nodes.PACKAGES}")
 
@@ -37,4 +36,4 @@ def test_every_frame_is_where_the_model_has_it(tmp_path: Path, form: str) -> Non
         found = transform_of_quaternion(tuple(xyz), (qw, qx, qy, qz))
         wanted = robot.transform(root, frame, STATE)
         assert found.xyz == pytest.approx(wanted.xyz, abs=1e-6)
-        assert turned(found, wanted) < 1e-6
+        assert found.angle_to(wanted) < 1e-6

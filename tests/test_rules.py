@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import random
 
 import numpy as np
 import pytest
@@ -16,10 +15,8 @@ from rosorin_compile.build import build
 from rosorin_compile.diagnostic import NOTE
 from rosorin_compile.emit import FORMATS
 from rosorin_compile.expand import expand
-from rosorin_compile.model import IDENTITY, Inertial, Pose, Transform
-from rosorin_compile.model.geometry import pose_of, rotation_about
+from rosorin_compile.model import IDENTITY, Inertial
 from rosorin_compile.rules import RULES, check
-from rosorin_compile.rules.frames import angle_between
 from rosorin_compile.rules.inertia import principal_moments
 from rosorin_compile.schema import schema, with_formats
 
@@ -104,15 +101,6 @@ def test_a_cloud_of_masses_has_a_physical_inertia(seed, count, exponent):
 def test_a_flat_plate_is_physical(flat):
     inertia = dict(zip(("ixx", "iyy", "izz"), flat, strict=True))
     assert rules({"robot": "made", "links": {"base_link": {"inertial": {"mass": 1, "inertia": inertia}}}}) == []
-
-
-def test_angle_between_poses():
-    for seed in range(200):
-        rng = random.Random(seed)  # noqa: S311
-        axis, angle = [rng.gauss(0, 1) for _ in range(3)], rng.choice([1e-9, 1e-3, rng.uniform(0, math.pi)])
-        first = Pose(rpy=tuple(rng.uniform(-3, 3) for _ in range(3)))
-        turned = first.transform().then(Transform(rotation_about(tuple(axis), angle)))
-        assert angle_between(first, pose_of(turned)) == pytest.approx(angle, abs=2e-7)
 
 
 @pytest.mark.parametrize(

@@ -133,7 +133,7 @@ def test_a_frame_that_is_no_place_is_not_looked_for(tmp_path: Path) -> None:
         Message(ns(1.0), "/wrench", "geometry_msgs/msg/WrenchStamped", wrench),
     ]
     verdict = judged(bags.bag(tmp_path / "bag", seconds=2.0, change=lambda messages: [*messages, *said]))
-    assert [finding.subject for finding in verdict.findings] == ["/wrench"]
+    assert [finding.of[0] for finding in verdict.findings] == ["/wrench"]
 
 
 def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None:
@@ -157,7 +157,7 @@ def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None
                 places[message.topic] = writer.add_connection(message.topic, message.kind, typestore=STORE)
             writer.write(places[message.topic], message.received, STORE.serialize_cdr(message.content, message.kind))
     verdict = judged(tmp_path / "bag")
-    assert [(finding.rule, finding.severity, finding.subject) for finding in verdict.findings] == [
+    assert [(finding.rule, finding.severity, finding.of[0]) for finding in verdict.findings] == [
         ("frame-unknown", "warning", "/blob")
     ]
 

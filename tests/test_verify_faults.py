@@ -42,7 +42,7 @@ SAID = ROOT / "tests" / "data" / "recordings" / "findings.txt"
 
 def said(name: str, verdict: Verdict) -> str:
     """Return the findings of a fault as a paragraph."""
-    return f"{name}\n{report([finding.diagnostic() for finding in verdict.findings])}"
+    return f"{name}\n{report(verdict.findings)}"
 
 
 @pytest.mark.parametrize("name", FAULTS)

@@ -116,5 +116,5 @@ def test_a_recording_of_any_robot_is_as_described(path: Path, tmp_path: Path) ->
     compared = [series for series in right.recording.series.values() if series.values.compared]
     assert len(compared) == sum(edge.transform is not None for edge in description.edges)
     moving = {edge.name for edge in description.edges if edge.joint is not None and edge.joint.moves}
-    wrong = {finding.subject for finding in recorded("wrong", -1.0).findings if finding.rule == "edge-wrong-value"}
+    wrong = {finding.of[0] for finding in recorded("wrong", -1.0).findings if finding.rule == "edge-wrong-value"}
     assert wrong == moving

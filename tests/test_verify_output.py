@@ -131,7 +131,7 @@ def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject
     if verdict.recording.series:
         ElementTree.fromstring(as_svg(verdict))
     assert "\n".join(table(verdict)).isprintable() or table(verdict)
-    assert report([finding.diagnostic() for finding in verdict.findings]) or not verdict.findings
+    assert report(verdict.findings) or not verdict.findings
 
 
 def test_the_command_line_does_not_load_what_it_does_not_need() -> None:

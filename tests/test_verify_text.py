@@ -80,7 +80,7 @@ def test_without_the_yaw_of_the_laser_they_are_not(tmp_path: Path) -> None:
 )
 def test_only_what_was_printed_is_shown_as_printed(line: str, shown: str) -> None:
     (finding,) = judged(f"ros2 run tf2_ros tf2_echo base_link laser\n{line}\n").findings
-    assert finding.evidence[1] == shown
+    assert finding.related[1].message == shown
 
 
 def test_a_pasted_session_is_read_part_by_part() -> None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from .diagnostic import NOTE, WARNING, Diagnostic, listed
+from .diagnostic import MAX_LISTED, NOTE, WARNING, Diagnostic
 from .tree import Map, Path, locate
+from .wording import and_more, first_of
 
 # The rules that a robot may break, and what ``of`` names. All else cannot be built, or would be built wrongly.
 ACCEPTABLE: Mapping[str, str] = {
@@ -98,7 +99,7 @@ def _entries(wanted: _Wanted, diagnostic: Diagnostic) -> list[_Entry]:
 def _note(tree: Map, wanted: _Wanted, group: list[Diagnostic]) -> Diagnostic:
     """Return the note for what is accepted of one rule."""
     reasons = dict.fromkeys(tree["accept"][index]["reason"] for d in group for index, _ in _entries(wanted, d))
-    more = f", and {len(group) - 1} more of this kind" if len(group) > 1 else ""
+    more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
     message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
     return group[0]._replace(severity=NOTE, message=message, help="", related=())
 
@@ -110,7 +111,7 @@ def _unused(tree: Map, used: set[_Entry]) -> list[Diagnostic]:
         idle = [name for name in dict.fromkeys(entry["of"]) if (index, name) not in used]
         if not idle:
             continue
-        names, rule = listed([f'"{name}"' for name in idle]), entry["rule"]
+        names, rule = first_of([f'"{name}"' for name in idle], MAX_LISTED), entry["rule"]
         message = f"{rule} is accepted of {names}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
         place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
         help = f"remove the entry, or name a {ACCEPTABLE[rule]} that the rule refuses"

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Sequence
 
 from .diagnostic import Diagnostic
+from .wording import and_more
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
@@ -34,7 +35,7 @@ class Console:
 
         said = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
-            said += f"... and {len(diagnostics) - MAX_SHOWN:,} more; --format json lists them all\n"
+            said += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
         sys.stderr.write(said)
         return said
 

@@ -7,9 +7,11 @@ turns them into text (see ``report``).
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
+
+from .wording import and_more, first_of, plural
 
 ERROR = "error"
 WARNING = "warning"
@@ -55,7 +57,8 @@ class Related(NamedTuple):
 class Diagnostic(NamedTuple):
     """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
 
-    ``of`` are the names of the link or joint that it is about, under which a description may accept it.
+    ``of`` are the names of what it is about: the link or joint under which a description may accept it, or the edge,
+    topic or line of a recording. ``numbers``, in SI units, are for programs.
     """
 
     rule: str
@@ -65,6 +68,7 @@ class Diagnostic(NamedTuple):
     related: tuple[Related, ...] = ()
     help: str = ""
     of: tuple[str, ...] = ()
+    numbers: tuple[tuple[str, Any], ...] = ()
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:
@@ -92,6 +96,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 MAX_COMPARED = 60
+MAX_LISTED = 30
 
 _NAME = re.compile(r'"[^"]*"')
 
@@ -102,8 +107,8 @@ def _together(same: list[Diagnostic]) -> Diagnostic:
     others = len({diagnostic.message for diagnostic in same}) - 1
     if not others:
         return first
-    entries = "entry" if others == 1 else "entries"
-    return first._replace(related=(Related(f"and {others} more {entries} that use this value", None), *first.related))
+    more = and_more(others, f"{plural('entry', others)} that use this value").strip()
+    return first._replace(related=(Related(more, None), *first.related))
 
 
 def _order(d: Diagnostic) -> tuple[object, ...]:
@@ -128,11 +133,4 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = nearest(word, names)
     if close:
         return f'did you mean "{close}"?'
-    return f"known: {listed(names)}" if names else ""
-
-
-def listed(names: Sequence[str], most: int = 30) -> str:
-    """Return names in a row; of more than ``most`` the first ones and the number of the others."""
-    if len(names) <= most:
-        return ", ".join(names)
-    return f"{', '.join(names[:most])} and {len(names) - most:,} more"
+    return f"known: {first_of(names, MAX_LISTED)}" if names else ""

@@ -1,4 +1,4 @@
-"""Elements of XML as text: whether they are whole, and how they look in a file.
+"""Elements of XML: how a text is parsed, whether elements are whole, how they look in a file, when two are the same.
 
 Names are names here: a prefix that nothing declares, as in <controller:foo>, is legal text of a URDF.
 """
@@ -6,10 +6,86 @@ Names are names here: a prefix that nothing declares, as in <controller:foo>, is
 from __future__ import annotations
 
 import re
+from typing import TYPE_CHECKING
 from xml.parsers import expat
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+    from xml.parsers.expat import XMLParserType
 
 _TOP = b"<robot>"
 _END = b"</robot>"
+
+
+def new_parser() -> XMLParserType:
+    """Return a parser of XML without namespaces, which gives text in one piece; texts are decoded already."""
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    return parser
+
+
+def tree_of(text: str) -> Element:
+    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
+    from xml.etree import ElementTree
+
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise ValueError("a generated artifact declares no entities")
+    if "xmlns" not in text:
+        try:
+            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
+        except ElementTree.ParseError as problem:
+            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
+                raise ValueError(str(problem)) from None
+    builder = ElementTree.TreeBuilder()
+    parser = new_parser()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(text, True)
+    except (expat.ExpatError, UnicodeEncodeError) as problem:
+        raise ValueError(str(problem)) from None
+    return builder.close()
+
+
+def canonical(element: Element) -> str:
+    """Return an element in one spelling: what has the same differs in white space, comments and spelling alone.
+
+    Attributes are sorted, one space stands between words, numbers have no spare zeros. No depth of elements can exhaust
+    the interpreter.
+
+    >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
+    '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
+    """
+    found: list[str] = []
+    waiting: list[Element | str] = [element]
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, str):
+            found.append(item)
+            continue
+        start = f"<{item.tag}" + "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
+        text = _words(item.text or "")
+        if not text and not len(item):
+            found.append(f"{start}/>")
+            continue
+        found.append(f"{start}>{text}")
+        waiting.append(f"</{item.tag}>")
+        for child in reversed(item):
+            waiting += [_words(child.tail or ""), child]
+    return "".join(found)
+
+
+def _words(text: str) -> str:
+    words = " ".join(map(_word, text.split()))
+    return words.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+
+
+def _word(word: str) -> str:
+    try:
+        return word if "_" in word else repr(float(word) + 0.0)
+    except ValueError:
+        return word
 
 
 def damage(text: str) -> str:
@@ -56,8 +132,7 @@ class _Reader:
         self.elements = 0
         self.wrong = ""
         self.loose = True
-        self.parser = expat.ParserCreate("utf-8")
-        self.parser.buffer_text = True
+        self.parser = new_parser()
         self.parser.StartElementHandler = self._start
         self.parser.EndElementHandler = self._end
         self.parser.CharacterDataHandler = self._data

@@ -13,6 +13,7 @@ from collections.abc import Mapping
 from numbers import Integral
 from typing import NamedTuple
 
+from .bounded import json_of
 from .diagnostic import did_you_mean
 from .model import Limit, Robot, ServoGroup
 
@@ -148,12 +149,10 @@ def against_model(robot: Robot, content: bytes) -> Compared:
 
 def _model(content: bytes) -> ServoGroup:
     """Return the calibration in a model of the driver; its pulse range is empty, for it says none."""
-    import json
-
     try:
-        entry = json.loads(content)["pulse_to_rad"]
+        entry = json_of(content)["pulse_to_rad"]
         joints, rad, zero, flipped = (entry[key] for key in ("joints", "rad_per_pulse", "zero", "flipped"))
-    except (ValueError, TypeError, KeyError, RecursionError):
+    except (ValueError, TypeError, KeyError):
         raise NoModel("it is no robot_model.json with pulse_to_rad: joints, rad_per_pulse, zero, flipped") from None
     names = isinstance(joints, list) and all(isinstance(name, str) for name in joints)
     numbers = all(isinstance(number, (int, float)) and not isinstance(number, bool) for number in (rad, zero))

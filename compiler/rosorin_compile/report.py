@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from .diagnostic import NOTE, Diagnostic, Related, Span
+from .wording import printable
 
 RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", "\033[0m"
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
@@ -18,7 +19,7 @@ def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
 
 def _text(diagnostic: Diagnostic, colour: bool) -> str:
     head = f"{diagnostic.severity}[{diagnostic.rule}]"
-    message = _printable(diagnostic.message)
+    message = printable(diagnostic.message)
     if colour:
         head, message = _COLOURS[diagnostic.severity] + head + PLAIN, BOLD + message + PLAIN
     lines = [f"{_place(diagnostic.span)}{head}: {message}"]
@@ -38,7 +39,7 @@ def _excerpt(span: Span, help: str) -> list[str]:
     """Return the line of the file and a row of carets under the place; a long line is shown around the place."""
     line = span.source.line(span.line)
     first = max(0, span.column - 1 - MAX_SHOWN // 2) if len(line) > MAX_SHOWN else 0
-    shown = _printable(line[first : first + MAX_SHOWN].replace("\t", " "))
+    shown = printable(line[first : first + MAX_SHOWN].replace("\t", " "))
     column = min(span.column - 1 - first, len(shown))
     carets = "^" * max(1, min(span.length, len(shown) - column))
     below = f"{' ' * column}{carets} {help}".rstrip()
@@ -47,11 +48,6 @@ def _excerpt(span: Span, help: str) -> list[str]:
 
 def _related(related: Related) -> str:
     return f"      {_place(related.span)}{related.message}" if related.span else f"      {related.message}"
-
-
-def _printable(line: str) -> str:
-    """Return a line with control characters made visible, so that a file cannot steer the terminal."""
-    return "".join(letter if letter.isprintable() else f"\\x{ord(letter):02x}" for letter in line)
 
 
 def github(diagnostics: Sequence[Diagnostic]) -> str:

@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from .diagnostic import Related, Source, Span
+from .wording import and_more
 
 Path = tuple[str | int, ...]
 
@@ -33,7 +34,7 @@ class Instance(NamedTuple):
             steps.append(Related(here.message, here.span))
             here = here.parent
         if len(steps) > 12:
-            steps[6:-5] = [Related(f"and {len(steps) - 11} more", None)]
+            steps[6:-5] = [Related(and_more(len(steps) - 11).strip(), None)]
         yield from steps
 
 

@@ -15,6 +15,7 @@ from ..model import (
     Simulated,
     pose_of,
 )
+from ..wording import listed
 from .shapes import ShapeProblem
 from .values import pose_of_entry
 
@@ -45,7 +46,7 @@ def build_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Fr
 def _element(sensor: str, entry: Mapping[str, Any], frames: Frames) -> Simulated:
     kinds = [kind for kind in _KINDS if kind in entry]
     if len(kinds) != 1:
-        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {' and '.join(kinds) or 'none'}"
+        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {listed(kinds) or 'none'}"
         raise ShapeProblem("missing-key", message, (), "write one entry an element")
     if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
         raise ShapeProblem("ignored-key", "only a template has a section", ("section",), "remove it")

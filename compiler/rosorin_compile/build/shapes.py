@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ..model import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Pose, Shape, Sphere
+from ..wording import listed
 from .values import rgba_of, texts_of
 
 
@@ -29,7 +30,7 @@ def build_shape(
     """
     kinds = [kind for kind in GEOMETRIES if kind in entry]
     if len(kinds) != 1:
-        found = " and ".join(kinds) or "none of them"
+        found = listed(kinds) or "none of them"
         message = f"a shape has one of {', '.join(GEOMETRIES)}; this one has {found}"
         raise ShapeProblem("shape-kind", message, (), "write one entry a shape")
     kind = kinds[0]

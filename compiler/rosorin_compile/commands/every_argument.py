@@ -8,6 +8,7 @@ from math import prod
 from typing import TYPE_CHECKING, Any
 
 from ..project import Description
+from ..wording import counted
 from .shared import FINE, PROBLEMS, Run
 
 if TYPE_CHECKING:
@@ -93,7 +94,7 @@ def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequenc
     if prod(map(len, seen)) == len(where) and told:
         return f" (with {', '.join(told)})"
     first = ", ".join(f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True))
-    more = f", and in {len(where) - 1} other combinations" if len(where) > 1 else ""
+    more = f", and in {counted(len(where) - 1, 'other combination')}" if len(where) > 1 else ""
     return f" (with {first}{more})"
 
 
@@ -111,4 +112,4 @@ def _summary(varied: Sequence[Choice], tried: int, failed: int) -> str:
     result = f"{failed:,} with errors" if failed else "all fine"
     if tried < count:
         return f"{tried:,} of {count:,} combinations of {names} compiled, {result}; set some of them for the others"
-    return f"{count:,} combination{'s' if count > 1 else ''} of {names} compiled, {result}"
+    return f"{counted(count, 'combination')} of {names} compiled, {result}"

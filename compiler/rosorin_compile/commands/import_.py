@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from ..console import Console
 from ..paths import nearest_file
 from ..project import DESCRIPTIONS
+from ..wording import counted, plural
 from .shared import (
     FINE,
     PROBLEMS,
@@ -170,7 +171,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
-    console.warn(f"{source}: {errors} error{'' if errors == 1 else 's'}, nothing written")
+    console.warn(f"{source}: {counted(errors, 'error')}, nothing written")
     return PROBLEMS
 
 
@@ -212,7 +213,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")
     console.say(
-        f"the compiled {trip.word} is the same robot: {trip.frames} frame{'' if trip.frames == 1 else 's'} at "
+        f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
         f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}"
     )
     for name, reason in trip.outputs.left_out.items():
@@ -223,7 +224,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         console.say(f"its {FORMATS[name].word} is {remark}")
     if imported.left_out:
         count = len(imported.left_out)
-        console.say(f"not carried over: {count}, see the warning{'s' if count > 1 else ''} above")
+        console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
     if written.kept:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
     console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
 from ..project import Description, NoDescription, find
+from ..wording import counted
 
 if TYPE_CHECKING:
     from ..diagnostic import Diagnostic
@@ -193,10 +194,10 @@ def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnosti
     if not errors:
         console.say(f"{name}: nothing to emit; say under outputs: what you want")
         return FINE
-    console.warn(f"{name}: {errors} error{'s' if errors > 1 else ''}, nothing written")
+    console.warn(f"{name}: {counted(errors, 'error')}, nothing written")
     return PROBLEMS
 
 
 def count(artifacts: Sized) -> str:
     """Return the number of artifacts in words."""
-    return f"{len(artifacts)} artifact{'' if len(artifacts) == 1 else 's'}"
+    return counted(len(artifacts), "artifact")

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..console import Console
+from ..wording import listed
 from .modes import mode_option, mode_states
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot, package_option
 from .single import Known, beyond_limit, edge_index, one, understood
@@ -192,7 +193,7 @@ def _no_way(known: Known, problem: NoWay) -> Diagnostic:
             words = "a pose of its own" if edge.pose is not None else "known to that node alone"
             said = f"{edge.parent} -> {edge.child}: {who(edge.publisher)} publishes it {_when(edge.when)}, {words}"
             related.append(known.case.related(said, ("edges", edge_index(known.robot, edge))))
-    edges = " and ".join(f"{step.parent} -> {step.child}" for step in problem.missing)
+    edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
     message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
     help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
     if all(edge.pose is not None for step in problem.missing for edge in step.edges):

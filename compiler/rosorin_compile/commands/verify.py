@@ -27,11 +27,11 @@ from .shared import (
 from .single import is_foreign, read, texts
 
 if TYPE_CHECKING:
+    from ..diagnostic import Diagnostic
     from ..model import Robot
     from ..pipeline import Compiled
     from ..verify import Options, Verdict
     from ..verify.expected import Choice
-    from ..verify.findings import Finding
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
@@ -188,23 +188,24 @@ def _pose(name: str, robot: Robot) -> Choice | None:
     return Choice(pose.positions, name)
 
 
-def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Finding]:
+def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
     """Return the findings with the places in the description of the edges that they are about."""
     from ..tree import locate
+    from ..verify.findings import with_place
 
     edges = {edge.name: edge for edge in verdict.description.edges}
     expands = description.path.suffix == ".xacro"  # that runs code: once is enough
-    if expands or not any(finding.subject in edges for finding in verdict.findings):
+    if expands or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
     expanded, built, _ = read(given, description, console)
     if expanded.tree is None or built is None:
         return verdict.findings
     found = []
     for finding in verdict.findings:
-        edge = edges.get(finding.subject)
+        edge = edges.get(finding.of[0])
         if edge is not None:
             path = edge.place if edge.joint is None else built.places.get(("joint", edge.joint.name), ())
-            finding = finding._replace(place=locate(expanded.tree, path, key=True).span)
+            finding = with_place(finding, locate(expanded.tree, path, key=True).span)
         found.append(finding)
     return found
 
@@ -220,7 +221,7 @@ def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str,
     for line in table(verdict):
         print(line)
     sys.stdout.flush()
-    console.show([finding.diagnostic() for finding in verdict.findings])
+    console.show(verdict.findings)
     sys.stderr.flush()
     print(summary(verdict, name, options.strict))
 

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from ..console import Console
 from ..project import Description, NoDescription, find
 from ..watch import INTERVAL, Inputs
+from ..wording import and_more, counted
 from .shared import (
     FINE,
     Given,
@@ -108,7 +109,7 @@ class _Robot:
         self._show(compiled.diagnostics)
         name = self.description.name
         if errors:
-            self.console.warn(f"{name}: {errors} error{'s' if errors > 1 else ''}; the artifacts stay as they are")
+            self.console.warn(f"{name}: {counted(errors, 'error')}; the artifacts stay as they are")
         elif not compiled.artifacts:
             _say(f"{name}: nothing to emit; say under outputs: what you want")
         else:
@@ -145,7 +146,7 @@ def _moved(comparison: Comparison) -> list[str]:
     """Return what changed by its meaning, a line each."""
     lines = [change.line() for change in comparison.changes]
     if len(lines) > MAX_SHOWN:
-        lines[MAX_SHOWN:] = [f"... {len(lines) - MAX_SHOWN} more"]
+        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
     return lines
 
 

@@ -11,12 +11,13 @@ from typing import NamedTuple
 
 from ..emit import FORMATS, Artifact
 from ..model import Robot
+from ..wording import printable
 from .agreement import agreement
 from .entities import Pair
 from .facts import changes
 from .text import CHANGED, EXTRA, MISSING, NOT_TEXT, TextDifference, same_syntax, shorten, unified
 from .view import View, called, view_of
-from .words import Change, printable
+from .words import Change
 
 __all__ = ["Change", "Comparison", "TextDifference", "agreement", "compare", "lines"]
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
-from .words import printable
+from ..wording import printable
 
 if TYPE_CHECKING:
     from ..emit import Format
@@ -36,7 +36,7 @@ def unified(file: str, old: str, new: str) -> tuple[str, ...]:
         return (f"{len(before)} lines committed, {len(after)} lines compiled: too many to show how they differ",)
     shown: list[str] = []
     for line in unified_diff(before, after, f"committed/{file}", f"compiled/{file}"):
-        shown.append(printable(line.removesuffix("\n")))
+        shown.append(printable(line.removesuffix("\n"), keep="\t"))
         if not line.endswith("\n"):
             shown.append(_NO_END)
     return tuple(shown)
@@ -89,5 +89,5 @@ def same_syntax(format: Format, old: str, new: str) -> bool:
         return False
     try:
         return bool(format.syntax(old) == format.syntax(new))
-    except (ValueError, SyntaxError, RecursionError, MemoryError):
+    except (ValueError, SyntaxError):
         return False

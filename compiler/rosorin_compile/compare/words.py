@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ..emit import Fact, Value
 from ..formatting import exact
 from ..model import Robot
+from ..wording import counted, printable
 from .shapes import Delta, largest_step
 
 _MAX_TEXT = 60
@@ -88,14 +89,9 @@ def _text_pair(old: str, new: str) -> tuple[str, str]:
 
 
 def _quoted(text: str, first: int) -> str:
-    shown = printable(text[first : first + _MAX_TEXT])
+    shown = printable(text[first : first + _MAX_TEXT], keep="\t")
     shown = f"{'...' if first else ''}{shown}{'...' if first + _MAX_TEXT < len(text) else ''}"
     return f'"{shown}"' if not shown or " " in shown else shown
-
-
-def printable(text: str) -> str:
-    """Return a text with control characters made visible, so that a file cannot steer the terminal."""
-    return "".join(c if c.isprintable() or c == "\t" else c.encode("unicode_escape").decode("ascii") for c in text)
 
 
 def number_pair(old: float, new: float) -> tuple[str, str]:
@@ -152,7 +148,7 @@ def shapes_change(link: str, purpose: str, counts: tuple[int, int], difference: 
     far = largest_step(difference) if changed else None
     far_text = f", up to {amount(far, 'm')}" if far else ""
     if before == after:
-        return f"{link} {purpose}: {changed} of {before} shape{'s' if before > 1 else ''} changed{far_text}"
+        return f"{link} {purpose}: {changed} of {counted(before, 'shape')} changed{far_text}"
     also = f", {changed} of them changed{far_text}" if changed else ""
     return f"{link} {purpose}: {before} -> {after} shapes{also}"
 
@@ -164,7 +160,7 @@ def cells_change(old: Mapping[tuple[int, int], float], new: Mapping[tuple[int, i
     parts = [f"{before} -> {after} cells"] if before != after else []
     if steps:
         up_to = "by up to" if len(steps) > 1 else "by"
-        parts.append(f"{len(steps)} cell{'s' if len(steps) > 1 else ''} changed, {up_to} {amount(max(steps), 'm')}")
+        parts.append(f"{counted(len(steps), 'cell')} changed, {up_to} {amount(max(steps), 'm')}")
     return f"chassis height map: {', '.join(parts)}" if parts else ""
 
 

@@ -126,18 +126,6 @@ class Bodies:
             link = found[-1].parent
         return found
 
-    def in_root(self, positions: Positions) -> dict[str, Transform]:
-        """Return where each link sits in the root."""
-        found: dict[str, Transform] = {}
-        for link in self.robot.walk():
-            joint = self.robot.joint_to.get(link.name)
-            if joint is None:
-                found[link.name] = Transform()
-            else:
-                position = positions.get(joint.name, 0.0) if joint.moves else 0.0
-                found[link.name] = found[joint.parent].then(joint.transform(position))
-        return found
-
 
 class Gap(NamedTuple):
     """How far two places are apart (m, rad), and how far they may be as well as they are known."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from ..model import Robot
+from ..wording import first_of
 from .coordinates import Coordinates
 from .pairing import Pairing
-from .places import turn_between
 from .states import whole_states
 from .values import Item
 from .wording import far, number
@@ -29,24 +28,18 @@ def furthest(pairing: Pairing, coordinates: Coordinates, items: Sequence[Item]) 
     zeros = {name: coordinate.of(0.0) for name, coordinate in coordinates.items()}
     for state in whole_states(a, b):
         counted = {name: coordinates[name].of(value) if name in coordinates else value for name, value in state.items()}
-        first = pairing.a.in_root(_every(a, state))
+        first = a.poses_in_root(state)
         # A follower of B follows its own leader.
-        second = pairing.b.in_root(_every(b, {**zeros, **counted}))
+        second = b.poses_in_root({**zeros, **counted})
         back = first[root].inverse(), second[root].inverse()
         for name in pairing.shared:
             one, other = (way.then(poses[name]) for way, poses in zip(back, (first, second), strict=True))
-            distance, angle = math.dist(one.xyz, other.xyz), turn_between(one, other)
+            distance, angle = math.dist(one.xyz, other.xyz), one.angle_to(other)
             if distance > best[0] + _LEAST or (not best[0] and angle > best[1] + _LEAST):
                 best = (distance, angle, name, state)
     distance, angle, name, state = best
     if not name or any((i.distance or 0) >= 0.999 * distance and (i.angle or 0) >= 0.999 * angle for i in items):
         return []
     moved = [f"{joint} = {number(round(value, 3))}" for joint, value in state.items() if abs(value) > 1e-3]
-    more = f" and {len(moved) - _MOST} more" if len(moved) > _MOST else ""
-    at = f" at {', '.join(moved[:_MOST])}{more}" if moved else " with all joints at 0"
+    at = f" at {first_of(moved, _MOST)}" if moved else " with all joints at 0"
     return [f"all together: {name} is off by up to {far(distance, angle)} in {root}{at}"]
-
-
-def _every(robot: Robot, state: dict[str, float]) -> dict[str, float]:
-    """Return the positions of all joints, those of followers from their leaders."""
-    return {joint.name: robot.position(joint, state) for joint in robot.joints if joint.moves}

@@ -6,11 +6,10 @@ from collections.abc import Iterator, Mapping
 
 from ..compare.words import amount
 from ..model import Joint
-from ..model.geometry import dot, norm
+from ..model.geometry import angle_between, dot, minus, norm, unit
 from .bodies import Bodies
 from .coordinates import Coordinate
 from .pairing import Pairing
-from .places import angle_between, minus, unit
 from .printing import joined
 from .values import JOINT, LIMIT, Item
 from .wording import changed, number, row

@@ -8,10 +8,9 @@ from typing import NamedTuple
 
 from ..compare.words import amount
 from ..model import Inertial, Transform, Vector
-from ..model.geometry import norm
+from ..model.geometry import minus, norm
 from .bodies import HERE, TURNS, Bodies, Placed
 from .pairing import Pairing
-from .places import minus
 from .printing import joined
 from .values import MASS, Item
 from .wording import changed, row, several

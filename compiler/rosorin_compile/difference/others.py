@@ -8,7 +8,7 @@ from typing import Any
 
 from ..compare.words import contacts_change
 from ..model import UNPUBLISHED, Edge, JointPose, Publisher, Robot, ServoGroup
-from .fragments import canonical
+from .fragments import fragments
 from .joints import differ, unit_of
 from .pairing import Pairing
 from .values import OTHER, YAML, Item, Side
@@ -166,7 +166,7 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
     for name, mine, theirs in places:
         if mine == theirs:
             continue
-        old, new = canonical(mine), canonical(theirs)
+        old, new = fragments(mine), fragments(theirs)
         if old == new:
             continue
         gone, fresh = sorted((old - new).elements()), sorted((new - old).elements())

@@ -9,10 +9,9 @@ from ..compare.shapes import Delta, Solid, largest_step
 from ..compare.words import amount, shapes_change
 from ..emit import Format
 from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
-from ..model.geometry import norm
+from ..model.geometry import minus, norm
 from .bodies import Bodies
 from .pairing import Pairing
-from .places import minus, turn_between
 from .printing import joined
 from .solids import Matched, Piece, match, pieces_of, seen
 from .unsaid import CAPSULE, ONE_BOX
@@ -227,7 +226,7 @@ def _step(one: Solid, other: Solid) -> str:
     if row(one.sizes) != row(other.sizes):
         word = f"{one.kind} scale" if one.words else one.kind
         return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
-    turn = turn_between(Transform(one.rows), Transform(other.rows))
+    turn = Transform(one.rows).angle_to(Transform(other.rows))
     return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
 
 

@@ -10,9 +10,8 @@ from typing import NamedTuple
 
 from ..compare.shapes import Solid, solid_from
 from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
-from ..model.geometry import norm
+from ..model.geometry import angle_between, minus, norm
 from .bodies import TURNS, Placed
-from .places import angle_between, minus
 from .printing import Printing, joined
 
 _ROUND = ("cylinder", "capsule")

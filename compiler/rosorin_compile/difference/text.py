@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from ..compare.words import printable
+from ..wording import counted, printable
 from .values import (
     FRAME,
     JOINT,
@@ -42,14 +42,14 @@ def lines(difference: Difference, full: bool = False) -> list[str]:
         said[2 + _MOST :] = [f"... {len(difference.items) - _MOST} more differences (--full shows them)"]
     said += [f"note: {note}" for note in difference.notes]
     said += [f"not compared: {line}" for line in difference.not_compared]
-    return [printable(line) for line in [*said, summary(difference)]]
+    return [printable(line, keep="\t") for line in [*said, summary(difference)]]
 
 
 def _side(side: Side) -> str:
     robot = side.robot
     links, joints = len(robot.links), sum(not joint.is_fixed for joint in robot.joints)
-    counted = f"{links} link{'' if links == 1 else 's'}, {joints} that move{'s' if joints == 1 else ''}"
-    return f"{side.label} ({side.format.word} of {robot.name}, {counted})"
+    sizes = f"{counted(links, 'link')}, {joints:,} that move{'s' if joints == 1 else ''}"
+    return f"{side.label} ({side.format.word} of {robot.name}, {sizes})"
 
 
 def summary(difference: Difference) -> str:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from ..model import Joint, Robot
+from ..wording import plural
 from .pairing import Pairing
 from .values import YAML, Side
 from .wording import several
@@ -101,10 +102,8 @@ def _counted(name: str, count: int) -> str:
     >>> _counted("mass", 2), _counted("name of fixed joints", 2), _counted("mimic", 1)
     ('masses', 'names of fixed joints', 'mimic')
     """
-    if count == 1:
-        return name
     word, of, rest = name.partition(" of ")
-    return f"{word}{'es' if word.endswith('ss') else 's'}{of}{rest}"
+    return f"{plural(word, count)}{of}{rest}"
 
 
 def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:

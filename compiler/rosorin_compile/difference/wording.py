@@ -6,6 +6,7 @@ from collections.abc import Iterable, Sequence
 
 from ..compare.words import amount, number_pair, step
 from ..formatting import exact
+from ..wording import first_of
 from .values import Item
 
 _MOST = 3
@@ -36,8 +37,7 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
 
 def several(names: Sequence[str]) -> str:
     """Return the first names of a list and the number of the others."""
-    shown = ", ".join(names[:_MOST])
-    return f"{shown} and {len(names) - _MOST} more" if len(names) > _MOST else shown
+    return first_of(names, _MOST)
 
 
 def changed(kind: str, name: str, quantity: str, values: tuple[float | None, float | None], unit: str) -> Item:

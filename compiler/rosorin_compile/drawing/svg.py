@@ -9,6 +9,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..wording import plural
 from .edges import NOBODY, Row
 from .letters import GREY, escape, quoted, width
 from .svg_parts import FAINT, INK, QUIET, Legend, arrow, footnotes, legend, number, text
@@ -135,7 +136,7 @@ def _count(lines: Sequence[Line]) -> str:
     """Return how many frames and edges of each kind there are, in words."""
     frames = len({line.frame for line in lines})
     styles = Counter(line.row.style for line in lines if line.row is not None)
-    said = [f"{frames} frame{'' if frames == 1 else 's'}"]
+    said = [f"{frames} {plural('frame', frames)}"]
     said += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
     said += [f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []
     return ", ".join(said)

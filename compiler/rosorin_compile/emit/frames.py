@@ -24,7 +24,7 @@ from ..rules.proof import in_words, prove
 from ..templating import BUILTIN, Templates
 from .record import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
 from .static_tf import describe, frame_facts
-from .xml_facts import half_width, number_of, words
+from .xml_facts import half_width, number_of
 
 _FRAME_HEADERS = (
     "parent",
@@ -274,6 +274,18 @@ def carried(robot: Robot) -> list[str]:
     return [name for row in rows for name in row]
 
 
+def _words(text: str) -> list[float | str]:
+    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
+    return [_word(word) for word in text.split() if set(word) != {"-"}]
+
+
+def _word(word: str) -> float | str:
+    try:
+        return word if "_" in word else float(word)
+    except ValueError:
+        return word
+
+
 FORMAT = Format(
     name="frames",
     word="table of frames",
@@ -284,7 +296,7 @@ FORMAT = Format(
     file="frames.md",
     write=write,
     facts=read,
-    syntax=words,
+    syntax=_words,
     frames=carried,
     folder="doc",
     asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005

@@ -16,8 +16,8 @@ from ..templating import Templates
 
 if TYPE_CHECKING:
     from ..rules.case import Case
+from ..elements_text import canonical, tree_of
 from .record import Asked, Facts, Format
-from .xml_facts import canonical
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
@@ -89,7 +89,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
 
 def _syntax(text: str) -> object:
     """Return what a picture consists of; one that is no XML says what it means by its lines."""
-    return canonical(text) if text.startswith("<") else text
+    return canonical(tree_of(text)) if text.startswith("<") else text
 
 
 FORMAT = Format(

@@ -16,6 +16,7 @@ from ..model import (
     Simulated,
     Sphere,
 )
+from ..wording import and_more, counted
 from .mjcf_masses import masses
 
 # The body that everything else stands in.
@@ -98,14 +99,12 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
     fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
     if fast:
-        message = f"MJCF has no velocity limit: that of {fast} joint{'' if fast == 1 else 's'} is left out"
+        message = f"MJCF has no velocity limit: that of {counted(fast, 'joint')} is left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
     textured += sum(bool(material.texture) for material in robot.materials)
     if textured:
-        message = (
-            f"the MJCF has colours alone: {textured} texture{'' if textured == 1 else 's'} of visuals are left out"
-        )
+        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals are left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
     if WORLD in robot.link:
@@ -138,7 +137,7 @@ def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
     if meshes:
         (file, link_name), *more = meshes
         what = f'mesh {file} of link "{link_name}"'
-        what += f" and {len(more)} more are" if more else " is"
+        what += f"{and_more(len(more))} {'are' if more else 'is'}"
         message = f"{what} left out of the MJCF: MuJoCo opens"
         message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
         yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")

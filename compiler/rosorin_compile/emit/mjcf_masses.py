@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic
 from ..model import Inertial, Robot, principal_moments
+from ..wording import and_more
 from .xml_facts import Six, along_link
 
 # What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
@@ -70,7 +71,7 @@ def _massless(robot: Robot, free: bool) -> Iterator[Diagnostic]:
     """Yield an error for each moving body that has no mass, or no inertia, with what is fixed to it."""
     carried = weightless(robot, free)
     if carried:
-        what = f'link "{carried[0]}"' + (f" and {len(carried) - 1} more" if len(carried) > 1 else "")
+        what = f'link "{carried[0]}"{and_more(len(carried) - 1)}'
         message = f"MuJoCo loads no moving body without mass: {what}, whose mass hangs on further joints,"
         message += f" {'has' if len(carried) == 1 else 'have'} {LEAST:g} kg in the MJCF"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)

@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
+from ..bounded import json_of
 from ..diagnostic import WARNING, Diagnostic, did_you_mean, error
 from ..model import (
     IDENTITY,
@@ -199,8 +200,8 @@ def read(text: str) -> Facts:
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
     try:
-        return _read(json.loads(text, parse_constant=_no_number))
-    except (KeyError, TypeError, AttributeError, RecursionError, OverflowError) as problem:
+        return _read(json_of(text, _no_number))
+    except (KeyError, TypeError, AttributeError, OverflowError) as problem:
         raise ValueError(f"not a driver's model: {problem!r}") from None
 
 

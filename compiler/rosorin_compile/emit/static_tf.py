@@ -14,12 +14,14 @@ from collections.abc import Iterator, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..bounded import python_of
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
 from ..rules.case import fed
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
+from ..wording import masked
 from . import record
 from .record import Fact, Facts, Format, Value
 from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
@@ -149,7 +151,7 @@ def describe(source: Source) -> str:
     """Return where a value comes from as one line of printable text; empty if the description does not say."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
     text = ": ".join(part for part in (head, source.note) if part)
-    return "".join(c if c.isprintable() else "?" for c in " ".join(text.split()))
+    return masked(" ".join(text.split()))
 
 
 def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:
@@ -169,8 +171,8 @@ def read(text: str) -> Facts:
 
     facts: Facts = {}
     try:
-        calls = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Call)]
-    except (SyntaxError, RecursionError, MemoryError) as problem:
+        calls = [node for node in ast.walk(python_of(text)) if isinstance(node, ast.Call)]
+    except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
     for call in calls:
         given = {keyword.arg: keyword.value for keyword in call.keywords}
@@ -248,7 +250,7 @@ def frames(robot: Robot) -> list[str]:
 def _syntax(text: str) -> str:
     import ast
 
-    return ast.dump(ast.parse(text))
+    return ast.dump(python_of(text))
 
 
 NUMBER_FORMAT = {

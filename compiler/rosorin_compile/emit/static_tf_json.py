@@ -9,6 +9,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+from ..bounded import json_of
 from ..diagnostic import Diagnostic
 from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
 from ..templating import Templates
@@ -45,9 +46,9 @@ def read(text: str) -> Facts:
     """Return what the arguments say. Raises ValueError if the text is not such a file."""
     facts: Facts = {}
     try:
-        for node in json.loads(text)["static_transform_publisher"]:
+        for node in json_of(text)["static_transform_publisher"]:
             facts |= facts_of(node["name"], node["arguments"])
-    except (KeyError, TypeError, RecursionError) as problem:
+    except (KeyError, TypeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
     return facts
 

@@ -30,6 +30,7 @@ from ..model import (
     Sphere,
 )
 from ..templating import BUILTIN, Templates, attributes, comment
+from ..wording import counted
 from .urdf_reader import read
 
 __all__ = ["read", "write"]
@@ -252,7 +253,7 @@ def _without_capsules(capsules: dict[str, int], form: _Format) -> list[Diagnosti
     if form.version != "1.0" or not links:
         return []
     count, others = sum(capsules.values()), len(links) - 1
-    where = f"link {links[0]}" + (f" and {others} other link{'s' if others > 1 else ''}" if others else "")
+    where = f"link {links[0]}" + (f" and {counted(others, 'other link')}" if others else "")
     become = "are written as cylinders" if count > 1 else "is written as a cylinder"
     message = f"URDF 1.0 has no capsule: {count} on {where} {become} of the same full length"
     help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'

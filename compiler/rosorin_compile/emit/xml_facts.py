@@ -19,6 +19,7 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from ..elements_text import tree_of
 from ..formatting import six
 from ..model import Transform, Vector
 from ..model.geometry import dot
@@ -46,65 +47,10 @@ Six = tuple[float, float, float, float, float, float]
 
 def parse(text: str, tag: str) -> Element:
     """Return the root element of an XML text. Raises ValueError if it is damaged or its root is not ``tag``."""
-    if "<!DOCTYPE" in text or "<!ENTITY" in text:
-        raise ValueError("a generated artifact declares no entities")
     root = tree_of(text)
     if root.tag != tag:
         raise ValueError(f"the root element is {root.tag}, not {tag}")
     return root
-
-
-def tree_of(text: str) -> Element:
-    """Return the tree of an XML text without entities. Names are names: a URDF need not say what a prefix means.
-
-    Raises ValueError if the text is not well formed.
-    """
-    from xml.etree import ElementTree
-    from xml.parsers import expat
-
-    if "xmlns" not in text:
-        try:
-            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
-        except ElementTree.ParseError as problem:
-            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
-                raise ValueError(str(problem)) from None
-    builder = ElementTree.TreeBuilder()
-    parser = expat.ParserCreate()
-    parser.buffer_text = True
-    parser.StartElementHandler = builder.start
-    parser.EndElementHandler = builder.end
-    parser.CharacterDataHandler = builder.data
-    try:
-        parser.Parse(text, True)
-    except (expat.ExpatError, UnicodeEncodeError) as problem:
-        raise ValueError(str(problem)) from None
-    return builder.close()
-
-
-def canonical(text: str) -> list[tuple[object, ...]]:
-    """Return the elements of an XML text in order with their depth, attributes and words. Raises ValueError."""
-    if "<!DOCTYPE" in text:
-        raise ValueError("a generated artifact declares no entities")
-    waiting: list[tuple[int, Element]] = [(0, tree_of(text))]
-    elements: list[tuple[object, ...]] = []
-    while waiting:
-        depth, element = waiting.pop()
-        attributes = [(name, words(element.attrib[name])) for name in sorted(element.attrib)]
-        elements.append((depth, element.tag, attributes, words(element.text or ""), words(element.tail or "")))
-        waiting += [(depth + 1, child) for child in reversed(element)]
-    return elements
-
-
-def words(text: str) -> list[float | str]:
-    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
-    return [_word(word) for word in text.split() if set(word) != {"-"}]
-
-
-def _word(word: str) -> float | str:
-    try:
-        return word if "_" in word else float(word)
-    except ValueError:
-        return word
 
 
 def number_of(text: str) -> float:

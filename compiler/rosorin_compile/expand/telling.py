@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from ..diagnostic import Span, did_you_mean, listed, nearest
+from ..diagnostic import MAX_LISTED, Span, did_you_mean, nearest
 from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError
 from ..expression.interpolation import Piece
 from ..quantity import UNITS
 from ..tree import Instance, Place, Seq
+from ..wording import first_of
 
 
 def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, str]:
@@ -18,7 +19,7 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
     if problem.unknown.endswith("()"):
         help = did_you_mean(problem.unknown[:-2], [*FUNCTIONS, "load"])
     elif problem.unknown:
-        close, names = nearest(problem.unknown, {*known, *CONSTANTS, *UNITS}), listed(sorted(known))
+        close, names = nearest(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
         help = f'did you mean "{close}"?' if close else f"known here: {names}" if names else "name it in let"
     where = shifted(place, text, piece.offset + 2)
     if "\n" not in piece.text and where.span != place.span:

@@ -16,6 +16,7 @@ from ..diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
 from ..expression.functions import FUNCTIONS
 from ..paths import shown
 from ..tree import Instance, Map, Place
+from ..wording import first_of
 from .attaching import free_name, joint_above, root_of
 from .include_checks import check_include, kind, place_of
 from .mesh_names import moved, relative_files
@@ -120,10 +121,8 @@ class Robots:
         prefix = entry.get("prefix") or ""
         made, changed = prefixed(tree, prefix, via)
         if changed:
-            listed = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
-            more = f" and {len(listed) - _FEW} more" if len(listed) > _FEW else ""
-            names = ", ".join(listed[:_FEW]) + more
-            message = f'in elements that are kept as they are, "{prefix}" was put before {names}'
+            names = [f"{name} ({count})" if count > 1 else name for name, count in changed.items()]
+            message = f'in elements that are kept as they are, "{prefix}" was put before {first_of(names, _FEW)}'
             self._say(Diagnostic("include-renamed", NOTE, message, entry.value_spans["prefix"]), via.parent)
         return self._attached(self._meshes(made, entry, via), entry, via, tree)
 
@@ -140,9 +139,8 @@ class Robots:
                 self._say(Diagnostic("ignored-key", WARNING, message, span, (), "remove meshes"), via.parent)
             return moved(made, folder)
         if files:
-            more = f" and {len(files) - 1} more" if len(files) > 1 else ""
             seen = f"seen from {Path(entry['file']).name}, but readers look from the artifacts"
-            message = f"files of meshes or textures are named as {seen}: {files[0]}{more}"
+            message = f"files of meshes or textures are named as {seen}: {first_of(files, 1)}"
             help = "say what to put before: meshes: FOLDER, as seen from the artifacts, or package://NAME"
             span = entry.value_spans["file"]
             self._say(Diagnostic("include-mesh-path", WARNING, message, span, (), help), via.parent)

@@ -82,18 +82,24 @@ def compiled(text: str) -> Code:
         tree = _parse(text)
     except SyntaxError as problem:
         raise ExpressionError(f"not an expression: {problem.msg}", max(0, (problem.offset or 1) - 1)) from None
-    except (ValueError, RecursionError, MemoryError):
+    except ValueError:
         raise ExpressionError("not an expression that can be read") from None
     return compile_node(tree.body, 0)
 
 
 def _parse(text: str) -> ast.Expression:
-    """Return the syntax tree of an expression, without the remarks that Python's parser prints for people."""
+    """Return the syntax tree of an expression, without the remarks that Python's parser prints for people.
+
+    Raises SyntaxError, and ValueError if it is nested too deep for the parser.
+    """
     import warnings
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
-        return ast.parse(text.strip(), mode="eval")
+        try:
+            return ast.parse(text.strip(), mode="eval")
+        except (RecursionError, MemoryError):
+            raise ValueError("nested too deep") from None
 
 
 def names_in(text: str) -> list[str]:
@@ -102,7 +108,7 @@ def names_in(text: str) -> list[str]:
         return []
     try:
         tree = _parse(text)
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except (SyntaxError, ValueError):
         return []
     found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
     return list(dict.fromkeys(name for name in found if name not in FUNCTIONS))

@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostic import WARNING, Diagnostic
-from .problems import ExtractProblem, fail, missing, plural
+from ..wording import counted
+from .problems import ExtractProblem, fail, missing
 
 if TYPE_CHECKING:
     import numpy as np
@@ -193,7 +194,7 @@ def _triangles(path: Path, mesh: Any) -> Floats:
         return corners.reshape(-1, 3, 3)  # an STL: each corner stands once for each triangle
     legal = ((faces >= 0) & (faces < len(corners))).all(axis=1)
     if not legal.all():
-        what = plural(int((~legal).sum()), "triangle")
+        what = counted(int((~legal).sum()), "triangle")
         message = f"{path} has {what} with a corner that the file does not have"
         raise fail("mesh-unreadable", message, "export it anew")
     triangles: Floats = corners[faces]

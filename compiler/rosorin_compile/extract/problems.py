@@ -25,8 +25,3 @@ def missing(rule: str, message: str, help: str = "") -> NotThere:
 def fail(rule: str, message: str, help: str = "", span: Span | None = None) -> ExtractProblem:
     """Return a problem, to be raised."""
     return ExtractProblem(error(rule, message, span, help))
-
-
-def plural(count: int, word: str) -> str:
-    """Return a number with its word: 1 triangle, 2,000 triangles."""
-    return f"{count:,} {word}{'' if count == 1 else 's'}"

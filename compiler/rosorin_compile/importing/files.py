@@ -8,6 +8,7 @@ from pathlib import Path
 
 from ..diagnostic import Diagnostic, Source, Span, error
 from ..paths import shown
+from ..wording import masked
 from .markup import Document, MarkupError
 
 MAX_BYTES = 100_000_000
@@ -32,7 +33,7 @@ _NO_ENCODING = {"unicode-escape", "raw-unicode-escape", "idna", "punycode", "utf
 
 def printable_name(path: Path) -> str:
     """Return the name of a file as it can stand in a description: without line ends, and bytes that are no text."""
-    return "".join(letter if letter.isprintable() else "?" for letter in path.name)
+    return masked(path.name)
 
 
 def read_source(path: Path, asked: Span | None = None) -> Source:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 from xml.parsers import expat
 
 from ..diagnostic import Diagnostic, Source, Span, error
+from ..elements_text import new_parser
 from .complaints import complaint
 
 MAX_DEPTH = 200
@@ -173,9 +174,7 @@ class _Reader:
         self.open: Element | None = None
         self.depth = self.count = 0
         self.root_seen = False
-        # The text is decoded already, whatever encoding it declares.
-        self.parser = expat.ParserCreate("utf-8")
-        self.parser.buffer_text = True
+        self.parser = new_parser()
         self.parser.ordered_attributes = True
         self.parser.StartElementHandler = self.start
         self.parser.EndElementHandler = lambda _: self.finish()

@@ -10,6 +10,7 @@ from ..diagnostic import WARNING, Diagnostic, Span
 from ..expand.mesh_names import moved, relative_files
 from ..project import DESCRIPTIONS, OUTPUTS
 from ..tree import Map
+from ..wording import first_of
 
 _RULE = "import-mesh-path"
 
@@ -37,10 +38,9 @@ def renamed(tree: Map, source: Path, folder: Path, meshes: str | None) -> Rename
 
 
 def _warning(files: list[str], source: Path, folder: Path, span: Span) -> Diagnostic:
-    more = f" and {len(files) - 1} more" if len(files) > 1 else ""
     message = (
         f"files of meshes or textures are named as seen from {source.name}, but readers look from the artifacts: "
-        f"{files[0]}{more}"
+        f"{first_of(files, 1)}"
     )
     help = "import again with --meshes FOLDER, as seen from the artifacts, or --meshes package://NAME"
     artifacts = _artifacts(folder)

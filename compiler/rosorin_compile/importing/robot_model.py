@@ -12,6 +12,7 @@ import re
 from pathlib import Path
 from typing import Any
 
+from ..bounded import json_of
 from ..diagnostic import Diagnostic, Source, Span, error
 from ..load import LoadError, parse_yaml
 from ..schema import subject, validator
@@ -47,15 +48,15 @@ def read_robot_model(path: Path) -> Imported:
 def _parsed(source: Source) -> Map:
     """Return the JSON as a tree that knows its lines: JSON is YAML. Raises LoadError."""
     try:
-        json.loads(source.text, parse_constant=_no_number)
+        json_of(source.text, _no_number)
         # YAML writes letters beyond U+FFFF as one escape, JSON as a pair (RFC 8259, 7).
         tree = parse_yaml(source._replace(text=_PAIR.sub(_letter, source.text)))
     except json.JSONDecodeError as problem:
         place = Span(source, problem.lineno, problem.colno)
         raise LoadError(error("json-syntax", f"not JSON: {problem.msg}", place, "correct it")) from None
-    except (ValueError, RecursionError) as problem:
+    except ValueError as problem:
         place = Span(source, 1, 1)
-        raise LoadError(error("json-syntax", f"not JSON: {problem or 'too deep'}", place, "correct it")) from None
+        raise LoadError(error("json-syntax", f"not JSON: {problem}", place, "correct it")) from None
     if not isinstance(tree, Map):
         message = f"{source.path} holds no object, so it is no driver's model"
         raise LoadError(error("wrong-format", message, Span(source, 1, 1), _HELP))

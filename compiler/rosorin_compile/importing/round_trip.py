@@ -12,10 +12,10 @@ from ..build import build
 from ..diagnostic import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ..emit import published
 from ..model import Joint, Robot, Transform
-from ..model.motion import motion
 from ..pipeline import Compiled, compile_robot
 from ..project import ROOT_FILE
 from ..starter import SCHEMA
+from ..wording import and_more
 from . import ReadOptions, read_robot
 from .imported import Imported
 from .sameness import different
@@ -102,10 +102,9 @@ def largest_difference(one: Robot, other: Robot) -> float:
     """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
     generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
     largest = 0.0
-    steps, others = _steps(one), _steps(other)
     for number in range(STATES + 1):
         state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
-        first, second = _poses(one, steps, state), _poses(other, others, state)
+        first, second = one.poses_in_root(state), other.poses_in_root(state)
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
     return largest
 
@@ -114,25 +113,6 @@ def _somewhere(joint: Joint, generator: random.Random) -> float | Sequence[float
     """Return a position of a joint, whatever its limits; the orientation of a floating one is not normalised."""
     numbers = [generator.uniform(-3.0, 3.0) for _ in joint.coordinates]
     return numbers if len(numbers) > 1 else sum(numbers)
-
-
-def _steps(robot: Robot) -> list[tuple[Joint, Transform]]:
-    """Return the joints from the root down, each with its origin."""
-    return [(joint, joint.origin.transform()) for joint in robot.joints_down()]
-
-
-def _poses(
-    robot: Robot, steps: list[tuple[Joint, Transform]], state: dict[str, float | Sequence[float]]
-) -> dict[str, Transform]:
-    """Return where every link sits in the root link."""
-    found = {robot.root: Transform()}
-    positions = {name: value for name, value in state.items() if isinstance(value, float)}
-    for joint, step in steps:
-        if not joint.is_fixed:
-            several = state.get(joint.name, 0.0) if len(joint.coordinates) > 1 else robot.position(joint, positions)
-            step = step.then(motion(joint.type, joint.axis, several))
-        found[joint.child] = found[joint.parent].then(step)
-    return found
 
 
 def _apart(one: Transform, other: Transform) -> float:
@@ -165,7 +145,7 @@ def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnost
 
 def _failed(what: str, found: Sequence[str]) -> Diagnostic:
     """Return the error about a round trip that failed."""
-    more = [f"and {len(found) - _MAX_TOLD:,} more"] if len(found) > _MAX_TOLD else []
+    more = [and_more(len(found) - _MAX_TOLD).strip()] if len(found) > _MAX_TOLD else []
     related = [Related(text, None) for text in [*found[:_MAX_TOLD], *more]]
     help = "this is a fault of rosorin-compile; please report it with the file"
     return error("import-differs", what, None, help, related)

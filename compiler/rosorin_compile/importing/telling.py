@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..tree import Map, Seq
+from ..wording import counted, first_of
 
 _TAG = re.compile(r"<([^\s/>!?]+)")
 _FEW = 3
@@ -16,7 +17,7 @@ _FEW = 3
 def sizes(tree: Map) -> str:
     """Return how many links and joints a robot has."""
     links, joints = len(tree.get("links") or ()), len(tree.get("joints") or ())
-    return f"{links} link{'' if links == 1 else 's'}, {joints} joint{'' if joints == 1 else 's'}"
+    return f"{counted(links, 'link')}, {counted(joints, 'joint')}"
 
 
 def kept(tree: Map) -> list[str]:
@@ -32,12 +33,9 @@ def accepted(tree: Map) -> list[str]:
     found: dict[str, list[str]] = {}
     for entry in tree.get("accept") or ():
         found.setdefault(entry["rule"], []).extend(map(str, entry.get("of") or ()))
-    return [f"accepted: {rule} ({_some(names)})" if names else f"accepted: {rule}" for rule, names in found.items()]
-
-
-def _some(names: list[str]) -> str:
-    more = f" and {len(names) - _FEW} more" if len(names) > _FEW else ""
-    return ", ".join(names[:_FEW]) + more
+    return [
+        f"accepted: {rule} ({first_of(names, _FEW)})" if names else f"accepted: {rule}" for rule, names in found.items()
+    ]
 
 
 def _elements(node: Any) -> Iterator[str]:

@@ -33,6 +33,24 @@ def norm(a: Vector) -> float:
     return math.hypot(*a)
 
 
+def minus(one: Vector, other: Vector) -> Vector:
+    """Return the way from the other point to the first one."""
+    return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
+
+
+def unit(vector: Vector) -> Vector:
+    """Return a vector at length 1; a zero vector as it is."""
+    length = norm(vector) or 1.0
+    return (vector[0] / length, vector[1] / length, vector[2] / length)
+
+
+def angle_between(one: Vector, other: Vector) -> float:
+    """Return the angle (rad) between two directions that are not zero, precise for small ones too."""
+    (a, b, c), (d, e, f) = one, other
+    across = (b * f - c * e, c * d - a * f, a * e - b * d)
+    return math.atan2(norm(across), dot(one, other))
+
+
 def _snap(value: float) -> float:
     """Return 0, 1 or -1 where a sine or cosine misses it by rounding alone (the cosine of 90 degrees is 6e-17)."""
     nearest = round(value)
@@ -116,6 +134,18 @@ class Transform:
             q = (d - b, c + g, h + f, 1 + i - a - e)
         length = math.hypot(*q) * (-1 if q[0] < 0 else 1)
         return (q[0] / length, q[1] / length, q[2] / length, q[3] / length)
+
+    def turn_to(self, other: Transform) -> tuple[Vector, float]:
+        """Return the axis and the angle (rad, 0 to pi) that turn this rotation into another one.
+
+        The axis has length 1 and is seen from this frame; where nothing is turned it is zero.
+        """
+        w, x, y, z = Transform(self.rows).inverse().then(Transform(other.rows)).quaternion()
+        return unit((x, y, z)), 2 * math.atan2(norm((x, y, z)), w)
+
+    def angle_to(self, other: Transform) -> float:
+        """Return the angle (rad, 0 to pi) between this rotation and another one."""
+        return self.turn_to(other)[1]
 
     def rpy(self) -> Vector:
         """Return the rotation as fixed-axis roll, pitch, yaw in radians; at pitch +-90 degrees the yaw is zero."""

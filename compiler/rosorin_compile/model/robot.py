@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Set
+from collections.abc import Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
 from .link import NO_SOURCE, Link, Source
+from .motion import motion
 from .shape import Material, Rgba, Shape
 from .simulated import Simulated
+
+if TYPE_CHECKING:
+    from ..kinematics import Kinematics
 
 
 @dataclass(frozen=True)
@@ -185,9 +189,33 @@ class Robot:
             result = result.then(joint.transform(self.position(joint, positions)))
         return result
 
+    def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
+        """Return all links in the root frame; a planar or floating joint takes a number for each of its coordinates."""
+        single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
+        found = {self.root: Transform()}
+        for joint, place in self._joint_places:
+            if not joint.is_fixed:
+                several = len(joint.coordinates) > 1
+                position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
+                place = place.then(motion(joint.type, joint.axis, position))
+            found[joint.child] = found[joint.parent].then(place)
+        return found
+
+    @cached_property
+    def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
+        """The joints from the root down, each with its origin."""
+        return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
+
     def transform(self, source: str, target: str, positions: Mapping[str, float]) -> Transform:
         """Return where ``target`` sits in ``source``, as tf2_echo SOURCE TARGET does."""
         return self.pose_in_root(source, positions).inverse().then(self.pose_in_root(target, positions))
+
+    @cached_property
+    def kinematics(self) -> Kinematics:
+        """Forward kinematics of many joint states at once. Raises ImportError, with what to install, without numpy."""
+        from ..kinematics import Kinematics
+
+        return Kinematics(self)
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:

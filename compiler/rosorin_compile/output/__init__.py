@@ -19,6 +19,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..diagnostic import Diagnostic, error
+from ..wording import printable
 from . import exchange
 from .staging import There, is_stage, replace, tidy
 
@@ -48,7 +49,7 @@ class OutputError(Exception):
 
     def __init__(self, rule: str, message: str, help: str) -> None:
         super().__init__(message)
-        self.diagnostic: Diagnostic = error(rule, _printable(message), None, _printable(help))
+        self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
 def write_set(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
@@ -83,7 +84,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
             if _status(folder) is None:
                 return {}
             entries = [(n, entry.path) for n, entry in exchange.below(folder) if entry.is_file(follow_symlinks=False)]
-            return {_printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
+            return {printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
     except OSError as problem:
         raise _explained(problem, folder, "read") from None
 
@@ -124,11 +125,6 @@ def _encode(name: str, text: str) -> bytes:
         raise OutputError("output-text", message, "remove that character from the description") from None
 
 
-def _printable(name: str) -> str:
-    """Return a name from the disk in a form that every terminal and file can hold."""
-    return "".join(letter if letter.isprintable() else ascii(letter)[1:-1] for letter in name)
-
-
 @contextmanager
 def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
     """Hold the lock on a folder; the value is False if it cannot be had, as on some network drives.
@@ -163,7 +159,7 @@ def _update(folder: Path, contents: Mapping[str, bytes], prune: bool) -> Written
     same = {name for name, data in contents.items() if _holds(folder / name, there.get(name), data)}
     ours = {name for name, it in there.items() if name in folders and stat.S_ISDIR(it.st_mode)}
     foreign = [name for name in there if name not in ours and name not in contents]
-    loose = tuple(_printable(name) for name in foreign if not stat.S_ISDIR(there[name].st_mode))
+    loose = tuple(printable(name) for name in foreign if not stat.S_ISDIR(there[name].st_mode))
     kept, removed = ((), loose) if prune else (loose, ())
     written = tuple(name for name in contents if name not in same)
     result = Written(written, tuple(sorted(same)), kept, removed)

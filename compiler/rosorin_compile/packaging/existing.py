@@ -7,6 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
+from ..bounded import yaml_of
 from ..diagnostic import Diagnostic, Source, error
 from ..importing.markup import Element, MarkupError, parse
 from .package import Options
@@ -60,17 +61,15 @@ def _email(elements: dict[str, Element]) -> dict[str, str]:
 
 def _topics(target: Path, sensors: set[str]) -> dict[str, str]:
     """Return the topics by sensor of the view that was made for RViz; none if it cannot be read."""
-    import yaml
-
     topics: dict[str, str] = {}
     for path in sorted(target.glob("rviz/*.rviz")):
         try:
-            view = yaml.safe_load(_text(path))
+            view = yaml_of(_text(path))
             for display in view["Visualization Manager"]["Displays"]:
                 topic = display.get("Topic", {}).get("Value")
                 if display.get("Name") in sensors and isinstance(topic, str) and topic:
                     topics[display["Name"]] = topic
-        except (yaml.YAMLError, AttributeError, KeyError, TypeError):
+        except (ValueError, AttributeError, KeyError, TypeError):
             continue
     return topics
 

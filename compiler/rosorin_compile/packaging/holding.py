@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 from ..compare import compare
 from ..compare.text import CHANGED, NOT_TEXT, shorten
-from ..compare.words import printable
 from ..emit import FORMATS, Artifact, feeds, names_meshes
 from ..model import ROBOT_STATE_PUBLISHER, Output, Robot
 from ..templating import Templates
+from ..wording import printable
 from .meshes import settle
 
 _SAME = "same meaning, different text"

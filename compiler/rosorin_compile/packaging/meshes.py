@@ -15,6 +15,7 @@ from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
 from ..diagnostic import WARNING, Diagnostic
+from ..wording import first_of
 from .naming import is_legal
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=)(["'])([^"'<>]*)\2""")
@@ -102,7 +103,6 @@ def told(names: Sequence[str], what: str, help: str) -> Diagnostic:
     """Return one warning for files of which the same is to say; ``help`` is about one file."""
     if len(names) == 1:
         return Diagnostic("package-mesh", WARNING, f"{names[0]} is {what}", None, (), help)
-    first = ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
     many = help.replace("the file", "the files")
-    message = f"{len(names)} files are {what}: {first}".replace("this very file", "these very files")
+    message = f"{len(names)} files are {what}: {first_of(names, 3)}".replace("this very file", "these very files")
     return Diagnostic("package-mesh", WARNING, message, None, (), many)

@@ -135,7 +135,7 @@ def _compared(joint: Joint, static: Understood, span: Span) -> Iterator[Diagnost
     for flag, here, there in zip(_XYZ, static.transform.xyz, meant.xyz, strict=True):
         if abs(here - there) > METRES:
             parts.append(f"{flag} {static.texts.get(flag, '0')} -> {fixed(there, METRE_DIGITS)}")
-    off = turned(static.transform, meant)
+    off = static.transform.angle_to(meant)
     if off > RADIANS:
         parts += _angles(static, joint, off)
     if parts:
@@ -156,10 +156,3 @@ def _angles(static: Understood, joint: Joint, off: float) -> list[str]:
         if abs(float(static.texts.get(flag, "0")) - there) > RADIANS
     ]
     return [*pairs, f"rotation {degrees}"]
-
-
-def turned(one: Transform, other: Transform) -> float:
-    """Return the angle (rad) between two rotations."""
-    rows = one.inverse().then(other).rows
-    sine = math.hypot(rows[2][1] - rows[1][2], rows[0][2] - rows[2][0], rows[1][0] - rows[0][1])
-    return math.atan2(sine, rows[0][0] + rows[1][1] + rows[2][2] - 1)

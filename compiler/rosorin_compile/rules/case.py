@@ -184,17 +184,6 @@ def suggest(word: str, known: Iterable[str], otherwise: str) -> str:
     return f"{otherwise} ({found})" if found else otherwise
 
 
-def listed(words: Iterable[str]) -> str:
-    """Return words as in a sentence: a, b and c."""
-    *first, last = list(words)
-    return f"{', '.join(first)} and {last}" if first else last
-
-
-def quoted(names: Iterable[str]) -> str:
-    """Return names in quotes, as in a sentence: "a", "b" and "c"."""
-    return listed(f'"{name}"' for name in names)
-
-
 def number(value: float) -> str:
     """Return a number as a person would write it, for a message: up to six digits."""
     return f"{float(value):.6g}"

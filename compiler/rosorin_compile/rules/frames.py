@@ -6,14 +6,14 @@ import math
 from collections.abc import Iterator
 
 from ..diagnostic import Diagnostic
-from ..model import Pose
+from ..model import Pose, Transform
 from ..tree import Path
 from .case import Case, exists
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
-OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2))
+OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
 SUFFIXES = ("_optical", "_optical_frame", "_optical_link")
 TOLERANCE = 1e-3  # rad
 
@@ -55,16 +55,17 @@ def _turned(case: Case, parent: str, child: str, pose: Pose, path: Path, declare
     """Yield a problem if an image frame is turned wrongly; angles that look like degrees have a rule of their own."""
     if any(abs(angle) > FULL_TURN for angle in pose.rpy):
         return
+    turn = pose.transform()
     at = (*path, "rpy") if exists(case.tree, (*path, "rpy")) else path
     found = "[" + ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy) + "] deg"
     if parent in declared or parent.endswith(SUFFIXES):
-        off = angle_between(pose, Pose())
+        off = turn.angle_to(Transform())
         if off > CALIBRATION:
             message = f'image frame "{child}" sits on the image frame "{parent}" and is turned by rpy {found}'
             help = "the axes of two image frames agree (REP 103); leave rpy out, or let it sit on a body frame"
             yield case.problem("optical-frame", message, at, help, key=at == path)
         return
-    off = angle_between(pose, OPTICAL)
+    off = turn.angle_to(OPTICAL)
     if off > TOLERANCE:
         message = (
             f'image frame "{child}" is turned by rpy {found} against "{parent}"; REP 103 asks for [-90, 0, -90] deg'
@@ -72,9 +73,3 @@ def _turned(case: Case, parent: str, child: str, pose: Pose, path: Path, declare
         )
         help = "write rpy: [-90 deg, 0, -90 deg]; a camera that is tilted has a body frame for that, x forward"
         yield case.problem("optical-frame", message, at, help, key=at == path)
-
-
-def angle_between(one: Pose, other: Pose) -> float:
-    """Return the angle in radians, 0 to pi, between the orientations of two poses."""
-    w, x, y, z = one.transform().inverse().then(other.transform()).quaternion()
-    return 2 * math.atan2(math.hypot(x, y, z), w)

@@ -10,7 +10,8 @@ from ..model.geometry import norm
 from ..quantity import Quantity, describe, parse_unit
 from ..schema import subject, unit_at
 from ..tree import Path
-from .case import Case, at, exists, listed, number
+from ..wording import listed
+from .case import Case, at, exists, number
 
 # Axes that were measured, printed to five digits, miss 1 by about 1e-5.
 AXIS_TOLERANCE = 1e-3

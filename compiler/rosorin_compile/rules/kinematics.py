@@ -7,7 +7,8 @@ from collections.abc import Iterable, Iterator
 from ..diagnostic import Diagnostic, nearest
 from ..model import Joint, Robot
 from ..tree import Path
-from .case import Case, quoted, suggest
+from ..wording import quoted
+from .case import Case, suggest
 
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")

@@ -8,7 +8,8 @@ from typing import NamedTuple
 from ..diagnostic import NOTE, Diagnostic
 from ..model import Material
 from ..tree import Path
-from .case import Case, number, quoted
+from ..wording import quoted
+from .case import Case, number
 
 
 class _Defined(NamedTuple):
@@ -42,7 +43,7 @@ def known(case: Case) -> Iterator[Diagnostic]:
         what = (
             "a material that nothing describes" if len(names) == 1 else f"{len(names)} materials that nothing describes"
         )
-        message = f"visuals are of {what}: {quoted(names[:8])}{', ...' if len(names) > 8 else ''}"
+        message = f"visuals are of {what}: {quoted(names, 8)}"
         help = "add materials: {NAME: {rgba: [...]}} where readers do not know them"
         yield case.problem("unknown-material", message, unknown[names[0]][0], help, severity=NOTE)
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 from ..expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
+from ..wording import listed
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 
@@ -67,11 +68,11 @@ def in_words(proof: Proof) -> str:
         f"{_checked(proof.modes)}: {what} one parent and exactly one publisher, and no way leads round in a circle."
     ]
     if proof.gaps:
-        said.append(f"In some of them nobody publishes {_listed(proof.gaps)}.")
+        said.append(f"In some of them nobody publishes {listed(proof.gaps)}.")
     if proof.never:
-        said.append(f"Nobody ever publishes {_listed(proof.never)}.")
+        said.append(f"Nobody ever publishes {listed(proof.never)}.")
     if proof.unchecked:
-        said.append(f"Not checked, for too many modes decide: {_listed(proof.unchecked)}.")
+        said.append(f"Not checked, for too many modes decide: {listed(proof.unchecked)}.")
     return " ".join(said)
 
 
@@ -80,8 +81,4 @@ def _checked(modes: tuple[str, ...]) -> str:
         return "Checked"
     if len(modes) == 1:
         return f"Checked with {modes[0]} on and with it off"
-    return f"Checked in all {2 ** len(modes):,} combinations of {_listed(modes)}"
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
+    return f"Checked in all {2 ** len(modes):,} combinations of {listed(modes)}"

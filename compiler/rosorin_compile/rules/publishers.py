@@ -8,8 +8,9 @@ from typing import NamedTuple
 from ..diagnostic import WARNING, Diagnostic
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from ..tree import Path, Seq
+from ..wording import first_of, listed, quoted
 from . import conditions
-from .case import Case, at, exists, fed, listed, quoted
+from .case import Case, at, exists, fed
 from .kinematics import children
 
 
@@ -193,8 +194,9 @@ def started(case: Case) -> Iterator[Diagnostic]:
         if not robot.outputs or is_there or not (said or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
+        names = first_of([joint.name for joint in joints], 3)
         count = "one joint" if len(joints) == 1 else f"{len(joints)} joints"
-        message = f"{kind} is to publish {count} ({_some(joints)}), but no output is the {what}"
+        message = f"{kind} is to publish {count} ({names}), but no output is the {what}"
         one = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
         help = f"add {one.name}: {{file: {one.file.format(robot.name)}}} to outputs"
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
@@ -231,11 +233,6 @@ def planar(case: Case) -> Iterator[Diagnostic]:
             "robot_state_publisher leaves floating joints alone: say type: floating, and publisher: NODE or {none: WHY}"
         )
         yield case.problem("planar-taken-as-fixed", message, case.publisher(joint), help, severity=WARNING)
-
-
-def _some(joints: tuple[Joint, ...]) -> str:
-    names = [joint.name for joint in joints]
-    return ", ".join(names[:3]) + (", ..." if len(names) > 3 else "")
 
 
 def node_names(case: Case) -> Iterator[Diagnostic]:

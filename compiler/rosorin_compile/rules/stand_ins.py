@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from ..diagnostic import NOTE, Diagnostic
 from ..tree import Path
+from ..wording import first_of
 from .case import Case
 
 SHOWN = 8
@@ -17,9 +18,8 @@ def listed_once(case: Case) -> Iterator[Diagnostic]:
     for path, entry in case.remarkable.stand_ins:
         found.setdefault(entry["source"].get("note", ""), []).append(path)
     for note, paths in found.items():
-        names = [_name(path) for path in paths[:SHOWN]]
-        more = f" and {len(paths) - SHOWN} more" if len(paths) > SHOWN else ""
-        message = f"{note or 'nothing says what is missing'} ({', '.join(names)}{more})"
+        names = first_of([_name(path) for path in paths], SHOWN)
+        message = f"{note or 'nothing says what is missing'} ({names})"
         place = (*paths[0], "source", "note" if note else "status")
         found_here = case.problem("stand-in", message, place, severity=NOTE)
         yield found_here._replace(related=())

@@ -8,8 +8,9 @@ from typing import NamedTuple
 from ..diagnostic import WARNING, Diagnostic, nearest
 from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
 from ..tree import Path
+from ..wording import listed, quoted
 from . import conditions
-from .case import Case, listed, quoted, suggest
+from .case import Case, suggest
 from .kinematics import WORLD_FRAMES, below, children
 
 

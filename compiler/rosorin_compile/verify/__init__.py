@@ -15,8 +15,7 @@ A recording flows from file to file, in the order to read them:
 from __future__ import annotations
 
 from .expected import Options
-from .findings import Finding
 from .sources import verify
 from .verdict import Verdict
 
-__all__ = ["Finding", "Options", "Verdict", "verify"]
+__all__ = ["Options", "Verdict", "verify"]

@@ -1,40 +1,21 @@
-"""Findings: what is wrong with a recording, as values."""
+"""Findings: what is wrong with a recording, as diagnostics, and how its numbers are written."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..compare.words import amount
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic, Related, Span
-from ..model import Transform
+from ..model import Transform, Vector
+from ..model.geometry import minus, norm
 
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # a turn is named a quarter or a half of one if it is one to within this
 _AXES = ("x", "y", "z")
 _NO_NUMBERS: Mapping[str, Any] = MappingProxyType({})
-
-
-class Finding(NamedTuple):
-    """One finding: its rule, how serious it is, what it is about, the message, the way out, and its numbers."""
-
-    rule: str
-    severity: str
-    subject: str
-    message: str
-    help: str = ""
-    numbers: Mapping[str, Any] = _NO_NUMBERS
-    evidence: tuple[str, ...] = ()
-    place: Span | None = None
-
-    def diagnostic(self) -> Diagnostic:
-        """Return the finding as a diagnostic; the description is named in a remark: the mistake may be the robot's."""
-        related = [Related(line, None) for line in self.evidence]
-        if self.place is not None:
-            related.append(Related("described here", self.place))
-        return Diagnostic(self.rule, self.severity, self.message, None, tuple(related), self.help)
 
 
 def problem(
@@ -46,16 +27,22 @@ def problem(
     severity: str = ERROR,
     evidence: Iterable[str] = (),
     numbers: Mapping[str, Any] = _NO_NUMBERS,
-) -> Finding:
-    """Return a finding; ``numbers``, in SI units, go into the JSON report."""
-    return Finding(rule, severity, subject, message, help, numbers, tuple(evidence))
+) -> Diagnostic:
+    """Return a finding about a subject; each line of ``evidence`` stands below its message."""
+    related = tuple(Related(line, None) for line in evidence)
+    return Diagnostic(rule, severity, message, None, related, help, (subject,), tuple(numbers.items()))
 
 
-def ordered(findings: Iterable[Finding]) -> list[Finding]:
+def with_place(finding: Diagnostic, place: Span) -> Diagnostic:
+    """Return a finding with the place in the description, in a remark: the mistake may be the robot's."""
+    return finding._replace(related=(*finding.related, Related("described here", place)))
+
+
+def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
     """Return each finding once, the most serious first, otherwise as they were found."""
-    unique: dict[tuple[str, str, str], Finding] = {}
+    unique: dict[tuple[object, ...], Diagnostic] = {}
     for finding in findings:
-        unique.setdefault((finding.rule, finding.subject, finding.message), finding)
+        unique.setdefault((finding.rule, finding.of, finding.message), finding)
     return sorted(unique.values(), key=lambda finding: _WEIGHT[finding.severity])
 
 
@@ -68,15 +55,6 @@ def seconds(value: float) -> str:
     if value >= 1:
         return f"{value:.1f} s"
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.1f} ms"
-
-
-def count(number: int, word: str) -> str:
-    """Return a number of things in words.
-
-    >>> count(1, "edge"), count(1200, "edge")
-    ('1 edge', '1,200 edges')
-    """
-    return f"{number:,} {word}{'' if number == 1 else 's'}"
 
 
 def rate_text(rate: float) -> str:
@@ -110,26 +88,23 @@ def difference(described: Transform, recorded: Transform) -> tuple[float, float,
 
     The move is along the axes of the parent, the turn about the axes of the described child.
     """
-    move = [b - a for a, b in zip(described.xyz, recorded.xyz, strict=True)]
-    turn = Transform(described.rows).inverse().then(Transform(recorded.rows))
-    w, x, y, z = turn.quaternion()
-    sine = math.sqrt(x * x + y * y + z * z)
-    angle = 2 * math.atan2(sine, w)
+    move = minus(recorded.xyz, described.xyz)
+    axis, angle = described.turn_to(recorded)
     parts = []
-    far = math.sqrt(sum(step * step for step in move))
+    far = norm(move)
     if angle > 1e-7:
-        parts.append(f"turned by {_turn_text(angle, (x / sine, y / sine, z / sine))}")
+        parts.append(f"turned by {_turn_text(angle, axis)}")
     if far > 1e-7:
-        steps = [f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {axis}" for axis, step in _large(move, far)]
+        steps = [f"{'-' if step < 0 else '+'}{amount(abs(step), 'm')} in {along}" for along, step in _large(move, far)]
         parts.append(f"moved by {', '.join(steps)}")
     return far, angle, " and ".join(parts)
 
 
-def _large(move: list[float], far: float) -> list[tuple[str, float]]:
+def _large(move: Vector, far: float) -> list[tuple[str, float]]:
     return [(axis, step) for axis, step in zip(_AXES, move, strict=True) if abs(step) > 0.02 * far]
 
 
-def _turn_text(angle: float, axis: tuple[float, float, float]) -> str:
+def _turn_text(angle: float, axis: Vector) -> str:
     """Return a turn in words: about x, y or z where that is what it is."""
     name = main_axis(axis)
     if abs(angle - math.pi) < _NEAR and name:
@@ -147,7 +122,7 @@ def _degrees(angle: float) -> str:
     return f"{degrees:.1f}" if degrees >= 1 else f"{degrees:.2g}"
 
 
-def main_axis(axis: tuple[float, float, float]) -> str:
+def main_axis(axis: Vector) -> str:
     """Return "x", "y" or "z" for an axis (of length one) that is within some degrees of it; otherwise nothing."""
     largest = max(range(3), key=lambda at: abs(axis[at]))
     return _AXES[largest] if abs(axis[largest]) > math.cos(2 * _NEAR) else ""
@@ -155,9 +130,5 @@ def main_axis(axis: tuple[float, float, float]) -> str:
 
 def half_turn_about(described: Transform, recorded: Transform) -> str:
     """Return the axis about which one rotation is the other turned by half a turn; nothing if it is not."""
-    turn = Transform(described.rows).inverse().then(Transform(recorded.rows))
-    w, x, y, z = turn.quaternion()
-    sine = math.sqrt(x * x + y * y + z * z)
-    if sine == 0 or abs(2 * math.atan2(sine, w) - math.pi) > _NEAR:
-        return ""
-    return main_axis((x / sine, y / sine, z / sine))
+    axis, angle = described.turn_to(recorded)
+    return "" if abs(angle - math.pi) > _NEAR else main_axis(axis)

@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..diagnostic import ERROR, WARNING
+from ..diagnostic import ERROR, WARNING, Diagnostic
 from .expected import Description
-from .findings import Finding
 from .recording.recording import Recording
 
 
@@ -15,7 +14,7 @@ class Verdict(NamedTuple):
 
     recording: Recording
     description: Description
-    findings: list[Finding]
+    findings: list[Diagnostic]
 
     def count(self, severity: str) -> int:
         """Return how many findings are of a severity."""

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from ...diagnostic import Span
 from ...tree import Map
+from ...wording import counted, first_of
 from ..markup import Element
 from .numbers import tidy
 from .planting import put_number
@@ -112,8 +113,7 @@ def _tell(reading: Reading, lost: Sequence[tuple[Mapping[str, Any], Element]]) -
         bare = len(found) - len(named)
         if bare:
             named.append("without a name" if bare == 1 else "without names" if not named else f"{bare} without names")
-        names = ", ".join(named[:5]) + (f" and {len(named) - 5} more" if len(named) > 5 else "")
-        count = f"{len(found)} actuators" if len(found) > 1 else "the actuator"
-        what = f"{count} <{tag}> ({names})"
+        count = counted(len(found), "actuator") if len(found) > 1 else "the actuator"
+        what = f"{count} <{tag}> ({first_of(named, 5)})"
         others = [element.span for _, element in found[1:]]
         reading.lost(what, found[0][1].span, "only servos of joints are known", len(found) > 1, others)

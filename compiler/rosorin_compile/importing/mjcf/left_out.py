@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 
 from ...diagnostic import Span
+from ...wording import plural
 from ..markup import Element
 from .reading import Reading
 
@@ -99,7 +100,7 @@ def tell(reading: Reading) -> None:
         else:
             for name, span in _unsaid(element):
                 kind = "looks" if tag == "site" and name in _ON_LOOKS_OF_SITES.split() else "lost"
-                words = "how sites look" if kind == "looks" else f"{_topic(tag, name)} of {_plural(tag)}"
+                words = "how sites look" if kind == "looks" else f"{_topic(tag, name)} of {plural(tag, 2)}"
                 groups.setdefault((kind, words), []).append(span)
     for (kind, words), spans in groups.items():
         if kind == "lost":
@@ -159,10 +160,6 @@ def _topic(tag: str, name: str) -> str:
         if name in names.split():
             return words
     return f'"{name}"'
-
-
-def _plural(tag: str) -> str:
-    return "bodies" if tag == "body" else "meshes" if tag == "mesh" else f"{tag}s"
 
 
 def _masks(reading: Reading) -> None:

@@ -9,6 +9,7 @@ would be more honest still, but the URDF of such a robot could not be read by an
 from __future__ import annotations
 
 from ...tree import Map
+from ...wording import listed
 from .actuators import Drive
 from .numbers import tidy, tidy_position
 from .planting import put, put_number, source
@@ -41,8 +42,7 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
     put_number(limit, "effort", STAND_IN_EFFORT if effort is None else effort, element, "actuatorfrcrange", 1)
     put_number(limit, "velocity", STAND_IN_VELOCITY, element)
     missing.append("velocity")
-    words = missing[0] if len(missing) == 1 else f"{', '.join(missing[:-1])} and {missing[-1]}"
-    note = f"{words} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the MJCF does not limit "
+    note = f"{listed(missing)} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the MJCF does not limit "
     source(limit, "stand_in", note + ("it" if len(missing) == 1 else "them"))
     put(entry, "limit", limit)
 

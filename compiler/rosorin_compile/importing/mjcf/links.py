@@ -7,6 +7,7 @@ from typing import Any
 
 from ...model import Transform
 from ...tree import Map
+from ...wording import counted, first_of
 from ..markup import Element
 from .numbers import full_inertia, rotation, shift, tidy, tidy_vector, transform
 from .planting import plain, put, put_number, put_pose, source
@@ -60,9 +61,8 @@ def add_links(reading: Reading) -> None:
             own = next((e for e in reading.markup.children(element) if e.tag == "inertial"), element)
             put(link, "inertial", _inertial(body, own))
     if light:
-        names = ", ".join(reading.link_of[index] for index in light[:5])
-        more = f" and {len(light) - 5} more" if len(light) > 5 else ""
-        message = f"what MuJoCo has for mass where there is none is left out ({names}{more})"
+        names = first_of([reading.link_of[index] for index in light], 5)
+        message = f"what MuJoCo has for mass where there is none is left out ({names})"
         reading.changed(message, reading.places.body(light[0]).span)
 
 
@@ -151,13 +151,9 @@ def _tell(reading: Reading, scene: Mapping[str, int]) -> None:
     sites = [(at, s) for at, s in enumerate(reading.facts["sites"]) if not s["name"] and s["body"] in reading.link_of]
     if sites:
         span = reading.places.of("sites", sites[0][0]).span
-        reading.ignored(f"{_count(len(sites), 'site')} without a name: nobody can ask for such a frame", span)
+        reading.ignored(f"{counted(len(sites), 'site')} without a name: nobody can ask for such a frame", span)
     for kind, count in scene.items():
         if count:
             first = next(at for at, t in enumerate(reading.facts[kind]) if t["body"] not in reading.link_of)
-            message = f"{_count(count, kind[:-1])} of the world: the scene is no part of the robot"
+            message = f"{counted(count, kind[:-1])} of the world: the scene is no part of the robot"
             reading.ignored(message, reading.places.of(kind, first).span)
-
-
-def _count(count: int, word: str) -> str:
-    return f"{count} {word}{'' if count == 1 else 's'}"

@@ -8,8 +8,8 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Sequence
 
-from ...model import Transform
-from ...model.geometry import Rows, Vector, norm, transform_of_quaternion
+from ...model import Transform, geometry
+from ...model.geometry import Rows, Vector, transform_of_quaternion
 
 DEGREE = math.pi / 180
 ROUNDING = 1e-15  # of sums and products of numbers near 1
@@ -93,8 +93,7 @@ def tidy_vector(values: Iterable[float], zero: float = ROUNDING) -> Vector:
 def unit(axis: Sequence[float]) -> Vector:
     """Return an axis with length 1; MuJoCo has made it so already, but for rounding."""
     x, y, z = axis
-    length = norm((x, y, z)) or 1.0
-    return tidy_vector((x / length, y / length, z / length))
+    return tidy_vector(geometry.unit((x, y, z)))
 
 
 def angles_about_xyz(quaternion: Sequence[float]) -> Vector:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Span
 from ...tree import Map
+from ...wording import counted
 from ..imported import LeftOut, cannot_carry
 from ..markup import Element
 from .planting import Names, put
@@ -55,7 +56,7 @@ class Reading:
         message = f"{what} {'are' if many else 'is'} not carried over"
         related = [Related("and here", other) for other in others[:_SHOWN]]
         if len(others) > _SHOWN:
-            related.append(Related(f"and in {len(others) - _SHOWN} more places", None))
+            related.append(Related(f"and in {counted(len(others) - _SHOWN, 'more place')}", None))
         self.diagnostics.append(cannot_carry(what, span, help)._replace(message=message, related=tuple(related)))
         self.left_out.append(LeftOut(what, span))
 

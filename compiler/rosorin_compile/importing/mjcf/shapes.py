@@ -14,6 +14,7 @@ from typing import Any
 
 from ...model import Transform
 from ...tree import Map, Seq
+from ...wording import counted, first_of
 from ..markup import Element
 from .numbers import tidy, tidy_vector, transform
 from .planting import legal, numbers, put, put_number, put_pose
@@ -172,12 +173,11 @@ def _tell(reading: Reading) -> None:
             kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
     for word, found in kinds.items():
         links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in found})
-        on = ", ".join(links[:5]) + (f" and {len(links) - 5} more" if len(links) > 5 else "")
+        on = first_of(links, 5)
         many = len(found) > 1
-        what = f"a geom of link {on} ({word})" if not many else f"{len(found)} geoms ({word}) of {on}"
+        what = f"a geom of link {on} ({word})" if not many else f"{counted(len(found), 'geom')} ({word}) of {on}"
         spans = [reading.places.of("geoms", index).span for index in found]
         reading.lost(what, spans[0], "the language has no such shape", many, spans[1:])
     if scene:
-        count = "1 geom" if len(scene) == 1 else f"{len(scene)} geoms"
-        message = f"{count} of the world: the scene is no part of the robot"
+        message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

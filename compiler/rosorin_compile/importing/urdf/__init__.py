@@ -42,9 +42,9 @@ def _facts(text: str) -> Facts:
 
 
 def _syntax(text: str) -> object:
-    from ...emit.xml_facts import canonical
+    from ...elements_text import canonical, tree_of
 
-    return canonical(text)
+    return canonical(tree_of(text))
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:

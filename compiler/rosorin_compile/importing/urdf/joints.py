@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from ...diagnostic import did_you_mean
-from ...rules.case import quoted
 from ...tree import Map, Path
+from ...wording import plural, quoted
 from ..markup import Element
 from .poses import put_origin
 from .reading import Reading, named, put
@@ -103,7 +103,7 @@ def _limit(element: Element, joint: Map, kind: str, reading: Reading) -> None:
     for name in ("effort", "velocity"):
         put_number(entry, name, element, name, PLAIN, reading)
     if missing:
-        message = f"{named(element)} lacks the attribute{'s' if len(missing) > 1 else ''} {quoted(missing)}"
+        message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
         help = "add them, the largest torque or force and the largest speed: readers of URDF refuse a limit without"
         reading.lenient("limit-incomplete", message, element.span, help, "takes it without")
     put(joint, "limit", entry, element)

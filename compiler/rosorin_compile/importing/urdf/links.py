@@ -6,6 +6,7 @@ from collections.abc import Callable
 
 from ...diagnostic import NOTE, Diagnostic
 from ...tree import Map, Path, Seq
+from ...wording import counted, listed
 from ..markup import Element
 from .materials import put_material
 from .poses import put_origin
@@ -88,7 +89,7 @@ def _solid(element: Element, link: Map, path: Path, reading: Reading) -> None:
     if shape is None:
         return
     if shape is geometry:
-        what = " and ".join(f"<{child.tag}>" for child in geometry.children)
+        what = listed(f"<{child.tag}>" for child in geometry.children)
         message = f"{what} of {named(element)} is a shape of its own kind: kept as it is"
         reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, geometry.span))
         reading.keep(element, link)
@@ -125,7 +126,7 @@ def _shape(geometry: Element, entry: Map, reading: Reading) -> Element | None:
     """Set the shape of an entry and return its element; None after an error, the geometry if no reader knows it."""
     known = [child for child in geometry.children if child.tag in _SHAPES]
     if len(known) > 1:
-        message = f"{named(geometry)} has {' and '.join(f'<{child.tag}>' for child in known)}; it takes one"
+        message = f"{named(geometry)} has {listed(f'<{child.tag}>' for child in known)}; it takes one"
         reading.error("duplicate-element", message, known[1].span, "make a second <visual> or <collision> of it")
         return None
     if not known and geometry.children:
@@ -179,7 +180,7 @@ def _other_scale(shape: Element, made: Map, reading: Reading) -> None:
     if None in values:
         return
     instead = "takes the first three" if len(words) > 1 else "takes it for all three"
-    message = f"scale of {named(shape)} has {len(words)} number{'s' if len(words) > 1 else ''}; it takes 3"
+    message = f"scale of {named(shape)} has {counted(len(words), 'number')}; it takes 3"
     if len(words) == 2:
         reading.error("wrong-count", message, attribute.span, "give 3")
     elif reading.lenient("wrong-count", message, attribute.span, "give 3", instead):

@@ -8,8 +8,8 @@ from typing import Any
 
 from ...accepting import ACCEPTABLE
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
-from ...rules.case import quoted
 from ...tree import Map, Path, Seq
+from ...wording import and_more, plural, quoted
 from ..imported import LeftOut, cannot_carry
 from ..markup import INSTRUCTION, TEXT, Element
 from ..options import ReadOptions
@@ -80,7 +80,7 @@ class Reading:
             grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
         for unit, found in self._suspects.items():
             rule, limit, other = _SUSPECT[unit]
-            more = f", and {len(found) - 1} more" if len(found) > 1 else ""
+            more = f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
             message = f"{found[0][0]}, {limit}: this looks like {other}{more}"
             help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
             grouped.append(Diagnostic(rule, WARNING, message, found[0][1], (), help))
@@ -117,7 +117,7 @@ class Reading:
         if not self.options.lenient:
             missing = [name for name in missing if not any(meant(other, [name]) for other in others)]
         if missing:
-            message = f"{named(element)} lacks the attribute{'s' if len(missing) > 1 else ''} {quoted(missing)}"
+            message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
             self.error(
                 "missing-attribute", message, element.span, "add " + " ".join(f'{name}="..."' for name in missing)
             )

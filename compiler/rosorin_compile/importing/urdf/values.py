@@ -11,6 +11,7 @@ from ...quantity import ANGLE, LENGTH, NUMBER, Quantity
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
 from ...tree import Map, Seq
+from ...wording import counted
 from ..markup import Attribute, Element, Word
 from .reading import Reading, named
 
@@ -77,7 +78,7 @@ def numbers(element: Element, name: str, count: int, unit: str, reading: Reading
         return None
     words = attribute.words()
     if len(words) != count and not (words and _joined(words)):
-        have = "is empty" if not words else f"has {len(words)} number{'s' if len(words) > 1 else ''}"
+        have = "is empty" if not words else f"has {counted(len(words), 'number')}"
         message = f"{_what(element, name)} {have}; it takes {count}"
         reading.error("wrong-count", message, attribute.span, f"give {count}")
         return None

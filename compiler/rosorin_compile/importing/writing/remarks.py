@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from ...tree import Path
-from ...yaml_text import is_raw
+from ...wording import printable
 from ..imported import BESIDE, END, INSIDE, Comment
 from .layout import Remarks
 
@@ -58,16 +58,12 @@ def cleaned(text: str) -> list[str]:
     first, *others = (line.expandtabs(4).rstrip() for line in _LINE_END.split(text))
     # The first line stands behind the opening of the comment, so its indentation says nothing of the others.
     body = textwrap.dedent("\n".join(others)).split("\n") if others else []
-    found = [_visible(line) for line in [first.strip(), *body]]
+    found = [printable(line) for line in [first.strip(), *body]]
     while found and not found[0]:
         found.pop(0)
     while found and not found[-1]:
         found.pop()
     return found
-
-
-def _visible(line: str) -> str:
-    return line if is_raw(line) else "".join(c if is_raw(c) else f"\\u{ord(c):04x}" for c in line)
 
 
 def _existing(document: Mapping[str, Any], path: Sequence[str | int]) -> Path:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...wording import counted
 from ..files import read_source
 from ..imported import Imported
 from ..markup import Document, MarkupError, parse
@@ -133,7 +134,7 @@ def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
     lines = list(dict.fromkeys(line for line in lines if line))
     if "error" in answer or "missing" in answer or "markup" in answer:
         return []
-    more = [f"and {len(lines) - MAX_REMARKS} more lines"] if len(lines) > MAX_REMARKS else []
+    more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
     return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
 
 

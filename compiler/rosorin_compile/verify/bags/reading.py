@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
-from ...diagnostic import WARNING
+from ...diagnostic import WARNING, Diagnostic
+from ...wording import counted
 from ..arrays import SECOND, Samples
-from ..findings import Finding, count, problem
+from ..findings import problem
 from ..recording.joints import in_order
 from ..recording.recording import MAX_DESCRIPTIONS, Batch, Recording
 from . import cdr, cut
@@ -73,10 +74,10 @@ def _opened(path: Path, recording: Recording) -> Any:
     return _Closing(reader)
 
 
-def _cut_off(path: Path, left: cut.CutReader) -> Finding:
+def _cut_off(path: Path, left: cut.CutReader) -> Diagnostic:
     """Return the finding for a file whose end is missing."""
     until = (left.end_time - left.start_time) / SECOND
-    how = f"it ends {until:.1f} s after its begin, with {count(left.message_count, 'message')}"
+    how = f"it ends {until:.1f} s after its begin, with {counted(left.message_count, 'message')}"
     message = f"{path.name} is cut off: {how if left.message_count else 'it ends before its first message'}"
     help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
     numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}

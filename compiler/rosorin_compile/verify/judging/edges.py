@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from ...diagnostic import WARNING, did_you_mean
+from ...diagnostic import WARNING, Diagnostic, did_you_mean
 from ...model import Transform
+from ...wording import and_more, counted, listed
 from ..arrays import SECOND, Samples, transform_from
 from ..expected import Expected
-from ..findings import Finding, count, difference, half_turn_about, pose_text, problem, rate_text, seconds, share
+from ..findings import difference, half_turn_about, pose_text, problem, rate_text, seconds, share
 from ..recording.leaps import FEWEST_TWICE, Leaps
 from ..recording.recording import Recording
 from ..recording.series import Series, Wrong
@@ -21,7 +22,7 @@ _DECLARE = "declare it under edges, with the node that publishes it"
 _DOUBLED = "tf2 takes whichever came last: let one node publish it"
 
 
-def edges(recording: Recording) -> Iterator[Finding]:
+def edges(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the edges that were recorded."""
     twice: dict[str, list[Series]] = {}
     for child, of_child in recording.into.items():
@@ -44,7 +45,7 @@ def owner_of(series: Series) -> str:
     return f" ({series.owner})" if series.owner else ""
 
 
-def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iterator[Finding]:
+def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iterator[Diagnostic]:
     """Yield what is wrong with the parents of a frame and the topics of its edge."""
     expected = recording.description.by_child.get(child)
     parents = list(dict.fromkeys(series.parent for series in of_child))
@@ -53,7 +54,7 @@ def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iter
         return
     described = [edge.parent for edge in expected]
     if len(parents) > 1:
-        names = " and ".join(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
+        names = listed(f"{name}{'' if name in described else ' (not described)'}" for name in parents)
         evidence = [_evidence(series) for series in of_child]
         message = f'the frame "{child}" was published under {len(parents)} parents: {names}'
         help = f"a frame has one parent, {described[0]}: stop the node that publishes the other"
@@ -66,7 +67,7 @@ def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iter
         yield from _topics([series for series in of_child if series.parent == parent], expected)
 
 
-def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator[Finding]:
+def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator[Diagnostic]:
     """Yield the finding for an edge that is not described; many below one frame of the robot are told once."""
     series, description = of_child[0], recording.description
     joint = description.robot.joint_to.get(series.child)
@@ -106,7 +107,7 @@ def _top(recording: Recording, series: Series) -> str:
     return frame
 
 
-def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Finding]:
+def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Diagnostic]:
     """Yield an edge on the wrong topic, or on both."""
     edge = next((edge for edge in expected if edge.parent == of_child[0].parent), expected[0])
     name = of_child[0].name
@@ -131,11 +132,10 @@ def _rate(series: Series) -> str:
 
 
 def _evidence(series: Series) -> str:
-    count = f"{series.pace.count:,} time{'s' if series.pace.count > 1 else ''}"
-    return f"{series.name}: {count} on {series.topic}{_rate(series)}"
+    return f"{series.name}: {counted(series.pace.count, 'time')} on {series.topic}{_rate(series)}"
 
 
-def _values(recording: Recording, series: Series, two: bool) -> Iterator[Finding]:
+def _values(recording: Recording, series: Series, two: bool) -> Iterator[Diagnostic]:
     """Yield values that are no transforms, not as described, or several; ``two`` says that the last is told already."""
     values = series.values
     if values.bad:
@@ -151,7 +151,7 @@ def _values(recording: Recording, series: Series, two: bool) -> Iterator[Finding
         yield _wrong_value(recording, series, values.first_wrong)
 
 
-def _wrong_value(recording: Recording, series: Series, first: Wrong) -> Finding:
+def _wrong_value(recording: Recording, series: Series, first: Wrong) -> Diagnostic:
     values = series.values
     described, recorded = transform_from(first.xyz, first.quaternion), transform_of(first.sample)
     metres, radians, words = difference(described, recorded)
@@ -166,7 +166,7 @@ def _wrong_value(recording: Recording, series: Series, first: Wrong) -> Finding:
     return problem(rule, series.name, message, help, evidence=evidence, numbers={"metres": metres, "radians": radians})
 
 
-def _two_still_values(series: Series) -> Finding:
+def _two_still_values(series: Series) -> Diagnostic:
     """Return the finding for an edge that stands still and had several values."""
     values = series.values
     poses = [transform_of(seen.sample) for seen in values.seen]
@@ -183,7 +183,9 @@ def _two_still_values(series: Series) -> Finding:
     if values.others:
         evidence.append(f"{values.others:,} x other values")
     _, _, words = difference(poses[0], poses[1])
-    message = f"{series.name} has {_number(values.seen, values.others)} values, in {count(values.switches, 'change')}:"
+    message = (
+        f"{series.name} has {_number(values.seen, values.others)} values, in {counted(values.switches, 'change')}:"
+    )
     message += f" the second is {words}"
     return problem("edge-two-values", series.name, message, _DOUBLED, evidence=evidence)
 
@@ -192,7 +194,7 @@ def _number(seen: Sequence[object], others: int) -> str:
     return "many" if others else {2: "two", 3: "three", 4: "four"}[len(seen)]
 
 
-def _two_values(series: Series) -> Finding:
+def _two_values(series: Series) -> Diagnostic:
     """Return the finding for an edge that two nodes publish with different values."""
     evidence = []
     if series.leaps.pair is not None:
@@ -209,7 +211,7 @@ def _comes_twice(series: Series) -> bool:
     return not series.still and pace.count > 4 and pace.twice > DOUBLES * (pace.count - 1)
 
 
-def _alternates(series: Series) -> Finding:
+def _alternates(series: Series) -> Diagnostic:
     rate = rate_text(series.pace.rate)
     message = f"{series.name} comes at {rate} in short and long steps by turns, as two clocks give"
     return problem("edge-published-twice", series.name, message, _DOUBLED, severity=WARNING)
@@ -222,9 +224,9 @@ def leaps_text(leaps: Leaps) -> str:
     return f"{share(leaps.returns, leaps.steps)} samples leap back to where it was, by {leaps.largest:.3g} m or rad"
 
 
-def _twice(owner: str, several: Sequence[Series]) -> Finding:
+def _twice(owner: str, several: Sequence[Series]) -> Diagnostic:
     first, more = several[0], len(several) - 1
-    names = f"{first.name}{f' and {more} more of {owner}' if more else ''}"
+    names = f"{first.name}{and_more(more, f'of {owner}')}"
     again = share(first.pace.twice, max(1, first.pace.count - 1))
     message = f"{names} {'are' if more else 'is'} published twice: {again} stamps come again with the same value"
     return problem("edge-published-twice", first.name, message, _DOUBLED, severity=WARNING)

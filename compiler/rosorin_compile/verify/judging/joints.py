@@ -7,10 +7,11 @@ from collections.abc import Iterator, Sequence
 
 from ...compare import compare
 from ...compare.words import amount
-from ...diagnostic import NOTE, WARNING, did_you_mean
+from ...diagnostic import NOTE, WARNING, Diagnostic, did_you_mean
 from ...emit import Artifact, feeds
 from ...model import ROBOT_STATE_PUBLISHER
-from ..findings import Finding, count, problem, share
+from ...wording import and_more, counted, first_of
+from ..findings import problem, share
 from ..recording.joints import JointLog, Range
 from ..recording.recording import Recording
 from .edges import leaps_text
@@ -19,7 +20,7 @@ _SHOWN, _FEW = 8, 3
 _TOPIC = "/joint_states"
 
 
-def joints(recording: Recording) -> Iterator[Finding]:
+def joints(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the joint states, and what could not be compared without them."""
     log = recording.joints
     robot = recording.description.robot
@@ -53,21 +54,20 @@ def joints(recording: Recording) -> Iterator[Finding]:
         yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
 
 
-def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Finding]:
+def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]:
     """Yield the joints that are not described: each, or many of them in one finding."""
     for name in names if len(names) <= _FEW else ():
         help = did_you_mean(name, recording.description.joint_names)
         message = f'{_TOPIC} names "{name}", a joint that is not described'
         yield problem("joint-state-unknown", _TOPIC, message, help)
     if len(names) > _FEW:
-        shown = ", ".join(f'"{name}"' for name in names[:_SHOWN])
-        more = f" and {len(names) - _SHOWN} more" if len(names) > _SHOWN else ""
-        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}{more}"
+        shown = first_of([f'"{name}"' for name in names], _SHOWN)
+        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}"
         help = "describe them, or look whether this is the recording of this robot"
         yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
 
 
-def _range(log: JointLog, name: str, seen: Range) -> Iterator[Finding]:
+def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:
     if seen.not_numbers:
         message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_TOPIC}"
         yield problem("joint-not-a-number", _TOPIC, message, "mend the driver")
@@ -89,7 +89,7 @@ def _span(lower: float, upper: float) -> str:
     return f"{texts[0]} to {texts[1]}"
 
 
-def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Finding]:
+def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
     compiled = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
@@ -105,9 +105,9 @@ def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> It
         comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
         evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
         if len(comparison.changes) > _SHOWN:
-            evidence.append(f"... and {len(comparison.changes) - _SHOWN} more")
+            evidence.append(f"...{and_more(len(comparison.changes) - _SHOWN)}")
         if comparison.changes:
-            many = count(len(comparison.changes), "difference")
+            many = counted(len(comparison.changes), "difference")
             message = f"{topic} is not the compiled {compiled.file}: {many} of meaning"
             help = "deploy what is compiled, and start robot_state_publisher again"
             yield problem("other-robot-description", topic, message, help, evidence=evidence)

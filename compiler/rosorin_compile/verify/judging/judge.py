@@ -4,13 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from ...diagnostic import Diagnostic
 from ...emit import Artifact
-from ..findings import Finding, ordered, problem
+from ...wording import first_of
+from ..findings import ordered, problem
 from ..recording.recording import Recording
 from . import edges, joints, sensors, text, tree
 
 
-def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
+def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return what is wrong with a recording, held against the description and the compiled artifacts."""
     findings = list(recording.troubles)
     nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
@@ -37,13 +39,13 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:
     return ordered(findings)
 
 
-def _foreign(recording: Recording) -> Finding:
+def _foreign(recording: Recording) -> Diagnostic:
     """Return the finding for a recording without a transform."""
     topics = sorted(recording.topics)
     help = "record /tf, /tf_static, /joint_states and /robot_description"
     if recording.messages == 0 and not topics:
         return problem("recording-empty", "the recording", "the recording has no messages", help)
-    shown = f": it has {', '.join(topics[:6])}{', ...' if len(topics) > 6 else ''}" if topics else ""
+    shown = f": it has {first_of(topics, 6)}" if topics else ""
     namespaced = [topic for topic in topics if topic.endswith("/tf")]
     if namespaced and not recording.description.options.namespace:
         help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ...diagnostic import ERROR, WARNING, did_you_mean, nearest
+from ...diagnostic import ERROR, WARNING, Diagnostic, did_you_mean, nearest
+from ...wording import counted
 from ..arrays import SECOND
-from ..findings import Finding, count, problem, rate_text, seconds, share
+from ..findings import problem, rate_text, seconds, share
 from ..recording.recording import Recording
 from ..recording.sensors import FrameUse, Lookups, SensorLog
 from .edges import owner_of
@@ -17,7 +18,7 @@ FAILS = 0.05
 _PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
 
 
-def sensors(recording: Recording) -> Iterator[Finding]:
+def sensors(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the frames of stamped messages."""
     failing: dict[str, list[tuple[SensorLog, FrameUse, Lookups]]] = {}
     late: dict[str, list[tuple[SensorLog, FrameUse]]] = {}
@@ -38,7 +39,7 @@ def sensors(recording: Recording) -> Iterator[Finding]:
         yield _failing(recording, frame, asked)
 
 
-def _unknown(recording: Recording, log: SensorLog, use: FrameUse) -> Finding | None:
+def _unknown(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic | None:
     """Return the finding for a frame that is in no tree."""
     known = recording.description.frames
     recorded = use.frame in recording.parents or use.frame in recording.parents.values()
@@ -47,7 +48,7 @@ def _unknown(recording: Recording, log: SensorLog, use: FrameUse) -> Finding | N
     if not use.frame:
         message = f"{log.topic} is stamped with no frame"
         return problem("frame-unknown", log.topic, message, "let the driver set frame_id", severity=WARNING)
-    many = count(use.pace.count, "message")
+    many = counted(use.pace.count, "message")
     message = f'{log.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
     near = nearest(use.frame, known)
     help = did_you_mean(use.frame, known) if near else "set frame_id in the driver, or describe the frame"
@@ -61,7 +62,7 @@ def _is_sensor(kind: str) -> bool:
     return kind.startswith("sensor_msgs/") or kind == ""
 
 
-def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse]]) -> Finding:
+def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse]]) -> Diagnostic:
     log, use = max(uses, key=lambda both: both[1].early)
     start = recording.start or 0
     ready = start if use.ready is None else use.ready
@@ -81,7 +82,7 @@ def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse
     )
 
 
-def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, FrameUse, Lookups]]) -> Finding:
+def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, FrameUse, Lookups]]) -> Diagnostic:
     log, _, lookups = max(asked, key=lambda entry: entry[2].failed / entry[2].asked)
     slowest = max(lookups.slowest, key=lambda name: lookups.slowest[name])
     series = next(series for series in recording.series.values() if series.name == slowest and not series.still)

@@ -6,10 +6,10 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
-from ...diagnostic import ERROR, NOTE, WARNING, did_you_mean
+from ...diagnostic import ERROR, NOTE, WARNING, Diagnostic, did_you_mean
 from ...model import Joint, Transform
 from ..expected import Description, Expected
-from ..findings import Finding, difference, half_turn_about, pose_text, problem, seconds
+from ..findings import difference, half_turn_about, pose_text, problem, seconds
 from ..recording.recording import Asked, FrameRow, Reading, Recording, Refused
 
 
@@ -65,7 +65,7 @@ def _placed(description: Description, way: list[_Step], positions: Mapping[str, 
     return result
 
 
-def asked(recording: Recording) -> Iterator[Finding]:
+def asked(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the answers of tf2_echo that are not what the description gives."""
     refused = {(question.source, question.target): question for question in recording.refused}
     answers = []
@@ -87,7 +87,7 @@ def outcome(recording: Recording, answer: Asked) -> str:
     return "not compared" if finding.rule == "not-compared" else "not as described"
 
 
-def _answer(recording: Recording, answer: Asked) -> Iterator[Finding]:
+def _answer(recording: Recording, answer: Asked) -> Iterator[Diagnostic]:
     description = recording.description
     name = f"{answer.source} -> {answer.target}"
     known = description.frames | set(description.robot.link)
@@ -117,7 +117,9 @@ def _answer(recording: Recording, answer: Asked) -> Iterator[Finding]:
             return
 
 
-def _reading(recording: Recording, name: str, answer: Asked, reading: Reading, expected: Transform) -> Finding | None:
+def _reading(
+    recording: Recording, name: str, answer: Asked, reading: Reading, expected: Transform
+) -> Diagnostic | None:
     """Return the finding for one of the forms of an answer; None if it fits as far as it is printed."""
     printed = Transform(reading.rows or expected.rows, reading.xyz or expected.xyz)
     _, radians, _ = difference(expected, printed)
@@ -146,7 +148,7 @@ def _printed(reading: Reading, pose: Transform) -> str:
     return turn if reading.xyz is None else f"{place}, {turn}"
 
 
-def _refused(recording: Recording, question: Refused) -> Finding:
+def _refused(recording: Recording, question: Refused) -> Diagnostic:
     name = f"{question.source} -> {question.target}"
     message = f"tf2_echo got no answer for {name}: {question.why}"
     owners = [
@@ -161,13 +163,13 @@ def _refused(recording: Recording, question: Refused) -> Finding:
     return problem("edge-missing", name, message, help, evidence=[f"line {question.line}"])
 
 
-def rows(recording: Recording) -> Iterator[Finding]:
+def rows(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the tree that view_frames saw."""
     for row in recording.rows:
         yield from _row(recording, row)
 
 
-def _row(recording: Recording, row: FrameRow) -> Iterator[Finding]:
+def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
     name = f"{row.parent} -> {row.child}"
     expected = recording.description.by_child.get(row.child)
     if expected is None:

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostic import NOTE, WARNING
+from ...diagnostic import NOTE, WARNING, Diagnostic
 from ...model import ROBOT_STATE_PUBLISHER
+from ...wording import and_more, first_of
 from ..arrays import SECOND
 from ..expected import Expected
-from ..findings import Finding, problem, rate_text, seconds
+from ..findings import problem, rate_text, seconds
 from ..recording.pace import Gap, Pace
 from ..recording.recording import Recording
 from ..recording.series import Series
@@ -37,7 +38,7 @@ def best_way(recording: Recording) -> Missing:
     return min(ways, key=lambda way: len(way.edges))
 
 
-def missing(recording: Recording) -> Iterator[Finding]:
+def missing(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the edges that nobody published; several of one node in one finding."""
     if not recording.whole:
         return
@@ -59,7 +60,7 @@ def missing(recording: Recording) -> Iterator[Finding]:
             yield _missing(recording, owner, group, len(all_of_it), way.modes)
 
 
-def _no_static(absent: Sequence[Expected]) -> Iterator[Finding]:
+def _no_static(absent: Sequence[Expected]) -> Iterator[Diagnostic]:
     """Yield the finding for a recording without /tf_static: whether anybody published it cannot be told."""
     if not absent:
         return
@@ -81,7 +82,7 @@ def _silent_joints(recording: Recording) -> set[str]:
 
 def _missing(
     recording: Recording, owner: str, edges: Sequence[Expected], every: int, modes: Mapping[str, bool]
-) -> Finding:
+) -> Diagnostic:
     names = ", ".join(edge.name for edge in edges)
     plural = len(edges) > 1
     if plural and len(edges) == every:
@@ -107,7 +108,7 @@ def _on(value: bool) -> str:
     return "on" if value else "off"
 
 
-def stale(recording: Recording) -> Iterator[Finding]:
+def stale(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the moving edges whose newest sample was too old to use; those of one node that stopped together in one."""
     if not recording.timed:
         return
@@ -137,7 +138,7 @@ def _within(oldest: Gap, silence: Gap) -> bool:
     )
 
 
-def _silence(recording: Recording) -> Finding:
+def _silence(recording: Recording) -> Diagnostic:
     """Return the finding for a time in which nothing at all was recorded."""
     silence = recording.silence
     at = (silence.began - (recording.start or 0)) / SECOND
@@ -147,11 +148,11 @@ def _silence(recording: Recording) -> Finding:
     return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
 
 
-def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Finding:
+def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Diagnostic:
     worst = max(of_owner, key=lambda series: series.pace.oldest_until(recording.end).seconds)
     oldest = worst.pace.oldest_until(recording.end)
     at = (oldest.began - (recording.start or 0)) / SECOND
-    names = worst.name if len(of_owner) == 1 else f"{worst.name} and {len(of_owner) - 1} more of {owner}"
+    names = f"{worst.name}{and_more(len(of_owner) - 1, f'of {owner}')}"
     message = f"{names} went {seconds(oldest.seconds)} stale, {at:.1f} s into the recording"
     limit = seconds(recording.description.options.stale)
     evidence = [
@@ -166,7 +167,7 @@ def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Find
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
 
 
-def late(recording: Recording) -> Iterator[Finding]:
+def late(recording: Recording) -> Iterator[Diagnostic]:
     """Yield the moving edges that came only some time after all else, those of one node in one finding."""
     if not recording.timed:
         return
@@ -181,7 +182,7 @@ def late(recording: Recording) -> Iterator[Finding]:
         first = min(of_owner, key=lambda series: series.pace.first)
         waited = _waited(recording, first)
         more = len(of_owner) - 1
-        names = f"{first.name} and {more} more of {owner} were" if more else f"{first.name} was"
+        names = f"{first.name}{and_more(more, f'of {owner}')} {'were' if more else 'was'}"
         message = f"{names} there only from {waited:.1f} s into the recording on"
         help = f"until then nothing in {first.parent} could be looked up: start {owner} earlier, or wait for it"
         numbers = {"seconds": waited, "edges": [series.name for series in of_owner]}
@@ -193,7 +194,7 @@ def _waited(recording: Recording, series: Series) -> float:
     return (series.pace.first - (recording.start or 0)) / SECOND
 
 
-def clocks(recording: Recording) -> Iterator[Finding]:
+def clocks(recording: Recording) -> Iterator[Diagnostic]:
     """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
     streams: list[tuple[str, Pace]] = []
     for series in recording.series.values():
@@ -219,5 +220,4 @@ def clocks(recording: Recording) -> Iterator[Finding]:
 
 
 def _names(streams: Sequence[tuple[str, Pace]]) -> str:
-    first = ", ".join(name for name, _ in streams[:_MANY])
-    return first if len(streams) <= _MANY else f"{first} and {len(streams) - _MANY} more"
+    return first_of([name for name, _ in streams], _MANY)

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-from ...compare.words import printable
 from ...diagnostic import ERROR, NOTE, WARNING
+from ...wording import and_more, counted, printable
 from ..arrays import SECOND
 from ..expected import Expected
-from ..findings import count, rate_text, seconds
+from ..findings import rate_text, seconds
 from ..judging.edges import age_text
 from ..judging.text import outcome
 from ..judging.tree import best_way
@@ -39,7 +39,7 @@ def table(verdict: Verdict) -> list[str]:
     rows = list(_edges(recording))
     lines = _columns([_HEAD, *rows[:MAX_ROWS]]) if rows else []
     if len(rows) > MAX_ROWS:
-        lines.append(f"... and {len(rows) - MAX_ROWS} more edges; --json has them all")
+        lines.append(f"...{and_more(len(rows) - MAX_ROWS, 'edges')}; --json has them all")
     sensors = list(_sensors(recording))
     if sensors:
         lines += ["", *_columns([_SENSOR_HEAD, *sensors[:MAX_ROWS]])]
@@ -58,21 +58,21 @@ def summary(verdict: Verdict, name: str, strict: bool) -> str:
     recording = verdict.recording
     parts = []
     if recording.messages:
-        parts.append(count(recording.messages, "message"))
+        parts.append(counted(recording.messages, "message"))
     if recording.timed and recording.start is not None and recording.end > recording.start:
         parts.append(f"{(recording.end - recording.start) / SECOND:.1f} s")
     edges = len(recording.into) or len(recording.rows)
-    parts += [count(edges, "edge")] if edges else []
-    parts += [f"{count(len(recording.asked), 'answer')} of tf2_echo"] if recording.asked else []
+    parts += [counted(edges, "edge")] if edges else []
+    parts += [f"{counted(len(recording.asked), 'answer')} of tf2_echo"] if recording.asked else []
     seen = f" ({', '.join(parts)})" if parts else ""
     counts = [(verdict.count(ERROR), "error"), (verdict.count(WARNING), "warning"), (verdict.count(NOTE), "note")]
-    counted = ", ".join(count(number, word) for number, word in counts if number)
+    problems = ", ".join(counted(number, word) for number, word in counts if number)
     failing = {finding.rule for finding in verdict.findings if finding.severity == ERROR}
     if failing and failing <= _NOTHING:
-        return f"{name}: could not be compared: {counted}{seen}"
+        return f"{name}: could not be compared: {problems}{seen}"
     if verdict.fails(strict):
-        return f"{name}: the robot that ran is not the one that is described: {counted}{seen}"
-    return f"{name}: as described{f', {counted}' if counted else ''}{seen}"
+        return f"{name}: the robot that ran is not the one that is described: {problems}{seen}"
+    return f"{name}: as described{f', {problems}' if problems else ''}{seen}"
 
 
 def _edges(recording: Recording) -> Iterator[Sequence[str]]:
@@ -165,6 +165,6 @@ def _sensors(recording: Recording) -> Iterator[Sequence[str]]:
 
 def _columns(rows: Sequence[Sequence[str]]) -> list[str]:
     """Return rows as lines whose columns stand below each other."""
-    rows = [[printable(cell) for cell in row] for row in rows]
+    rows = [[printable(cell, keep="\t") for cell in row] for row in rows]
     widths = [max(len(row[at]) for row in rows) for at in range(len(rows[0]))]
     return ["  ".join(f"{cell:<{width}}" for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows]

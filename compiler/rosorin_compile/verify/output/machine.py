@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from typing import Any
 from xml.sax.saxutils import escape, quoteattr
 
-from ...diagnostic import ERROR, NOTE, WARNING
+from ...diagnostic import ERROR, NOTE, WARNING, Diagnostic
+from ...wording import masked
 from ..arrays import SECOND
-from ..findings import Finding
 from ..judging.tree import best_way
 from ..recording.pace import Pace
 from ..recording.recording import Recording
@@ -113,22 +113,23 @@ def _sensor(log: SensorLog, use: FrameUse) -> dict[str, Any]:
     return row | {"before_the_frame": use.early, "lookups": lookups}
 
 
-def _finding(finding: Finding) -> dict[str, Any]:
+def _finding(finding: Diagnostic) -> dict[str, Any]:
+    places = [related.span for related in finding.related if related.span is not None]
     return {
         "rule": finding.rule,
         "severity": finding.severity,
-        "subject": finding.subject,
+        "subject": finding.of[0],
         "message": finding.message,
         "help": finding.help,
-        "evidence": list(finding.evidence),
-        "numbers": {key: _plain(value) for key, value in finding.numbers.items()},
-        **({"file": finding.place.source.path, "line": finding.place.line} if finding.place else {}),
+        "evidence": [related.message for related in finding.related if related.span is None],
+        "numbers": {key: _plain(value) for key, value in finding.numbers},
+        **({"file": places[0].source.path, "line": places[0].line} if places else {}),
     }
 
 
 def as_junit(verdict: Verdict, strict: bool = False) -> str:
     """Return a verdict as JUnit XML: a test case for each edge, topic and joint, failed where an error is about it."""
-    cases: dict[str, list[Finding]] = {}
+    cases: dict[str, list[Diagnostic]] = {}
     way = best_way(verdict.recording)
     names = [edge.name for edge in way.present] if verdict.recording.whole else []
     names += [series.name for series in verdict.recording.series.values()]
@@ -137,7 +138,7 @@ def as_junit(verdict: Verdict, strict: bool = False) -> str:
     for name in names:
         cases.setdefault(name, [])
     for finding in verdict.findings:
-        cases.setdefault(finding.subject, []).append(finding)
+        cases.setdefault(finding.of[0], []).append(finding)
     failing = {ERROR, WARNING} if strict else {ERROR}
     failed = sum(any(finding.severity in failing for finding in findings) for findings in cases.values())
     robot = verdict.description.robot.name
@@ -148,27 +149,26 @@ def as_junit(verdict: Verdict, strict: bool = False) -> str:
     return "\n".join([*lines, "  </testsuite>", "</testsuites>", ""])
 
 
-def _case(robot: str, name: str, findings: list[Finding], failing: set[str]) -> Iterator[str]:
+def _case(robot: str, name: str, findings: list[Diagnostic], failing: set[str]) -> Iterator[str]:
     start = f"    <testcase classname={_quoted(robot)} name={_quoted(name)}"
     if not findings:
         yield f"{start}/>"
         return
     yield f"{start}>"
     for finding in findings:
-        text = "\n".join([finding.message, *finding.evidence, finding.help])
+        text = "\n".join([finding.message, *(r.message for r in finding.related if r.span is None), finding.help])
         if finding.severity in failing:
             message, kind = _quoted(finding.message), _quoted(finding.rule)
-            yield f"      <failure message={message} type={kind}>{escape(visible(text))}</failure>"
+            yield f"      <failure message={message} type={kind}>{escape(_masked(text))}</failure>"
         else:
             word = "note" if finding.severity == NOTE else "warning"
-            yield f"      <system-out>{escape(visible(f'{word}[{finding.rule}]: {text}'))}</system-out>"
+            yield f"      <system-out>{escape(_masked(f'{word}[{finding.rule}]: {text}'))}</system-out>"
     yield "    </testcase>"
 
 
 def _quoted(text: str) -> str:
-    return quoteattr(visible(text))
+    return quoteattr(_masked(text))
 
 
-def visible(text: str) -> str:
-    """Return a text with what XML cannot hold made visible."""
-    return "".join(c if c in "\t\n" or (c.isprintable() and c < "\ud800") or c > "\udfff" else "?" for c in text)
+def _masked(text: str) -> str:
+    return masked(text, keep="\t\n")

@@ -6,12 +6,12 @@ from xml.sax.saxutils import escape
 
 import numpy as np
 
+from ...wording import masked
 from ..arrays import SECOND
 from ..findings import rate_text, seconds
 from ..recording.pace import BINS, Pace
 from ..recording.recording import Recording
 from ..verdict import Verdict
-from .machine import visible
 
 MAX_ROWS = 80
 SHORT = SECOND // 2  # what is shorter is no gap to look at, whatever the rate
@@ -55,7 +55,7 @@ def as_svg(verdict: Verdict) -> str:
 
 
 def _text(text: str) -> str:
-    return escape(visible(text), {'"': "&quot;"})
+    return escape(masked(text, keep="\t\n"), {'"': "&quot;"})
 
 
 def _rows(recording: Recording) -> list[tuple[str, Pace, bool]]:

@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...diagnostic import Diagnostic
 from ...model.geometry import Rows, Vector
 from ..arrays import SECOND, Samples, Times
 from ..expected import Description, Expected
-from ..findings import Finding
 from .joints import JointLog
 from .pace import Gap
 from .sensors import FrameUse, Headers, SensorLog, look_up, ready_at
@@ -97,7 +97,7 @@ class Recording:
         self.joints = JointLog(description)
         self.sensors: dict[str, SensorLog] = {}
         self.descriptions: list[bytes] = []
-        self.troubles: list[Finding] = []
+        self.troubles: list[Diagnostic] = []
         self.topics: dict[str, str] = {}
         self.asked: list[Asked] = []
         self.rows: list[FrameRow] = []

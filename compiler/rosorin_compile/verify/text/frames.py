@@ -8,6 +8,7 @@ import re
 from collections.abc import Callable
 from typing import Any
 
+from ...bounded import python_of, yaml_of
 from ..recording.recording import FrameRow
 
 _EDGE = re.compile(r'"([^"]+)" -> "([^"]+)"\s*\[label="([^"]*)"')
@@ -43,11 +44,9 @@ def _leading(text: str) -> float:
 
 def yaml_rows(text: str, name: Name) -> list[FrameRow] | None:
     """Return the frames of the YAML of a listener; None if it cannot be read."""
-    import yaml
-
     try:
-        loaded = yaml.safe_load(text)
-    except (yaml.YAMLError, ValueError, RecursionError):
+        loaded = yaml_of(text)
+    except ValueError:
         return None
     if not isinstance(loaded, dict):
         return None
@@ -68,8 +67,8 @@ def literal_rows(text: str, name: Name) -> list[FrameRow] | None:
     if not literal:
         return None
     try:
-        value = ast.literal_eval(literal[1])
-    except (ValueError, SyntaxError, MemoryError, RecursionError):
+        value = ast.literal_eval(python_of(literal[1], expression=True))
+    except (ValueError, SyntaxError):
         return None
     return yaml_rows(str(value), name)
 

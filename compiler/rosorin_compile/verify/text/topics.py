@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ...bounded import yaml_of
 from ..arrays import SECOND, Samples
 from ..recording.recording import MAX_DESCRIPTIONS, Batch, Recording
 
@@ -23,14 +24,10 @@ class TopicText:
 
     def take(self, topic: str, text: str) -> str:
         """Take one message of a topic (empty if it is not known); return why it cannot be read, or nothing."""
-        import yaml
-
         try:
-            message = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
-        except yaml.YAMLError as wrong:
-            return " ".join(str(getattr(wrong, "problem", None) or "it is no YAML").split())
-        except (ValueError, RecursionError):
-            return "it is no YAML"
+            message = yaml_of(text)
+        except ValueError as wrong:
+            return str(wrong)
         if not isinstance(message, dict):
             return "it is no message"
         try:

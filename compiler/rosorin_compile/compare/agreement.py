@@ -23,11 +23,21 @@ from ..model import (
     Robot,
     Shape,
 )
+from ..registry import WRITING, Rule
 from ..schema import misfits
 from .causes import COLLISION, gathered
 from .shapes import Solid, remainder, same_set, solid_from
 from .view import ANGLES, AXES, ORDER, View, agree, renamed, same_turn, view_of
 from .words import number_pair, value_text
+
+RULES = (
+    Rule(
+        "artifacts-disagree",
+        "Artifacts that were just compiled do not say the same.",
+        "That is a fault of the tool: please report it.",
+        WRITING,
+    ),
+)
 
 _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"

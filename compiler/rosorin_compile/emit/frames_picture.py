@@ -10,8 +10,18 @@ from ..drawing import read as shown_in
 from ..drawing.reading import Shown, facts
 from ..drawing.situations import Situation, TooMany, situations
 from ..model import Output, Robot
+from ..registry import OUTPUTS, Rule
 from ..templating import Templates
 from . import Facts
+
+RULES = (
+    Rule(
+        "too-many-pictures",
+        "The tree of frames differs in more combinations of modes than one picture can show.",
+        "Say under `modes` which are on, one picture each.",
+        OUTPUTS,
+    ),
+)
 
 
 def emit(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

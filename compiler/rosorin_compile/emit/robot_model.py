@@ -11,10 +11,33 @@ from typing import Any
 
 from ..diagnostic import WARNING, Diagnostic, did_you_mean, error
 from ..model import IDENTITY, SEVERAL_COORDINATES, Box, HeightMap, Joint, Output, Pose, Robot, ServoGroup, Transform
+from ..registry import FORMATS, Rule
 from ..templating import Templates
 from . import Fact, Facts, Value
 from .static_tf import frame_facts
 from .xml_facts import AXES
+
+RULES = (
+    Rule(
+        "robot-model-cannot-say",
+        "A warning: the driver's model has no room for a shape, a mimic, a planar or a floating joint.",
+        "The URDF carries it; or leave the joint out with `joints`.",
+        FORMATS,
+    ),
+    Rule(
+        "robot-model-unknown-name",
+        "An option names a joint, link or servo group that does not exist.",
+        "Correct the name.",
+        FORMATS,
+    ),
+    Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
+    Rule(
+        "robot-model-servos",
+        "The driver's model has room for one servo group, and there are several.",
+        "Say which with `servos`.",
+        FORMATS,
+    ),
+)
 
 _Map = tuple[HeightMap, str]
 _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}

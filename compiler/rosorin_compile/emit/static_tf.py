@@ -17,10 +17,20 @@ from typing import Any, NamedTuple
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..registry import FORMATS, Rule
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
 from . import Fact, Facts, Value
 from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
+
+RULES = (
+    Rule(
+        "static-tf-no-urdf",
+        "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads.",
+        "Add an output with the backend `urdf`.",
+        FORMATS,
+    ),
+)
 
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")

@@ -30,8 +30,19 @@ from ..model import (
     Sphere,
     Transform,
 )
+from ..registry import FORMATS, Rule
 from ..templating import BUILTIN, Templates, attributes, comment
 from .urdf_reader import read
+
+RULES = (
+    Rule(
+        "urdf-cannot-say",
+        "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
+        "URDF.",
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules.',
+        FORMATS,
+    ),
+)
 
 __all__ = ["emit", "read"]
 

@@ -9,8 +9,11 @@ from collections.abc import Iterator, Mapping
 from ..diagnostic import Diagnostic, did_you_mean
 from ..emit import BACKENDS
 from ..model import Output
+from ..registry import OUTPUTS, rule
 from ..tree import Path
 from .case import Case, exists, suggest
+
+AFTER = "poses"
 
 # What each backend reads of its entry in outputs, beside file and backend.
 OPTIONS: Mapping[str, tuple[str, ...]] = {
@@ -29,6 +32,25 @@ _ARGUMENTS = ("static_tf", "static_tf_json")
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
+@rule(
+    "unknown-backend",
+    "There is no backend of this name.",
+    "Correct it; an artifact of your own needs `template`.",
+    OUTPUTS,
+)
+@rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
+@rule(
+    "number-format",
+    "`number_format: six` for arguments of static_transform_publisher.",
+    "`exact`, or leave it out.",
+    OUTPUTS,
+)
+@rule(
+    "picture-kind",
+    "A picture whose file name does not say what kind it is.",
+    "End it in `.svg`, `.dot`, `.gv`, `.mmd` or `.md`.",
+    OUTPUTS,
+)
 def backends(case: Case) -> Iterator[Diagnostic]:
     """Find outputs of a backend that does not exist, and options that the backend does not have."""
     groups = {group.name for group in case.robot.servos}
@@ -78,6 +100,13 @@ def _picture(case: Case, output: Output) -> Iterator[Diagnostic]:
             yield case.problem("unknown-mode", message, (*path, "modes", index), help)
 
 
+@rule(
+    "outside-outputs",
+    "An artifact would stand outside its folder.",
+    "A relative name with forward slashes.",
+    OUTPUTS,
+)
+@rule("duplicate-file", "Two outputs write one file.", "Give each a file of its own.", OUTPUTS)
 def files(case: Case) -> Iterator[Diagnostic]:
     """Files outside the outputs folder, and two artifacts that cannot both stand there."""
     taken: dict[str, Output] = {}

@@ -8,9 +8,20 @@ from typing import Any
 
 from ..diagnostic import Diagnostic, error
 from ..quantity import Dimension, Quantity, describe, parse_unit
+from ..registry import SHAPE, Rule
 from ..schema import Steps, subject, unit_at, validator
 from ..tree import Map, Seq, locate
 from .complaints import Complaint
+
+RULES = (
+    Rule(
+        "wrong-unit",
+        "A quantity is of another kind: a mass where a length belongs, metres for a joint that turns.",
+        "Correct the unit, or the type of the joint.",
+        SHAPE,
+    ),
+    Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
+)
 
 
 def validate(tree: Map) -> list[Diagnostic]:

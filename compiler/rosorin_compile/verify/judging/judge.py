@@ -5,9 +5,25 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ...emit import Artifact
+from ...registry import RECORDINGS, Rule
 from ..findings import Finding, ordered, problem
 from ..recording.recording import Recording
 from . import edges, joints, sensors, text, tree
+
+RULES = (
+    Rule(
+        "recording-empty",
+        "There is not one message.",
+        "Record `/tf`, `/tf_static`, `/joint_states` and `/robot_description`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-foreign",
+        "There is not one transform.",
+        "Record those topics; `--namespace` if they have one.",
+        RECORDINGS,
+    ),
+)
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Finding]:

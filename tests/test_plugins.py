@@ -88,7 +88,7 @@ def test_a_rule_and_a_function_of_a_plugin(machine: Machine):
     machine.install()
     code, printed = machine.run("all", "robot.yaml")
     assert code == 1
-    assert "robot.yaml:5:27: error[wheel-too-heavy]: the wheel is too heavy" in printed
+    assert "robot.yaml:5:28: error[wheel-too-heavy]: the wheel is too heavy" in printed
     machine.describe("${halved(width)}", "accept: [{rule: wheel-too-heavy, of: [wheel], reason: it is strong}]\n")
     code, printed = machine.run("all", "robot.yaml")
     assert code == 0, printed
@@ -120,7 +120,7 @@ def test_it_is_listed(machine: Machine):
         "  A link may break it: accept: [{rule: wheel-too-heavy, of: [NAME], reason: WHY}]\n"
     )
     _, printed = machine.run("check", "robot.yaml", "--format", "sarif")
-    (told,) = json.loads(printed[: printed.rindex("}") + 1])["runs"][0]["tool"]["driver"]["rules"]
+    (told,) = json.loads(printed[printed.index("{") : printed.rindex("}") + 1])["runs"][0]["tool"]["driver"]["rules"]
     assert told["shortDescription"]["text"] == "A wheel is heavier than a motor can turn."
 
 

@@ -285,7 +285,7 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, README, *PAGES]:
+    for each in [HEAD, RULES_HEAD, README, *PAGES]:
         rewrite(each)
     (DOCS / "language.md").write_text(reference(language(), HEAD.read_text("utf-8")), "utf-8")
     (DOCS / "rules.md").write_text(page_of_rules(RULES_HEAD.read_text("utf-8"), every_rule().values()), "utf-8")

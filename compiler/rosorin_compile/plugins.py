@@ -43,7 +43,7 @@ RULES = (
 
 PREFIX = "rosorin_compile."
 _METADATA = (".dist-info", ".egg-info")
-MAX_LOOKED = 8  # so few distributions are looked through each time
+MAX_LOOKED = 8  # so few distributions are looked through each time: people edit their metadata in place
 _SETTLED = 2_000_000_000  # ns; a folder that was changed just now may change again without a new time
 
 T = TypeVar("T")
@@ -192,7 +192,7 @@ def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
                 offering = remembered[1]
             else:
                 offering, looked = _offering(entry)
-                if looked <= MAX_LOOKED or time.time_ns() - changed < _SETTLED:
+                if 0 < looked <= MAX_LOOKED or time.time_ns() - changed < _SETTLED:
                     found += [os.path.join(entry, name) for name in offering]
                     continue
             entries[os.path.abspath(entry)] = [changed, offering]
@@ -204,7 +204,8 @@ def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
 
 def _offering(folder: str) -> tuple[list[str], int]:
     """Return the names of the metadata in a folder that name an entry point of the tool, and how many there are."""
-    names = [path.name for path in Path(folder).iterdir() if path.name.endswith(_METADATA)]
+    with os.scandir(folder or ".") as inside:
+        names = [one.name for one in inside if one.name.endswith(_METADATA)]
     return sorted(name for name in names if _names_us(Path(folder, name, "entry_points.txt"))), len(names)
 
 

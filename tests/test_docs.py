@@ -16,7 +16,6 @@ writes into the pages what the commands print now. What a page shows with "..." 
 
 from __future__ import annotations
 
-import ast
 import io
 import os
 import re
@@ -34,30 +33,28 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.diagnostic import Source
-from rosorin_compile.expression import CONSTANTS, FUNCTIONS
+from rosorin_compile.expression import CONSTANTS
+from rosorin_compile.expression.functions import BUILT_IN
 from rosorin_compile.load import parse_yaml
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.quantity import UNITS
 from rosorin_compile.reference import language, reference
+from rosorin_compile.registry import every_rule
 from rosorin_compile.report import text as report
+from rosorin_compile.rules_reference import page as page_of_rules
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"
 HEAD = DOCS / "_language_head.md"
-PACKAGE = ROOT / "compiler" / "rosorin_compile"
 README = ROOT / "README.md"
-PAGES = sorted(path for path in DOCS.glob("*.md") if path != HEAD)
+RULES_HEAD = DOCS / "_rules_head.md"
+PAGES = sorted(path for path in DOCS.glob("*.md") if path not in (HEAD, RULES_HEAD))
 
 MARK = re.compile(r"<!-- (file|edit|continues): (\S+) -->")
 LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
 HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 ELLIPSIS = "..."
-
-# What the id of a rule looks like in the source, and the functions that take one as their first argument.
-RULE = re.compile(r"[a-z][a-z0-9]*(-[a-z0-9]+)*")
-MAKERS = {"error", "Diagnostic", "OutputError", "ShapeProblem", "problem", "report", "fail"}
-MAKERS |= {"_error", "_make", "_problem"}
 
 
 class Block(NamedTuple):
@@ -176,38 +173,10 @@ def links(text: str) -> list[str]:
 
 
 def anchors(text: str) -> set[str]:
-    """Return the anchors that GitHub gives to the headings of a page."""
-    return {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in HEADING.findall(FENCED.sub("", text))}
-
-
-def rule_ids() -> tuple[set[str], list[str]]:
-    """Return the rule ids in the source of the package, and patterns of those that are put together when it runs."""
-    ids: set[str] = set()
-    patterns: list[str] = []
-    for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
-            for value in rule_values(node):
-                if isinstance(value, ast.JoinedStr):
-                    parts = [part.value if isinstance(part, ast.Constant) else "[a-z]+" for part in value.values]
-                    patterns.append("".join(parts))
-                elif isinstance(value, ast.Constant):
-                    ids.add(value.value)
-    return {rule for rule in ids if RULE.fullmatch(rule)}, [pattern for pattern in patterns if " " not in pattern]
-
-
-def rule_values(node: ast.AST) -> list[ast.expr]:
-    """Return what a piece of source says is the id of a rule: the first argument of a maker, a value of ``rule``."""
-    if isinstance(node, ast.Call) and node.args:
-        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-        return node.args[:1] if name in MAKERS else []
-    if isinstance(node, ast.Assign):
-        target, value = node.targets[0], node.value
-        if isinstance(target, ast.Tuple) and isinstance(value, ast.Tuple):
-            named = zip(target.elts, value.elts, strict=True)
-            return [v for t, v in named if isinstance(t, ast.Name) and t.id == "rule"]
-        if isinstance(target, ast.Name) and target.id in ("rule", "_RULE"):
-            return [value.body, value.orelse] if isinstance(value, ast.IfExp) else [value]
-    return []
+    """Return the anchors of a page: those that GitHub gives to its headings, and those that it has itself."""
+    headings = HEADING.findall(FENCED.sub("", text))
+    own = set(re.findall(r'<a id="([^"]+)"></a>', text))
+    return own | {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in headings}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
@@ -279,7 +248,7 @@ def test_python_on_a_page_runs(tmp_path: Path) -> None:
 
 def test_reference_has_every_unit_and_function() -> None:
     made = reference({"$defs": {}, "properties": {}, "description": ""}, HEAD.read_text("utf-8"))
-    assert all(f"`{name}`" in made for name in [*UNITS, *FUNCTIONS, *CONSTANTS])
+    assert all(f"`{name}`" in made for name in [*UNITS, *(one.name for one in BUILT_IN), *CONSTANTS])
 
 
 def test_reference_has_every_key_of_the_schema() -> None:
@@ -293,12 +262,11 @@ def test_reference_has_every_key_of_the_schema() -> None:
         fragments += [value for value in inner if isinstance(value, dict)]
 
 
-def test_every_rule_is_listed() -> None:
-    listed = re.findall(r"^\| `([a-z0-9-]+)` \|", (DOCS / "rules.md").read_text("utf-8"), re.MULTILINE)
-    assert len(listed) == len(set(listed))
-    ids, patterns = rule_ids()
-    made = {rule for rule in set(listed) - ids if any(re.fullmatch(pattern, rule) for pattern in patterns)}
-    assert set(listed) - made == ids
+def test_page_of_rules_is_what_the_modules_declare() -> None:
+    made = page_of_rules(RULES_HEAD.read_text("utf-8"), every_rule().values())
+    assert (DOCS / "rules.md").read_text("utf-8") == made, "python -m rosorin_compile.rules_reference > docs/rules.md"
+    listed = re.findall(r'^\| <a id="([a-z0-9-]+)"></a>`\1` \|', made, re.MULTILINE)
+    assert sorted(listed) == sorted(every_rule())
     bad = "".join(path.read_text("utf-8") for path in (ROOT / "tests" / "bad").rglob("*.yaml"))
     assert set(re.findall(r"\b(?:error|warning|note)\[([a-z0-9-]+)\]", bad)) <= set(listed)
 
@@ -317,6 +285,7 @@ def rewrite(page: Path) -> None:
 
 
 if __name__ == "__main__":
-    for each in [HEAD, README, *PAGES]:
+    for each in [HEAD, RULES_HEAD, README, *PAGES]:
         rewrite(each)
     (DOCS / "language.md").write_text(reference(language(), HEAD.read_text("utf-8")), "utf-8")
+    (DOCS / "rules.md").write_text(page_of_rules(RULES_HEAD.read_text("utf-8"), every_rule().values()), "utf-8")

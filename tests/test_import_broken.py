@@ -45,7 +45,7 @@ def test_message(case, monkeypatch):
     assert (imported.tree is None) == has_errors(imported.diagnostics)
     for line in expected:
         rule = re.match(r"expect: .*?\b(?:error|warning|note)\[(.+?)\]", line)
-        assert rule is None or f"| `{rule[1]}` |" in DOCUMENTED, f"docs/rules.md has no row for {rule[1]}"
+        assert rule is None or f"`{rule[1]}` |" in DOCUMENTED, f"docs/rules.md has no row for {rule[1]}"
 
 
 @pytest.mark.parametrize("case", CASES, ids=[case.name for case in CASES])

@@ -88,7 +88,13 @@ RESULT = {
 }
 RULE = {
     "type": "object",
-    "properties": {"id": {"type": "string"}, "shortDescription": MESSAGE},
+    "properties": {
+        "id": {"type": "string"},
+        "shortDescription": MESSAGE,
+        "help": {**MESSAGE, "properties": {**MESSAGE["properties"], "markdown": {"type": "string"}}},
+        # an absolute URI, says 3.49.12
+        "helpUri": {"type": "string", "pattern": "^https://[a-z.-]+/([A-Za-z0-9._~/-])+(#[a-z0-9-]+)?$"},
+    },
     "required": ["id"],
     "additionalProperties": False,
 }

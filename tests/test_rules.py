@@ -16,7 +16,7 @@ from rosorin_compile.diagnostic import NOTE
 from rosorin_compile.emit import FORMATS
 from rosorin_compile.expand import expand
 from rosorin_compile.model import IDENTITY, Inertial
-from rosorin_compile.rules import RULES, check
+from rosorin_compile.rules import CHECKS, check
 from rosorin_compile.rules.inertia import principal_moments
 from rosorin_compile.schema import schema, with_formats
 
@@ -38,8 +38,8 @@ def test_reference_robot_names_its_stand_ins_once():
 
 
 def test_every_rule_says_what_it_is_about():
-    assert all(rule.__doc__ for rule in RULES)
-    assert len(set(RULES)) == len(RULES)
+    assert all(one.function.__doc__ for one in CHECKS)
+    assert len(set(CHECKS)) == len(CHECKS)
 
 
 def test_options_are_those_of_the_schema():

@@ -6,30 +6,19 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .diagnostic import MAX_LISTED, NOTE, WARNING, Diagnostic
-from .tree import Map, Path, locate
+from .registry import OUTPUTS, Rule
+from .tree import Map, Path, Seq, locate
+from .validate.complaints import not_allowed
 from .wording import and_more, first_of
 
-# The rules that a robot may break, and what ``of`` names. All else cannot be built, or would be built wrongly.
-ACCEPTABLE: Mapping[str, str] = {
-    "angle-looks-like-degrees": "link or joint",
-    "axis-not-unit": "joint",
-    "inertia-not-positive-definite": "link",
-    "inertia-triangle": "link",
-    "length-looks-like-millimetres": "link or joint",
-    "limit-equal": "joint",
-    "limit-incomplete": "joint",
-    "limit-missing": "joint",
-    "limit-negative": "joint",
-    "limit-on-continuous": "joint",
-    "limit-swapped": "joint",
-    "limit-zero": "joint",
-    "mass-not-positive": "link",
-    "mimic-chain": "joint",
-    "mimic-fixed": "joint",
-    "optical-frame": "link",
-    "owns-world-frame": "link",
-    "shape-size": "link",
-}
+RULES = (
+    Rule(
+        "accept-unused",
+        "A warning: `accept` names a link or joint of which the rule says nothing.",
+        "Remove the entry, or correct the name.",
+        OUTPUTS,
+    ),
+)
 
 
 # An entry of ``accept`` by its index, with a name in it; and all of them by rule and name.
@@ -62,10 +51,24 @@ def accepted(tree: Map, diagnostic: Diagnostic) -> bool:
     return bool(_entries(_wanted(tree), diagnostic))
 
 
-def settled(tree: Map, diagnostics: Iterable[Diagnostic], complete: bool = True) -> list[Diagnostic]:
+def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+    """Return what is wrong with the ids that ``accept`` names; the tree may be of any shape."""
+    diagnostics = []
+    entries = tree.get("accept")
+    for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
+        rule = entry.get("rule") if isinstance(entry, Map) else None
+        if isinstance(rule, str) and rule not in acceptable:
+            diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
+    return diagnostics
+
+
+def settled(
+    tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule], complete: bool = True
+) -> list[Diagnostic]:
     """Return the diagnostics, those that are accepted as one note for each rule.
 
-    ``complete``: all rules were asked, so that what is accepted in vain is told too.
+    ``acceptable`` are the rules that may be accepted, by id. ``complete``: all rules were asked, so that what is
+    accepted in vain is told too.
     """
     wanted = _wanted(tree)
     settled: list[Diagnostic] = []
@@ -79,7 +82,7 @@ def settled(tree: Map, diagnostics: Iterable[Diagnostic], complete: bool = True)
         else:
             settled.append(diagnostic)
     notes = [_note(tree, wanted, group) for group in groups.values()]
-    return [*settled, *notes, *(_unused(tree, used) if complete else ())]
+    return [*settled, *notes, *(_unused(tree, used, acceptable) if complete else ())]
 
 
 def _wanted(tree: Map) -> _Wanted:
@@ -104,7 +107,7 @@ def _note(tree: Map, wanted: _Wanted, group: list[Diagnostic]) -> Diagnostic:
     return group[0]._replace(severity=NOTE, message=message, help="", related=())
 
 
-def _unused(tree: Map, used: set[_Entry]) -> list[Diagnostic]:
+def _unused(tree: Map, used: set[_Entry], acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that names something of which the rule says nothing."""
     found = []
     for index, entry in enumerate(tree.get("accept") or ()):
@@ -114,6 +117,6 @@ def _unused(tree: Map, used: set[_Entry]) -> list[Diagnostic]:
         names, rule = first_of([f'"{name}"' for name in idle], MAX_LISTED), entry["rule"]
         message = f"{rule} is accepted of {names}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
         place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
-        help = f"remove the entry, or name a {ACCEPTABLE[rule]} that the rule refuses"
+        help = f"remove the entry, or name a {acceptable[rule].accept} that the rule refuses"
         found.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
     return found

@@ -18,6 +18,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from .authoring_sections import added_definitions, added_sections
+from .authoring_sections import definitions as plain_definitions
 from .emit import FORMATS
 from .quantity import UNITS, parse_unit
 from .schema import resolve, with_formats
@@ -47,7 +48,9 @@ def authoring() -> Schema:
         name: section if name in _CLOSED else opened(section, entry=False)
         for name, section in plain["properties"].items()
     }
-    definitions = {name: fragment if name == "arg" else opened(fragment) for name, fragment in plain["$defs"].items()}
+    definitions = {
+        name: fragment if name == "arg" else opened(fragment) for name, fragment in plain_definitions(plain).items()
+    }
     made: Schema = {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": plain["title"],

@@ -6,6 +6,7 @@ from typing import Any
 
 from .expand.forms import SECTIONS
 from .expand.placing import AXES
+from .registry import every_rule
 
 Schema = dict[str, Any]
 
@@ -103,6 +104,14 @@ def _include() -> Schema:
         "required": ["file"],
         "additionalProperties": False,
     }
+
+
+def definitions(plain: Schema) -> Schema:
+    """Return the definitions of the plain schema, with the ids of the rules that ``accept`` may name."""
+    acceptance = plain["$defs"]["acceptance"]
+    ids = sorted(rule.id for rule in every_rule().values() if rule.accept)
+    rule = {"enum": ids, "description": acceptance["properties"]["rule"]["description"]}
+    return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}
 
 
 def added_definitions(sections: Schema, arg: Schema) -> Schema:

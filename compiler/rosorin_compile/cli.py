@@ -24,6 +24,7 @@ GROUPS = {
         "check": "compile, and compare with the committed artifacts",
         "watch": "compile on every change, and say what moved",
         "schema": "print a JSON Schema: of descriptions, for editors, or of a format for programs",
+        "rule": "say what the id of a message means, and what to do",
     },
     "bring in": {
         "import": "make a description of a URDF, a xacro or an MJCF",
@@ -52,6 +53,7 @@ WORDS = {
     "check": "[ROBOT ...]",
     "watch": "[ROBOT ...]",
     "schema": "[NAME]",
+    "rule": "[ID ...]",
     "import": "SOURCE",
     "diff": "A B",
     "explain": "[ROBOT] NAME ...",
@@ -119,7 +121,7 @@ def parser(words: Sequence[str]) -> Parser:
         epilog=_MORE,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
-    top.add_argument("--version", action="version", version=f"rosorin-compile {__version__}")
+    top.add_argument("--version", action=_Version, nargs=0, help="show the version, and the plug-ins with theirs")
     commands = top.add_subparsers(required=True, metavar="COMMAND", prog="rosorin-compile", help=argparse.SUPPRESS)
     called = _called(words)
     if called and called not in COMMANDS:
@@ -133,6 +135,22 @@ def parser(words: Sequence[str]) -> Parser:
                 command.usage = f"{top.prog} {name} [options] {WORDS[name]}"
             command.set_defaults(run=module.run, known=command.long_options())
     return top
+
+
+class _Version(argparse.Action):
+    """Prints the version, and the plug-ins with theirs."""
+
+    def __call__(self, parser: argparse.ArgumentParser, *_: object) -> None:
+        """Print them and leave."""
+        from .plugins import installed
+
+        print(f"rosorin-compile {__version__}")
+        groups: dict[tuple[str, str], dict[str, None]] = {}
+        for plugin in installed():
+            groups.setdefault((plugin.distribution, plugin.version), {})[plugin.group] = None
+        for (name, version), brings in groups.items():
+            print(f"plug-in {name} {version} ({', '.join(brings)})")
+        parser.exit()
 
 
 def _called(words: Sequence[str]) -> str:

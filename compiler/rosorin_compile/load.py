@@ -16,7 +16,49 @@ import yaml
 
 from .diagnostic import Diagnostic, Related, Source, Span, error
 from .quantity import parse_quantity
+from .registry import FILES, Rule
 from .tree import Instance, Map, Seq, Text, first_line
+
+RULES = (
+    Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
+    Rule(
+        "file-too-large",
+        "A file is larger than any description.",
+        "Descriptions are text written by people; name the right file.",
+        FILES,
+    ),
+    Rule("not-utf8", "A file is not UTF-8 text.", "Save it as UTF-8.", FILES),
+    Rule("not-a-mapping", "A file is empty, or its top is a list or a text.", "Begin with `robot: NAME`.", FILES),
+    Rule("yaml-syntax", "This is not YAML.", "Indent with spaces; put text that has a `:` in quotes.", FILES),
+    Rule("yaml-documents", "A file has a second document.", "Remove the `---`.", FILES),
+    Rule("yaml-key", "A key is a list or a mapping.", "Keys are plain text.", FILES),
+    Rule("yaml-merge", "`<<` is not part of YAML 1.2.", "Repeat the keys, or name a value in `let`.", FILES),
+    Rule(
+        "yaml-tag",
+        "A tag such as `!!int` has no meaning here; a tag of a unit (`!degrees`) does not stand before a number.",
+        "Write the value without it.",
+        FILES,
+    ),
+    Rule(
+        "yaml-alias",
+        "An alias has no anchor before it.",
+        "Define the anchor above, or name a value in `let`.",
+        FILES,
+    ),
+    Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
+    Rule(
+        "yaml-too-large",
+        "A file has too many values, or its aliases multiply to too many.",
+        "Use fewer aliases; make entries that are alike with a loop.",
+        FILES,
+    ),
+    Rule(
+        "duplicate-key",
+        "A key stands twice in one mapping, also after a loop has made it; or in two files where it may stand once.",
+        "Remove one; put the value of the loop into the name.",
+        FILES,
+    ),
+)
 
 MAX_BYTES = 20_000_000
 MAX_DEPTH = 60

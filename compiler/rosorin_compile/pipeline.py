@@ -6,15 +6,16 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .accepting import settled
+from .accepting import settled, unknown
 from .build import Built, build
 from .diagnostic import Diagnostic, arrange, error, has_errors
 from .emit import FORMATS, Artifact
 from .expand import Expanded, expand
 from .expand.vendor import Tell
+from .expression.functions import plugged as plugged_functions
 from .importing import Readers
 from .model import Robot
-from .rules import check
+from .rules import acceptable, check, plugged
 from .tree import Map, locate
 from .validate import validate
 
@@ -45,16 +46,17 @@ def understand(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tel
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics.
     """
     expanded = expand(path, arguments or {}, Readers(), tell)
+    said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics]
     if expanded.tree is None:
-        return Understood(expanded, None, arrange(expanded.diagnostics))
-    diagnostics = [*expanded.diagnostics, *validate(expanded.tree, FORMATS)]
+        return Understood(expanded, None, arrange(said))
+    diagnostics = [*said, *validate(expanded.tree, FORMATS), *unknown(expanded.tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
     built = build(expanded.tree)
     diagnostics += built.diagnostics
     if built.robot is not None:
         diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
-    diagnostics = settled(expanded.tree, diagnostics, complete=built.robot is not None)
+    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=built.robot is not None)
     return Understood(expanded, built, arrange(diagnostics))
 
 

@@ -13,9 +13,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from .authoring_sections import added_definitions, added_sections
+from .authoring_sections import added_definitions, added_sections, definitions
 from .emit import FORMATS
 from .expression import CONSTANTS
+from .expression.functions import BUILT_IN
 from .quantity import DIMENSIONS, UNITS, Dimension, describe
 from .schema import with_formats
 
@@ -28,46 +29,6 @@ _WORDS = {
     "boolean": "true or false",
     "array": "list",
     "object": "mapping",
-}
-# The functions, those that go together in one row.
-_FUNCTIONS = {
-    "sin cos tan": "of an angle; a bare number is in radians",
-    "asin acos atan": "the angle; so `atan` of a quotient",
-    "atan2": "`atan2(y, x)`: the angle of a direction, -180 to 180 degrees",
-    "degrees radians": "an angle as a plain number of degrees; so the inverse, `radians`",
-    "sqrt": "square root; of an area it is a length",
-    "abs": "size without the sign",
-    "min max": "of its arguments, or of a list",
-    "hypot": "`hypot(x, y, ...)`: length of a vector",
-    "round": "`round(x)`, `round(x, 2)`: nearest whole number, or to two decimals",
-    "floor ceil trunc": "whole number below, above, towards zero",
-    "exp log log2 log10": "power of e, logarithms; of plain numbers",
-    "sinh cosh tanh": "of plain numbers",
-    "fmod": "`fmod(x, y)`: the rest of a division, with the sign of x",
-    "copysign": "`copysign(x, y)`: x with the sign of y",
-    "gcd": "greatest common divisor of whole numbers",
-    "isclose": "`isclose(x, y)`: whether two numbers are the same to 9 digits",
-    "pow": "`pow(x, y)`: x to the power of y, of plain numbers; `x**y` also takes quantities",
-    "sign": "-1, 0 or 1",
-    "int float bool": "a number or a text as a whole number, as a number; whether it is not empty and not 0",
-    "len": "number of items of a list, or of letters of a text",
-    "sum": "of a list of numbers",
-    "range": "`range(4)`: 0, 1, 2, 3; `range(first, end, step)`",
-    "sorted reversed list": "a list in order, or from its end; `list` of a text: its letters",
-    "zip": "`zip(a, b)`: rows of one item of each list",
-    "enumerate": "`enumerate(list)`: rows of a number, from 0, and an item",
-    "keys values items": "of a table, as a list; `items`: rows of a key and a value",
-    "get": "`get(table, key, default)`: an entry of a table, or the default",
-    "all any": "whether all, any of a list are true",
-    "str": "a value as text, as it would stand in one",
-    "pad": "`pad(7, 2)`: a whole number as text of at least two digits, 07",
-    "error": "`error('text')`: refuses the description with a message of its author",
-    "upper lower strip": "a text in capitals, in small letters, without blanks at its ends",
-    "split": "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
-    "join": "`join(', ', list)`: a list as one text",
-    "replace": "`replace(text, old, new)`",
-    "startswith endswith": "`startswith(text, other)`: whether a text begins, ends so",
-    "load": "`load('file.yaml')`: the value of a YAML file in the folder of the description",
 }
 _TYPES = {
     "any": "anything",
@@ -95,7 +56,7 @@ def language() -> Schema:
     return {
         **plain,
         "properties": {**sections, **added_sections(sections)},
-        "$defs": {**plain["$defs"], **added},
+        "$defs": {**definitions(plain), **added},
     }
 
 
@@ -125,8 +86,11 @@ def _units() -> Iterator[str]:
 
 
 def _functions() -> Iterator[str]:
-    """Yield a table of the functions; those that go together share a row."""
-    rows = [(", ".join(f"`{name}`" for name in names.split()), meaning) for names, meaning in _FUNCTIONS.items()]
+    """Yield a table of the functions; those of which the same is said share a row."""
+    by_help: dict[str, list[str]] = {}
+    for function in BUILT_IN:
+        by_help.setdefault(function.help, []).append(f"`{function.name}`")
+    rows = [(", ".join(names), help) for help, names in by_help.items()]
     yield from _table(("function", "result"), rows)
 
 

@@ -11,6 +11,9 @@ RED, YELLOW, BLUE, BOLD, PLAIN = "\033[31m", "\033[33m", "\033[34m", "\033[1m", 
 _COLOURS = {"error": RED, "warning": YELLOW, "note": BLUE}
 MAX_SHOWN = 160
 
+# Where the project is on the web: nowhere yet. The ids of its schemas begin so, too; SARIF asks for an absolute URI.
+HOME = "https://rosorin-compile.invalid/"
+
 
 def text(diagnostics: Sequence[Diagnostic], colour: bool = False) -> str:
     """Return diagnostics as a person reads them: place, message, the line of the file, the way out."""
@@ -112,12 +115,32 @@ def sarif(diagnostics: Sequence[Diagnostic]) -> str:
     from . import __version__
 
     ids = sorted({diagnostic.rule for diagnostic in diagnostics})
-    rules = [{"id": rule, "shortDescription": {"text": rule.replace("-", " ")}} for rule in ids]
+    rules = _descriptors(ids)
     driver = {"name": "rosorin-compile", "semanticVersion": __version__, "rules": rules}
     results = [_result(diagnostic, ids.index(diagnostic.rule)) for diagnostic in diagnostics]
     run = {"tool": {"driver": driver}, "columnKind": "unicodeCodePoints", "results": results}
     schema = "https://json.schemastore.org/sarif-2.1.0.json"
     return json.dumps({"$schema": schema, "version": "2.1.0", "runs": [run]}, indent=2) + "\n"
+
+
+def _descriptors(ids: Sequence[str]) -> list[dict[str, object]]:
+    """Return what SARIF says of rules: what each means, the way out, and where the page of rules says so (3.49)."""
+    from .registry import find
+    from .rules import plugged
+
+    known = find(ids)
+    of_plugins = {rule.id: rule for _, check in plugged().checks for rule in check.rules}
+    made: list[dict[str, object]] = []
+    for id in ids:
+        rule = known.get(id) or of_plugins.get(id)
+        descriptor: dict[str, object] = {"id": id}
+        descriptor["shortDescription"] = {"text": rule.what if rule else id.replace("-", " ")}
+        if rule and rule.help:
+            descriptor["help"] = {"text": rule.help, "markdown": rule.help}
+        if id in known:
+            descriptor["helpUri"] = f"{HOME}docs/rules.md#{id}"
+        made.append(descriptor)
+    return made
 
 
 def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:

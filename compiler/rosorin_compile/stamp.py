@@ -17,7 +17,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from . import __version__
+from . import __version__, plugins
 from .cache import cache_folder
 from .data import DATA, data_folder
 
@@ -97,10 +97,11 @@ def _digest(data: bytes) -> str:
 
 
 def _tool() -> str:
-    """Return what tells this very tool from another one: versions, and size and time of each of its files."""
+    """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
     parts = [f"{__version__} {sys.version}"]
     for folder in (Path(__file__).parent, *map(data_folder, DATA)):
         parts += sorted(_marks(folder, ""))
+    parts += plugins.mark()
     return _digest("\n".join(parts).encode("utf-8", "surrogateescape"))
 
 

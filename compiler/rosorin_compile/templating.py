@@ -18,6 +18,24 @@ from markupsafe import Markup, escape
 from .data import data_folder
 from .diagnostic import Diagnostic, Source, Span, error
 from .paths import shown as as_shown
+from .registry import TEMPLATES, Rule
+
+RULES = (
+    Rule(
+        "template-missing",
+        "There is no such template in the folder of the description.",
+        "Check the name.",
+        TEMPLATES,
+    ),
+    Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
+    Rule(
+        "template-failed",
+        "A template asks for a name that does not exist, or fails in another way.",
+        "[What a template gets](add-an-artifact.md#what-a-template-gets).",
+        TEMPLATES,
+    ),
+    Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
+)
 
 BUILTIN = "rosorin_compile/"
 

@@ -30,6 +30,7 @@ from ..model import (
     Simulated,
     Source,
 )
+from ..registry import FILES, Rule
 from ..schema import backend_of
 from ..tree import Map, Path, locate
 from .elements import Frames, build_elements
@@ -49,6 +50,15 @@ from .values import (
     source_of,
     texts_of,
     vector_of,
+)
+
+RULES = (
+    Rule(
+        "duplicate-name",
+        "Two entries have the same name, in one file, in two, or by two uses of a part.",
+        "Rename or remove one; give one use or include another `prefix`.",
+        FILES,
+    ),
 )
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.

@@ -7,7 +7,12 @@ from typing import Any, NamedTuple
 
 from ..diagnostic import did_you_mean
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
+from ..registry import FRAMES, Rule
 from ..tree import Path
+
+RULES = (
+    Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
+)
 
 # Takes the rule, the message, the path and the way out of a problem.
 Problem = Callable[[str, str, Path, str], None]

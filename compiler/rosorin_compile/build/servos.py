@@ -7,8 +7,19 @@ from typing import Any
 
 from ..diagnostic import did_you_mean
 from ..model import JointPose, ServoGroup
+from ..registry import POSES, Rule
 from ..tree import Path
 from .values import source_of
+
+RULES = (
+    Rule(
+        "unknown-servo",
+        "No servo group has this joint, or there is no such group.",
+        "Correct the name, or add it to a group.",
+        POSES,
+    ),
+    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
+)
 
 # Takes the rule, the message, the path and the way out of a problem.
 Problem = Callable[[str, str, Path, str], None]

@@ -6,8 +6,32 @@ from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ..model import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Pose, Shape, Sphere
+from ..registry import NUMBERS, Rule
 from ..wording import listed
 from .values import rgba_of, texts_of
+
+RULES = (
+    Rule(
+        "shape-kind",
+        "A shape is none of the kinds or two of them; a box has neither a size nor corners, or both.",
+        "One kind an entry.",
+        NUMBERS,
+    ),
+    Rule(
+        "shape-size",
+        "A size is not above zero; a corner `max` is not above `min`.",
+        "Correct it.",
+        NUMBERS,
+        accept="link",
+        imported="always",
+    ),
+    Rule(
+        "height-map-rows",
+        "The rows of a height map differ in length, or a height is below zero.",
+        "Give all rows one length; heights count up from z = 0.",
+        NUMBERS,
+    ),
+)
 
 
 class ShapeProblem(Exception):

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from ..console import colour
 from ..project import Description
+from ..registry import WRITING, Rule
 from .shared import (
     FINE,
     PROBLEMS,
@@ -24,6 +25,15 @@ from .shared import (
 
 if TYPE_CHECKING:
     from ..output import Written
+
+RULES = (
+    Rule(
+        "not-an-artifact",
+        "A note: a file in the outputs folder is no artifact; it is kept.",
+        "`rosorin-compile all --prune` removes it.",
+        WRITING,
+    ),
+)
 
 
 def options(command: argparse.ArgumentParser) -> None:

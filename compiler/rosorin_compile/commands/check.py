@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..project import Description
+from ..registry import PACKAGES, WRITING, Rule
 from .shared import (
     FINE,
     PROBLEMS,
@@ -25,6 +26,21 @@ from .single import one
 
 if TYPE_CHECKING:
     from ..packaging.checking import Checked
+
+RULES = (
+    Rule(
+        "outputs-differ",
+        "The committed artifacts are not those of the description (in the forms for programs).",
+        "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "deployed-differs",
+        "A copy is not the compiled one (in the forms for programs).",
+        "`rosorin-compile deploy`",
+        PACKAGES,
+    ),
+)
 
 
 def options(command: argparse.ArgumentParser) -> None:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
+from ..registry import PACKAGES, Rule
 from .shared import (
     FINE,
     PROBLEMS,
@@ -23,6 +24,16 @@ if TYPE_CHECKING:
     from ..emit import Artifact
     from ..model import Robot
     from ..packaging.deploying import Plan
+
+RULES = (
+    Rule(
+        "deploy-unreadable",
+        "The folder cannot be read, or holds more than 50,000 files.",
+        "Name the folder of the package.",
+        PACKAGES,
+    ),
+    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=PACKAGES),
+)
 
 _HOW = "rosorin-compile deploy ROBOT --to FOLDER"
 

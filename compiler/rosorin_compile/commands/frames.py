@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..console import Console
+from ..registry import OUTPUTS, Rule
 from .modes import mode_option, mode_states
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, one_robot, package_option, place
 from .single import one, understood
@@ -18,6 +19,8 @@ if TYPE_CHECKING:
     from ..drawing.situations import Situation
     from ..drawing.terminal import Look
     from ..model import Robot
+
+RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", OUTPUTS),)
 
 _HOW = "rosorin-compile frames ROBOT"
 _LINES = "└├│─╌"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
 from ..project import Description
+from ..registry import ASKING, Rule
 from .shared import Given, WrongUsage, compile_one, descriptions, given_arguments, nothing_written
 
 if TYPE_CHECKING:
@@ -17,6 +18,15 @@ if TYPE_CHECKING:
     from ..model import Edge, Robot
     from ..pipeline import Compiled, Understood
     from ..rules.case import Case
+
+RULES = (
+    Rule(
+        "position-beyond-limit",
+        "A position that is asked for is beyond the limit of a joint; a warning, with `--strict` an error.",
+        "Another position, or another limit.",
+        ASKING,
+    ),
+)
 
 
 class Known(NamedTuple):

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..console import Console
+from ..registry import ASKING, Rule
 from ..wording import listed
 from .modes import mode_option, mode_states
 from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_arguments, named_robot, package_option
@@ -18,6 +19,28 @@ if TYPE_CHECKING:
     from ..kinematics.lookup import Answer
     from ..kinematics.several import Position
     from ..model import Robot
+
+RULES = (
+    Rule(
+        "transform-not-known",
+        "On the way between two frames there is a transform whose numbers another node alone knows, or one that "
+        "depends on the mode; or the frames are in trees that do not meet.",
+        "Ask the running robot; give the edge `xyz` and `rpy`; `--mode NAME`.",
+        ASKING,
+    ),
+    Rule(
+        "transform-unpublished",
+        "A note: nobody publishes a transform of the way.",
+        "The answer is that of the description; tf2 has none there.",
+        ASKING,
+    ),
+    Rule(
+        "transform-sometimes",
+        "A note: a transform of the way is published in some modes only.",
+        "`--mode NAME` asks about one of them.",
+        ASKING,
+    ),
+)
 
 _HOW = "rosorin-compile tf SOURCE TARGET ROBOT"
 _MOST_DIGITS = 17

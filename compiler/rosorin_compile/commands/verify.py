@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from ..console import Console
 from ..progress import Progress
 from ..project import ROOT_FILE, Description, NoDescription, find
+from ..registry import RECORDINGS, Rule
 from .modes import mode_option, mode_states
 from .shared import (
     FINE,
@@ -32,6 +33,15 @@ if TYPE_CHECKING:
     from ..pipeline import Compiled
     from ..verify import Options, Verdict
     from ..verify.expected import Choice
+
+RULES = (
+    Rule(
+        "recording-unreadable",
+        "The source is no recording, or not a line of it can be read.",
+        "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
+        RECORDINGS,
+    ),
+)
 
 _SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
 _RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder

@@ -10,12 +10,30 @@ from ..diagnostic import Diagnostic, error
 from ..emit import FORMATS, Artifact, Fact, Facts, Format, Value
 from ..emit.record import row_name
 from ..emit.xml_facts import INERTIA, along_link
-from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
+from ..model import (
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+)
+from ..registry import WRITING, Rule
 from ..schema import misfits
 from .causes import COLLISION
 from .shapes import Solid, remainder, same_set, solid_from
 from .view import ANGLES, AXES, View, agree, called, same_turn, view_of
 from .words import number_pair, value_text
+
+RULES = (
+    Rule(
+        "artifacts-disagree",
+        "Artifacts that were just compiled do not say the same.",
+        "That is a fault of the tool: please report it.",
+        WRITING,
+    ),
+)
 
 _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"

@@ -11,6 +11,7 @@ from ..drawing import read as shown_in
 from ..drawing.reading import Shown, facts
 from ..drawing.situations import Situation, TooMany, situations
 from ..model import Output, Robot
+from ..registry import OUTPUTS, Rule
 from ..rules.case import suggest
 from ..templating import Templates
 
@@ -18,6 +19,21 @@ if TYPE_CHECKING:
     from ..rules.case import Case
 from ..elements_text import canonical, tree_of
 from .record import Asked, Facts, Format
+
+RULES = (
+    Rule(
+        "picture-kind",
+        "A picture whose file name does not say what kind it is.",
+        "End it in `.svg`, `.dot`, `.gv`, `.mmd` or `.md`.",
+        OUTPUTS,
+    ),
+    Rule(
+        "too-many-pictures",
+        "The tree of frames differs in more combinations of modes than one picture can show.",
+        "Say under `modes` which are on, one picture each.",
+        OUTPUTS,
+    ),
+)
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001

@@ -16,8 +16,25 @@ from ..model import (
     Simulated,
     Sphere,
 )
+from ..registry import FORMATS, Rule
 from ..wording import and_more, counted
 from .mjcf_masses import masses
+
+RULES = (
+    Rule(
+        "mjcf-cannot-say",
+        "A warning or a note: MJCF has no word for a velocity limit, a range without width, a texture, a mesh by "
+        "`package://`.",
+        "As the message says.",
+        FORMATS,
+    ),
+    Rule(
+        "mjcf-reserved-name",
+        "A sensor brings a site that is called like a link, whose own site has that name.",
+        "Give the element of its type another name.",
+        FORMATS,
+    ),
+)
 
 # The body that everything else stands in.
 WORLD = "world"

@@ -6,8 +6,24 @@ from collections.abc import Iterator
 
 from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic
 from ..model import Inertial, Robot, principal_moments
+from ..registry import FORMATS, Rule
 from ..wording import and_more
 from .xml_facts import Six, along_link
+
+RULES = (
+    Rule(
+        "mjcf-refused-inertia",
+        "MuJoCo does not load an inertia that the description accepts.",
+        "Correct it, or take `mjcf` out of `outputs`.",
+        FORMATS,
+    ),
+    Rule(
+        "mjcf-needs-mass",
+        "A body that moves has no mass: MuJoCo does not load that.",
+        "Give it an inertial, or make the joint fixed.",
+        FORMATS,
+    ),
+)
 
 # What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
 LEAST = 1e-15

@@ -24,6 +24,7 @@ from ..model import (
     Shape,
     Transform,
 )
+from ..registry import FORMATS, Rule
 from ..rules.case import Case, suggest
 from ..templating import Templates
 from .record import Fact, Facts, Format, Opened, Value
@@ -32,6 +33,27 @@ from .xml_facts import AXES
 
 if TYPE_CHECKING:
     from ..importing.imported import Imported
+RULES = (
+    Rule(
+        "robot-model-cannot-say",
+        "A warning: the driver's model has no room for a shape, a mimic, a planar or a floating joint.",
+        "The URDF carries it; or leave the joint out with `joints`.",
+        FORMATS,
+    ),
+    Rule(
+        "robot-model-unknown-name",
+        "An option names a joint, link or servo group that does not exist.",
+        "Correct the name.",
+        FORMATS,
+    ),
+    Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
+    Rule(
+        "robot-model-servos",
+        "The driver's model has room for one servo group, and there are several.",
+        "Say which with `servos`.",
+        FORMATS,
+    ),
+)
 
 _Map = tuple[HeightMap, str]
 _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}

@@ -18,6 +18,7 @@ from ..bounded import python_of
 from ..diagnostic import WARNING, Diagnostic, error
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..registry import FORMATS, OUTPUTS, Rule
 from ..rules.case import fed
 from ..rules.conditions import combinations, holds, modes_in
 from ..templating import BUILTIN, Templates
@@ -28,6 +29,20 @@ from .xml_facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
 
 if TYPE_CHECKING:
     from ..rules.case import Case
+RULES = (
+    Rule(
+        "number-format",
+        "`number_format: six` for arguments of static_transform_publisher.",
+        "`exact`, or leave it out.",
+        OUTPUTS,
+    ),
+    Rule(
+        "static-tf-no-urdf",
+        "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads.",
+        "Add an output with the backend `urdf`.",
+        FORMATS,
+    ),
+)
 
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")

@@ -29,9 +29,19 @@ from typing import Any
 from ..diagnostic import Diagnostic, error
 from ..formatting import exact, fixed, six, vector
 from ..model import Output, Robot
+from ..registry import TEMPLATES, Rule
 from ..templating import Templates
 from .record import Format
 from .static_tf import describe
+
+RULES = (
+    Rule(
+        "template-not-named",
+        "The backend `template` has no `template`.",
+        "Name a file beside the description.",
+        TEMPLATES,
+    ),
+)
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

@@ -29,9 +29,20 @@ from ..model import (
     Shape,
     Sphere,
 )
+from ..registry import FORMATS, Rule
 from ..templating import BUILTIN, Templates, attributes, comment
 from ..wording import counted
 from .urdf_reader import read
+
+RULES = (
+    Rule(
+        "urdf-cannot-say",
+        "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
+        "URDF.",
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules.',
+        FORMATS,
+    ),
+)
 
 __all__ = ["read", "write"]
 

@@ -11,10 +11,23 @@ from ..data import data_folder
 from ..diagnostic import Diagnostic, Related, Span, error
 from ..load import LoadError, load_mapping
 from ..paths import shown
+from ..registry import FILES, Rule
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import corrected, outside
 from .parts import copy, sourced
 from .vendor import Asked, ForeignReader, foreign
+
+RULES = (
+    Rule(
+        "include-outside",
+        "An included file is outside the folder of the description.",
+        "Move it inside; a robot may also be in a ROS `package`.",
+        FILES,
+    ),
+    Rule("include-cycle", "A file includes itself, directly or through others.", "Remove one `include`.", FILES),
+    Rule("include-too-many", "More files are included than any description has.", "Join some.", FILES),
+    Rule("included-robot", "An included file has the key `robot`.", "Only the first file names the robot.", FILES),
+)
 
 MAX_FILES = 500
 

@@ -12,8 +12,30 @@ from typing import Any, NamedTuple
 from ..diagnostic import Related, did_you_mean, error
 from ..expression.functions import kind_of
 from ..quantity import DIMENSIONS, NUMBER, Quantity
+from ..registry import ARGUMENTS, Rule
 from ..tree import Map, Place, locate
 from .scope import Failed, Scope
+
+RULES = (
+    Rule(
+        "unknown-argument",
+        "`-a`, the `args` of an include or a `with` sets an argument that there is not.",
+        "Correct the name, or add it to `args` or `params`.",
+        ARGUMENTS,
+    ),
+    Rule(
+        "missing-argument",
+        "An argument without a default is not given.",
+        "Give it: `-a NAME=VALUE`, or `with: {NAME: VALUE}`.",
+        ARGUMENTS,
+    ),
+    Rule(
+        "bad-argument",
+        "An argument has a value of another type, or one that `one_of`, `min` or `max` does not allow.",
+        "Give one that the message names.",
+        ARGUMENTS,
+    ),
+)
 
 KEYS = ("type", "default", "one_of", "help")
 BOUNDS = ("min", "max")  # of parameters of sensor types

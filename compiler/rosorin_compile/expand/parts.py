@@ -15,12 +15,28 @@ from typing import Any, NamedTuple
 from ..diagnostic import WARNING, Diagnostic, Related, Span, did_you_mean
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
+from ..registry import ARGUMENTS, Rule
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, mentions_mount, placed
 from .scope import Failed, Scope
+
+RULES = (
+    Rule(
+        "unknown-part",
+        "There is no part of this name, or no file of parts.",
+        "Correct the name; [the library](parts-library.md).",
+        ARGUMENTS,
+    ),
+    Rule(
+        "part-cycle",
+        "Parts stand in parts without end, or deeper than any robot.",
+        "A part that uses itself ends with an `if`.",
+        ARGUMENTS,
+    ),
+)
 
 MAX_NESTED = 40
 INSTANCE = 20  # values that a part counts for, however little it holds

@@ -14,10 +14,23 @@ from ..expression import evaluate, names_in
 from ..expression.bounds import weight
 from ..expression.functions import FUNCTIONS, ExpressionError, kind_of
 from ..expression.interpolation import Piece, pieces
+from ..registry import ARGUMENTS, Rule
 from ..tree import Instance, Map, Place, Seq
 from .ledger import Failed, Ledger
 from .loops import rounds
 from .telling import as_tree, explained, shifted
+
+RULES = (
+    Rule(
+        "expression",
+        "An expression cannot be read or has no value: an unknown name, kinds that do not go together, a division by "
+        "zero.",
+        "Correct it; [what is allowed](language.md#expressions).",
+        ARGUMENTS,
+    ),
+    Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),
+    Rule("too-large", "Loops and parts make more values than any robot has.", "Use smaller loops.", ARGUMENTS),
+)
 
 __all__ = ["Failed", "Scope"]
 

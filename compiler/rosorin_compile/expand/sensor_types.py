@@ -12,10 +12,20 @@ from typing import Any
 
 from ..diagnostic import did_you_mean
 from ..load import LoadError, load_mapping
+from ..registry import ARGUMENTS, Rule
 from ..tree import Instance, Map, Place, Seq
 from .forms import check_sensor_type
 from .parameters import declare
 from .scope import Failed, Scope
+
+RULES = (
+    Rule(
+        "unknown-sensor-type",
+        "A sensor is of a type that neither `sensor_types` nor [the library](parts-library.md) has.",
+        "Correct it, or add the type.",
+        ARGUMENTS,
+    ),
+)
 
 _BROUGHT = ("optical", "mjcf", "publisher", "source")
 

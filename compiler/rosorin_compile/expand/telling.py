@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from ..diagnostic import MAX_LISTED, Span, did_you_mean, nearest
-from ..expression.functions import CONSTANTS, FUNCTIONS, ExpressionError
+from ..expression.functions import BUILT_IN, CONSTANTS, ExpressionError, functions
 from ..expression.interpolation import Piece
 from ..quantity import UNITS
 from ..tree import Instance, Place, Seq
@@ -17,7 +17,7 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
     """Return where in the text at ``place`` an expression is wrong, and the way out; ``known`` are names in scope."""
     help = problem.help
     if problem.unknown.endswith("()"):
-        help = did_you_mean(problem.unknown[:-2], [*FUNCTIONS, "load"])
+        help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
     elif problem.unknown:
         close, names = nearest(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
         help = f'did you mean "{close}"?' if close else f"known here: {names}" if names else "name it in let"

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 from ..diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
 from ..expression.functions import FUNCTIONS
 from ..paths import shown
+from ..registry import FILES, Rule
 from ..tree import Instance, Map, Place
 from ..wording import first_of
 from .attaching import free_name, joint_above, root_of
@@ -26,6 +27,20 @@ from .scope import Failed, Scope
 
 if TYPE_CHECKING:
     from .files import Reader
+
+RULES = (
+    Rule(
+        "include-mesh-path",
+        "An included robot names meshes as seen from its own file; the artifacts are elsewhere.",
+        "`meshes: FOLDER`, as seen from the artifacts, or `meshes: package://NAME`.",
+        FILES,
+    ),
+    Rule(
+        "include-renamed",
+        "A note: in elements of an included robot that are kept as they are, names got its prefix.",
+        topic=FILES,
+    ),
+)
 
 Tell = Callable[[Diagnostic], None]
 
@@ -270,9 +285,9 @@ class Robots:
 
     def _say(self, found: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
         """Say something of a foreign file, in the words of an include; ``ahead``: before anything is done."""
-        from ..accepting import ACCEPTABLE
+        from ..rules import acceptable
 
-        if found.severity == NOTE and found.rule in ACCEPTABLE:  # the rules say so again, of the whole robot
+        if found.severity == NOTE and found.rule in acceptable():  # the rules say so again, of the whole robot
             return
         message, help = found.message, found.help
         for there, here in _WORDS:

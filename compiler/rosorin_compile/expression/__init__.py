@@ -15,7 +15,7 @@ from typing import Any
 
 from ..quantity import Quantity
 from .bounds import EFFORT, MAX_MAGNITUDE, bounded
-from .functions import CONSTANTS, FUNCTIONS, ExpressionError
+from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
 from .syntax import Code, Lookup, compile_node
 
 __all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "run"]
@@ -63,7 +63,7 @@ def _blame(text: str, lookup: Lookup) -> int:
 
 
 def _fails(node: ast.expr, lookup: Lookup) -> bool:
-    if isinstance(node, ast.Name) and node.id in FUNCTIONS:
+    if isinstance(node, ast.Name) and node.id in functions():
         return False
     EFFORT.done = 0
     try:
@@ -111,7 +111,8 @@ def names_in(text: str) -> list[str]:
     except (SyntaxError, ValueError):
         return []
     found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
-    return list(dict.fromkeys(name for name in found if name not in FUNCTIONS))
+    known = functions()
+    return list(dict.fromkeys(name for name in found if name not in known))
 
 
 def _reason(problem: Exception) -> str:

@@ -1,16 +1,20 @@
 """The functions and constants of expressions, and how quantities go through them.
 
 A bare number has no dimension and goes with any; two quantities must be of one dimension where they are added,
-compared or chosen from.
+compared or chosen from. At the end of this file each function stands with what the reference says of it; those of
+plug-ins are entry points of ``rosorin_compile.functions``.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
-from ..quantity import ANGLE, NUMBER, Dimension, Quantity, describe, dimension_of
+from ..diagnostic import Diagnostic
+from ..plugins import Plugin, load
+from ..quantity import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
 
 MAX_ITEMS = 100_000
 
@@ -24,6 +28,33 @@ class ExpressionError(Exception):
         self.column = column
         self.help = help
         self.unknown = unknown
+
+
+class Function(NamedTuple):
+    """A function of the language: its name, what the reference says of it, and what gives its value.
+
+    ``apply`` takes and gives what expressions know: numbers, Quantities, texts, lists, tables (dicts), true, false and
+    none. It raises ExpressionError for what has no value. None stands for a function that needs the description.
+    """
+
+    name: str
+    help: str
+    apply: Callable[..., Any] | None
+
+    def __call__(self, *values: Any) -> Any:
+        """Return the value of the function."""
+        if self.apply is None:
+            raise ExpressionError(f"{self.name}() has a value in a description only")
+        return self.apply(*values)
+
+
+def function(name: str, help: str) -> Callable[[Callable[..., Any]], Function]:
+    """Make a function of the language of a function of Python.
+
+    ``help`` is what the reference says of it, one line of Markdown. A plug-in names what this gives as an entry point
+    of ``rosorin_compile.functions``.
+    """
+    return lambda apply: Function(name, help, apply)
 
 
 def kind_of(value: Any) -> str:
@@ -168,57 +199,180 @@ def _round(value: Any, digits: int = 0) -> Any:
     return Quantity(rounded, dimension) if dimension else rounded
 
 
-FUNCTIONS: dict[str, Callable[..., Any]] = {
-    # angles
-    **{name: _of_angle(getattr(math, name)) for name in ("sin", "cos", "tan")},
-    **{name: _to_angle(getattr(math, name)) for name in ("asin", "acos", "atan")},
-    "atan2": _atan2,
-    "degrees": lambda angle: _of_angle(math.degrees)(angle),
-    "radians": lambda number: Quantity(math.radians(number), ANGLE),
-    # numbers
-    "sqrt": _sqrt,
-    **{
-        name: _keeping(function) for name, function in (("abs", abs), ("min", min), ("max", max), ("hypot", math.hypot))
-    },
-    "round": _round,
-    "floor": _plain(math.floor),
-    "ceil": _plain(math.ceil),
-    "trunc": _plain(math.trunc),
-    **{name: _plain(getattr(math, name)) for name in ("exp", "log", "log2", "log10", "sinh", "cosh", "tanh")},
-    **{name: _plain(getattr(math, name)) for name in ("fmod", "copysign", "gcd", "isclose")},
-    "pow": _plain(lambda base, exponent: float(base) ** float(exponent)),
-    "sign": lambda value: (value > 0) - (value < 0),
-    "int": _plain(int),
-    "float": float,
-    "bool": bool,
-    # lists and tables
-    "len": len,
-    "sum": _sum,
-    "range": _range,
-    "sorted": lambda values: sorted(values),
-    "reversed": lambda values: list(values)[::-1],
-    "list": lambda values: list(values),
-    "zip": lambda *lists: [list(row) for row in zip(*lists, strict=True)],
-    "enumerate": lambda values, start=0: [[index, value] for index, value in enumerate(values, start)],
-    "keys": lambda table: list(table.keys()),
-    "values": lambda table: list(table.values()),
-    "items": lambda table: [[key, value] for key, value in table.items()],
-    "get": lambda table, key, default=None: table.get(key, default),
-    "all": lambda values: all(values),
-    "any": lambda values: any(values),
-    # text
-    "str": _text,
-    "pad": _pad,
-    "error": _error,
-    "upper": lambda text: text.upper(),
-    "lower": lambda text: text.lower(),
-    "strip": lambda text: text.strip(),
-    "split": lambda text, separator=None: text.split(separator),
-    "join": _join,
-    "replace": _replace,
-    "startswith": lambda text, start: text.startswith(start),
-    "endswith": lambda text, end: text.endswith(end),
-}
+def _each(help: str, **functions: Callable[..., Any] | None) -> list[Function]:
+    """Return functions of which the reference says the same, in one row."""
+    return [Function(name, help, apply) for name, apply in functions.items()]
+
+
+# The functions, in the order of the reference; a new one is one more row here.
+BUILT_IN: tuple[Function, ...] = (
+    *_each(
+        "of an angle; a bare number is in radians",
+        sin=_of_angle(math.sin),
+        cos=_of_angle(math.cos),
+        tan=_of_angle(math.tan),
+    ),
+    *_each(
+        "the angle; so `atan` of a quotient",
+        asin=_to_angle(math.asin),
+        acos=_to_angle(math.acos),
+        atan=_to_angle(math.atan),
+    ),
+    Function("atan2", "`atan2(y, x)`: the angle of a direction, -180 to 180 degrees", _atan2),
+    *_each(
+        "an angle as a plain number of degrees; so the inverse, `radians`",
+        degrees=lambda angle: _of_angle(math.degrees)(angle),
+        radians=lambda number: Quantity(math.radians(number), ANGLE),
+    ),
+    Function("sqrt", "square root; of an area it is a length", _sqrt),
+    Function("abs", "size without the sign", _keeping(abs)),
+    *_each("of its arguments, or of a list", min=_keeping(min), max=_keeping(max)),
+    Function("hypot", "`hypot(x, y, ...)`: length of a vector", _keeping(math.hypot)),
+    Function("round", "`round(x)`, `round(x, 2)`: nearest whole number, or to two decimals", _round),
+    *_each(
+        "whole number below, above, towards zero",
+        floor=_plain(math.floor),
+        ceil=_plain(math.ceil),
+        trunc=_plain(math.trunc),
+    ),
+    *_each(
+        "power of e, logarithms; of plain numbers",
+        exp=_plain(math.exp),
+        log=_plain(math.log),
+        log2=_plain(math.log2),
+        log10=_plain(math.log10),
+    ),
+    *_each("of plain numbers", sinh=_plain(math.sinh), cosh=_plain(math.cosh), tanh=_plain(math.tanh)),
+    Function("fmod", "`fmod(x, y)`: the rest of a division, with the sign of x", _plain(math.fmod)),
+    Function("copysign", "`copysign(x, y)`: x with the sign of y", _plain(math.copysign)),
+    Function("gcd", "greatest common divisor of whole numbers", _plain(math.gcd)),
+    Function("isclose", "`isclose(x, y)`: whether two numbers are the same to 9 digits", _plain(math.isclose)),
+    Function(
+        "pow",
+        "`pow(x, y)`: x to the power of y, of plain numbers; `x**y` also takes quantities",
+        _plain(lambda base, exponent: float(base) ** float(exponent)),
+    ),
+    Function("sign", "-1, 0 or 1", lambda value: (value > 0) - (value < 0)),
+    *_each(
+        "a number or a text as a whole number, as a number; whether it is not empty and not 0",
+        int=_plain(int),
+        float=float,
+        bool=bool,
+    ),
+    Function("len", "number of items of a list, or of letters of a text", len),
+    Function("sum", "of a list of numbers", _sum),
+    Function("range", "`range(4)`: 0, 1, 2, 3; `range(first, end, step)`", _range),
+    *_each(
+        "a list in order, or from its end; `list` of a text: its letters",
+        sorted=lambda values: sorted(values),
+        reversed=lambda values: list(values)[::-1],
+        list=lambda values: list(values),
+    ),
+    Function(
+        "zip",
+        "`zip(a, b)`: rows of one item of each list",
+        lambda *lists: [list(row) for row in zip(*lists, strict=True)],
+    ),
+    Function(
+        "enumerate",
+        "`enumerate(list)`: rows of a number, from 0, and an item",
+        lambda values, start=0: [[index, value] for index, value in enumerate(values, start)],
+    ),
+    *_each(
+        "of a table, as a list; `items`: rows of a key and a value",
+        keys=lambda table: list(table.keys()),
+        values=lambda table: list(table.values()),
+        items=lambda table: [[key, value] for key, value in table.items()],
+    ),
+    Function(
+        "get",
+        "`get(table, key, default)`: an entry of a table, or the default",
+        lambda table, key, default=None: table.get(key, default),
+    ),
+    *_each("whether all, any of a list are true", all=lambda values: all(values), any=lambda values: any(values)),
+    Function("str", "a value as text, as it would stand in one", _text),
+    Function("pad", "`pad(7, 2)`: a whole number as text of at least two digits, 07", _pad),
+    Function("error", "`error('text')`: refuses the description with a message of its author", _error),
+    *_each(
+        "a text in capitals, in small letters, without blanks at its ends",
+        upper=lambda text: text.upper(),
+        lower=lambda text: text.lower(),
+        strip=lambda text: text.strip(),
+    ),
+    Function(
+        "split",
+        "`split(text, ',')`: a text as a list of texts; without a separator at blanks",
+        lambda text, separator=None: text.split(separator),
+    ),
+    Function("join", "`join(', ', list)`: a list as one text", _join),
+    Function("replace", "`replace(text, old, new)`", _replace),
+    *_each(
+        "`startswith(text, other)`: whether a text begins, ends so",
+        startswith=lambda text, start: text.startswith(start),
+        endswith=lambda text, end: text.endswith(end),
+    ),
+    Function("load", "`load('file.yaml')`: the value of a YAML file in the folder of the description", None),
+)
+
+# What the functions do that need nothing but their values, by name.
+FUNCTIONS: dict[str, Callable[..., Any]] = {one.name: one.apply for one in BUILT_IN if one.apply is not None}
 
 CONSTANTS: dict[str, Any] = {"pi": math.pi, "tau": math.tau, "e": math.e}
 CONSTANTS |= {"true": True, "false": False, "none": None}
+
+
+class Plugged(NamedTuple):
+    """The functions that plug-ins add, and what is wrong with plug-ins of this kind."""
+
+    functions: tuple[tuple[Plugin, Function], ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@cache
+def plugged() -> Plugged:
+    """Return the functions of plug-ins: entry points of ``rosorin_compile.functions``."""
+    taken = {one.name for one in BUILT_IN} | CONSTANTS.keys() | UNITS.keys()
+    return Plugged(*load("functions", Function, _names, taken.__contains__))
+
+
+def _names(one: Function) -> list[str]:
+    """Return the name of a plug-in's function. Raises ValueError or TypeError if it is none."""
+    if not one.name.isidentifier():
+        raise ValueError(f'"{one.name}" cannot be the name of a function')
+    if not callable(one.apply):
+        raise TypeError(f"{one.name} cannot be called")
+    return [one.name]
+
+
+@cache
+def functions() -> Mapping[str, Callable[..., Any]]:
+    """Return what the functions of the language do, by name, those of plug-ins among them."""
+    more = plugged().functions
+    return {**FUNCTIONS, **{one.name: _guarded(plugin, one) for plugin, one in more}} if more else FUNCTIONS
+
+
+def _guarded(plugin: Plugin, one: Function) -> Callable[..., Any]:
+    """Return what a plug-in's function does; whatever goes wrong within it is an ExpressionError."""
+    who = f"{one.name}() of {plugin.distribution} {plugin.version}"
+
+    def apply(*values: Any) -> Any:
+        try:
+            value = one(*values)
+        except (ExpressionError, TypeError, ValueError, ArithmeticError, LookupError):
+            raise  # as functions that are built in
+        except (Exception, SystemExit) as problem:
+            raise ExpressionError(f"{who} fails: {type(problem).__name__}: {problem}") from None
+        return _plain_value(value, who)
+
+    return apply
+
+
+def _plain_value(value: Any, who: str) -> Any:
+    """Return a value that is of the kinds that expressions know. Raises ExpressionError for another."""
+    if isinstance(value, (list, tuple)):
+        return [_plain_value(item, who) for item in value]
+    if isinstance(value, Mapping):
+        return {str(key): _plain_value(item, who) for key, item in value.items()}
+    if value is None or isinstance(value, (bool, int, float, str)):
+        return value
+    raise ExpressionError(f"{who} gives what is no value: {type(value).__name__}")

@@ -8,7 +8,7 @@ from typing import Any
 
 from ..quantity import UNITS, Quantity
 from .bounds import EFFORT, bounded
-from .functions import CONSTANTS, FUNCTIONS, ExpressionError, common_dimension, kind_of
+from .functions import CONSTANTS, ExpressionError, common_dimension, functions, kind_of
 from .operators import BINARY, COMPARE, called, combine, entry, holds, sliced
 
 MAX_DEPTH = 40
@@ -231,7 +231,7 @@ def _call(node: ast.Call, depth: int) -> Code:
     if node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
         raise ExpressionError("functions take their values in order, without names or stars", node.col_offset)
     items = [compile_node(item, depth) for item in node.args]
-    function, column = FUNCTIONS.get(name), node.col_offset
+    function, column = functions().get(name), node.col_offset
 
     def apply(lookup: Lookup) -> Any:
         found = function

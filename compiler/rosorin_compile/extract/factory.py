@@ -15,6 +15,7 @@ from ..diagnostic import Diagnostic, did_you_mean
 from ..importing.packages import package_name
 from ..model import Box, HeightMap
 from ..progress import Progress
+from ..registry import MESHES, Rule
 from ..tree import Map
 from . import digits, writing
 from .files import MARK
@@ -23,6 +24,8 @@ from .heights import Wanted, make_map
 from .meshes import placed
 from .parts import AUTO, RobotSource, part_of_link
 from .problems import ExtractProblem, fail, missing
+
+RULES = (Rule("factory-robot", "A package has no file of a robot, or several.", "`--robot FILE`.", MESHES),)
 
 _KEYS = (
     "type",

@@ -7,7 +7,17 @@ import secrets
 from contextlib import suppress
 from pathlib import Path
 
+from ..registry import MESHES, Rule
 from .problems import fail
+
+RULES = (
+    Rule(
+        "extract-file",
+        "A result cannot be written, or would overwrite a file that `extract` did not make.",
+        "Another name, or `--force`.",
+        MESHES,
+    ),
+)
 
 # The first words of every file that extract writes.
 MARK = "# rosorin-compile extract"

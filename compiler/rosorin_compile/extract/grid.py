@@ -14,6 +14,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from ..registry import MESHES, Rule
 from .problems import fail
 
 if TYPE_CHECKING:
@@ -22,6 +23,15 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]
+
+RULES = (
+    Rule(
+        "height-map-grid",
+        "A grid cannot be: no cell, more than a million of them, samples that are too far apart.",
+        "A larger `--cell`, or fewer `--cells`.",
+        MESHES,
+    ),
+)
 
 MAX_CELLS = 1_000_000
 # Half the width of a line between cells, in cells: coordinates of an STL are rounded to 24 bits.

@@ -10,6 +10,7 @@ from ..diagnostic import NOTE, WARNING, Diagnostic
 from ..formatting import exact
 from ..model import HeightMap
 from ..progress import Progress
+from ..registry import MESHES, Rule
 from .grid import Grid
 from .heightmap import below, grid_around, height_map, rounded_up
 from .meshes import bounds
@@ -20,6 +21,22 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+RULES = (
+    Rule(
+        "height-map-empty",
+        "A mesh has no surface above z = 0 over the grid.",
+        "Correct `--xyz`, `--rpy`, `--scale` or `--origin`.",
+        MESHES,
+    ),
+    Rule("height-map-outside", "A warning: a mesh reaches beyond the grid.", "A larger grid.", MESHES),
+    Rule(
+        "height-map-below",
+        "A note: a mesh reaches below z = 0, where a height map begins.",
+        "Is `--xyz` right?",
+        MESHES,
+    ),
+)
 
 # The surface may reach this far beyond the grid, or below z = 0, before that is said, in metres.
 _NOISE = 1e-6

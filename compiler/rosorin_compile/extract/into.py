@@ -16,10 +16,20 @@ import yaml
 from ..diagnostic import Source
 from ..load import LoadError, parse_yaml, read_text
 from ..model import HeightMap
+from ..registry import MESHES, Rule
 from ..tree import Map, Seq
 from ..yaml_text import quoted
 from . import writing
 from .problems import ExtractProblem, fail
+
+RULES = (
+    Rule(
+        "extract-into",
+        "There is no height map in that file to be replaced, or it cannot be edited safely.",
+        "Name its link with `--frame`, or write a file with `-o`.",
+        MESHES,
+    ),
+)
 
 
 @dataclass(frozen=True)

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostic import WARNING, Diagnostic
+from ..registry import MESHES, Rule
 from ..wording import counted
 from .problems import ExtractProblem, fail, missing
 
@@ -23,6 +24,23 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+RULES = (
+    Rule(
+        "mesh-unreadable",
+        "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
+        "a robot names it.",
+        "Export it anew; [which meshes](numbers-from-meshes.md#which-meshes).",
+        MESHES,
+    ),
+    Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", MESHES),
+    Rule(
+        "mesh-looks-like-millimetres",
+        "A warning: a mesh is longer than any part of a robot.",
+        "`--scale 0.001`.",
+        MESHES,
+    ),
+)
 
 FORMATS = ("stl", "obj", "dae", "gltf", "glb")
 MAX_BYTES = 2_000_000_000

@@ -15,6 +15,7 @@ from ..model import Mesh as MeshShape
 from ..model import Robot, Shape
 from ..paths import shown
 from ..project import NoDescription, find
+from ..registry import MESHES, Rule
 from ..tree import Map, locate
 from .meshes import load_mesh, placed
 from .problems import ExtractProblem, missing
@@ -24,6 +25,15 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
+RULES = (
+    Rule(
+        "mesh-missing",
+        "A warning: a robot names a mesh that is not there.",
+        "Add the file, or `--package NAME=PATH`.",
+        MESHES,
+    ),
+)
 
 AUTO = "auto"
 SECTIONS = ("collision", "visual")

@@ -6,34 +6,15 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
-from ..accepting import ACCEPTABLE, settled
+from ..accepting import settled
 from ..build import build
 from ..diagnostic import ERROR, NOTE, Diagnostic, has_errors
 from ..emit import FORMATS, published
-from ..rules import check
+from ..rules import acceptable, check
 from ..tree import Map, Seq
 from ..validate import validate
 
 REASON = "the robot was imported with it"
-
-# What the readers of URDF and MJCF take.
-AUTOMATIC = {
-    "angle-looks-like-degrees",
-    "axis-not-unit",
-    "inertia-not-positive-definite",
-    "inertia-triangle",
-    "length-looks-like-millimetres",
-    "limit-equal",
-    "limit-on-continuous",
-    "limit-zero",
-    "mimic-chain",
-    "mimic-fixed",
-    "optical-frame",
-    "owns-world-frame",
-    "shape-size",
-}
-# What some readers refuse or take for something else.
-LENIENT = {"limit-incomplete", "limit-missing", "limit-negative", "limit-swapped", "mass-not-positive"}
 
 
 def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
@@ -55,7 +36,9 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             break
         tree = _with_accept(tree, names)
         found = _found(tree)
-    said = [_with_way_out(d, lenient) for d in settled(tree, found) if d.severity == ERROR or _is_accepted(d)]
+    said = [
+        _with_way_out(d, lenient) for d in settled(tree, found, acceptable()) if d.severity == ERROR or _is_accepted(d)
+    ]
     return (None if has_errors(said) else tree), said
 
 
@@ -81,19 +64,20 @@ def _published(tree: Map) -> Map:
 
 
 def _acceptable(tree: Map, found: Diagnostic, lenient: bool) -> bool:
-    if found.rule not in ACCEPTABLE or not found.of:
+    rule = acceptable().get(found.rule)
+    if rule is None or not found.of:
         return False
-    if found.rule in AUTOMATIC:
+    if rule.imported == "always":
         return True
     if found.rule == "mass-not-positive":
         mass = tree["links"][_name(found)]["inertial"]["mass"]
         return lenient or mass == 0
-    return lenient and found.rule in LENIENT
+    return lenient and rule.imported == "lenient"
 
 
 def _name(found: Diagnostic) -> str:
     """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
-    return found.of[-1] if ACCEPTABLE[found.rule] == "link" else found.of[0]
+    return found.of[-1] if acceptable()[found.rule].accept == "link" else found.of[0]
 
 
 def _copied(tree: Map) -> Map:
@@ -122,11 +106,12 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
 
 
 def _is_accepted(found: Diagnostic) -> bool:
-    return found.severity == NOTE and found.rule in ACCEPTABLE
+    return found.severity == NOTE and found.rule in acceptable()
 
 
 def _with_way_out(found: Diagnostic, lenient: bool) -> Diagnostic:
-    if found.severity == ERROR and found.rule in LENIENT and found.of and not lenient:
+    rule = acceptable().get(found.rule)
+    if found.severity == ERROR and rule and rule.imported == "lenient" and found.of and not lenient:
         help = f"{found.help}; --lenient takes it as it is" if found.help else "--lenient takes it as it is"
         return found._replace(help=help)
     return found

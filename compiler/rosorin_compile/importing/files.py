@@ -8,8 +8,14 @@ from pathlib import Path
 
 from ..diagnostic import Diagnostic, Source, Span, error
 from ..paths import shown
+from ..registry import READING, Rule
 from ..wording import masked
 from .markup import Document, MarkupError
+
+RULES = (
+    Rule("file-empty", "There is nothing in the file.", "Name the right file.", READING),
+    Rule("not-text", "The file is not text.", "Name a URDF, a xacro or an MJCF.", READING),
+)
 
 MAX_BYTES = 100_000_000
 

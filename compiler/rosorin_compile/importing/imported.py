@@ -7,8 +7,18 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, Span
+from ..registry import READING, Rule
 from ..tree import Map
 from ..tree import Path as TreePath
+
+RULES = (
+    Rule(
+        "import-cannot-carry",
+        "A warning: something has no place in a description and is not carried over.",
+        "`--strict` makes it an error.",
+        READING,
+    ),
+)
 
 BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
 

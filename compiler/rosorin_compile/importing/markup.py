@@ -14,7 +14,26 @@ from xml.parsers import expat
 
 from ..diagnostic import Diagnostic, Source, Span, error
 from ..elements_text import new_parser
+from ..registry import READING, Rule
 from .complaints import complaint
+
+RULES = (
+    Rule(
+        "xml-syntax",
+        "This is not XML.",
+        "Correct it as the message says; `--lenient` takes what readers of URDF pass over.",
+        READING,
+    ),
+    Rule(
+        "xml-doctype",
+        "The file has a document type, in which a stranger can declare entities that grow without end or name other "
+        "files.",
+        "Remove the `<!DOCTYPE ...>`.",
+        READING,
+    ),
+    Rule("xml-too-deep", "Elements are nested deeper than in any robot.", "Name the right file.", READING),
+    Rule("xml-too-large", "There are more elements than in any robot.", "Name the right file.", READING),
+)
 
 MAX_DEPTH = 200
 MAX_ELEMENTS = 2_000_000

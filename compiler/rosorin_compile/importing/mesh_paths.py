@@ -9,8 +9,19 @@ from typing import NamedTuple
 from ..diagnostic import WARNING, Diagnostic, Span
 from ..expand.mesh_names import moved, relative_files
 from ..project import DESCRIPTIONS, OUTPUTS
+from ..registry import READING, Rule
 from ..tree import Map
 from ..wording import first_of
+
+RULES = (
+    Rule(
+        "import-mesh-path",
+        "A warning: meshes or textures are named as seen from the source; the artifacts stand elsewhere. Or "
+        "`--meshes` for a robot without such names.",
+        "`--meshes FOLDER`, as seen from the artifacts, or `--meshes package://NAME`.",
+        READING,
+    ),
+)
 
 _RULE = "import-mesh-path"
 

@@ -6,12 +6,28 @@ from pathlib import Path
 
 from ..diagnostic import NOTE, Diagnostic, Source, Span, error
 from ..emit import FORMATS, Format, Opened
+from ..registry import READING, Rule
 from .complaints import RULE as SYNTAX
 from .files import read_source
 from .imported import Imported
 from .lenient import mended, without_late_declaration
 from .markup import Document, MarkupError, parse
 from .options import ReadOptions
+
+RULES = (
+    Rule(
+        "wrong-format",
+        "The file is of a format that is not read.",
+        "The message says what it is, and what to name in its place.",
+        READING,
+    ),
+    Rule(
+        "wrong-root",
+        "The root element is not that of a robot.",
+        "The message says what it is, and what to name in its place.",
+        READING,
+    ),
+)
 
 _OTHER_FORMATS = {
     "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),

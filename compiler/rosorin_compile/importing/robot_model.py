@@ -15,12 +15,15 @@ from typing import Any
 from ..bounded import json_of
 from ..diagnostic import Diagnostic, Source, Span, error
 from ..load import LoadError, parse_yaml
+from ..registry import READING, Rule
 from ..schema import subject, validator
 from ..tree import Map, Seq, locate
 from .accepting import accept
 from .files import printable_name, read_source
 from .imported import Imported
 from .markup import MarkupError
+
+RULES = (Rule("json-syntax", "The file is not JSON.", "Correct the place that is named; numbers are finite.", READING),)
 
 _RANGE_NOTE = "the driver's model does not say which pulses exist; these are those between the limits"
 _HELP = "the file is to fit schemas/robot_model.schema.json"

@@ -14,12 +14,22 @@ from ..emit import published
 from ..model import Joint, Robot, Transform
 from ..pipeline import Compiled, compile_robot
 from ..project import ROOT_FILE
+from ..registry import READING, Rule
 from ..starter import SCHEMA
 from ..wording import and_more
 from . import ReadOptions, read_robot
 from .imported import Imported
 from .sameness import different
 from .writing import Outputs, outputs, tree_of, write
+
+RULES = (
+    Rule(
+        "import-differs",
+        "The description that import would write is not the same robot; nothing is written.",
+        "That is a fault of the tool: please report it with the file.",
+        READING,
+    ),
+)
 
 STATES = 20
 TOLERANCE = 1e-12  # between numbers of the source and of the compiled URDF; poses add up the rounding of a chain

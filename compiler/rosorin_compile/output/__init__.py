@@ -19,9 +19,43 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ..diagnostic import Diagnostic, error
+from ..registry import WRITING, Rule
 from ..wording import printable
 from . import exchange
 from .staging import There, is_stage, replace, tidy
+
+RULES = (
+    Rule(
+        "output-folder",
+        "The outputs folder cannot be one: a link, a file, the folder that you stand in.",
+        "Name a folder of its own.",
+        WRITING,
+    ),
+    Rule(
+        "output-name",
+        "An artifact would not stand in the folder, or is the folder of another.",
+        "Another `file`.",
+        WRITING,
+    ),
+    Rule("output-in-the-way", "Something that is no artifact stands where one goes.", "Move it away.", WRITING),
+    Rule(
+        "output-foreign",
+        "The folder holds many files that are no artifacts, or a repository.",
+        "Name a folder of its own.",
+        WRITING,
+    ),
+    Rule(
+        "output-text",
+        "An artifact has a character that UTF-8 cannot write.",
+        "Remove it from the description.",
+        WRITING,
+    ),
+    Rule("output-read-only", "You may not write there.", "Get the right, or use `--outputs`.", WRITING),
+    Rule("output-unreadable", "You may not read there.", "Get the right, or use `--outputs`.", WRITING),
+    Rule("output-full", "The disk is full.", "Make room, or use `--outputs`.", WRITING),
+    Rule("output-mounted", "A file system is mounted at the outputs folder.", "Name a folder below it.", WRITING),
+    Rule("output-failed", "Writing failed in another way, which the message names.", "Name another folder.", WRITING),
+)
 
 MAX_FOREIGN = 200  # files that are not artifacts, above which this does not look like an output folder
 

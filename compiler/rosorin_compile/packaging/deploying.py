@@ -9,11 +9,64 @@ from typing import NamedTuple
 from ..diagnostic import NOTE, WARNING, Diagnostic, error
 from ..emit import FORMATS, Artifact, feeds, names_meshes
 from ..model import ROBOT_STATE_PUBLISHER, Robot
+from ..registry import PACKAGES, Rule
 from .finding import copies, other_robot, package_of
 from .holding import Difference, difference, forms, placed
 from .installing import install_space, missing, share_folder, undeclared
 from .mapping import NOWHERE
 from .meshes import settle
+
+RULES = (
+    Rule(
+        "deploy-other-robot",
+        "Where an artifact would go, that of another robot stands.",
+        "`--map OUTPUT=PLACE`",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-ambiguous",
+        "The folder has several copies of an artifact, or two outputs would go to one place.",
+        "`--map OUTPUT=PLACE`",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-nowhere",
+        "A note: outputs that go nowhere, for there is no copy of them yet.",
+        "`--map OUTPUT=PLACE`, or `none`",
+        PACKAGES,
+    ),
+    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=PACKAGES),
+    Rule(
+        "deploy-not-installed",
+        "A warning: `setup.py` or `CMakeLists.txt` does not install a file.",
+        "Add the line that is given.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-not-depended",
+        "A warning: `package.xml` does not name a package whose nodes the launch files start.",
+        "Add the line that is given.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-not-built",
+        "A warning: the install space has older copies, or none.",
+        "`colcon build`, after every deploy.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-no-install",
+        "The folder that `--install` names does not have the package.",
+        "Name the install folder of the workspace.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-install-space",
+        "A warning: the folder is an install space, which the next build writes over.",
+        "Deploy into the sources.",
+        PACKAGES,
+    ),
+)
 
 
 class Copy(NamedTuple):

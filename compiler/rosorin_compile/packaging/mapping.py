@@ -7,7 +7,17 @@ from pathlib import Path
 
 from ..diagnostic import error
 from ..load import LoadError, load_mapping
+from ..registry import PACKAGES, Rule
 from ..yaml_text import quoted
+
+RULES = (
+    Rule(
+        "deploy-mapping",
+        "The file that remembers `--map` is damaged.",
+        "Remove it, and say `--map` once more.",
+        PACKAGES,
+    ),
+)
 
 FILE = ".rosorin-compile-deploy.yaml"
 NOWHERE = "none"

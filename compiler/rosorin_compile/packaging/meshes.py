@@ -15,8 +15,18 @@ from typing import NamedTuple
 from xml.sax.saxutils import unescape
 
 from ..diagnostic import WARNING, Diagnostic
+from ..registry import PACKAGES, Rule
 from ..wording import first_of
 from .naming import is_legal
+
+RULES = (
+    Rule(
+        "package-mesh",
+        "A warning: a mesh or texture is found on some machines only, or not at all.",
+        "The message says where to put the file.",
+        PACKAGES,
+    ),
+)
 
 _FILE = re.compile(r"""(<(?:mesh|texture)\b[^<>]*?\bfilename=)(["'])([^"'<>]*)\2""")
 _PACKAGE = re.compile(r"package://([^/]+)/(.+)")

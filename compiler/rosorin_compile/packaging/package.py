@@ -10,10 +10,27 @@ from typing import Any, NamedTuple
 from ..diagnostic import NOTE, Diagnostic, error
 from ..emit import FORMATS, Artifact, feeds, names_meshes, published
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
+from ..registry import PACKAGES, Rule
 from ..templating import BUILTIN, Templates, comment
 from ..yaml_text import quoted
 from . import launching, meshes, views
 from .naming import file_name
+
+RULES = (
+    Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),
+    Rule(
+        "package-same-place",
+        "Two outputs have one file name in two folders, and a package has one folder for both.",
+        "Let the file names differ.",
+        PACKAGES,
+    ),
+    Rule(
+        "package-defaults",
+        "A note: nobody said who maintains the package, or its licence.",
+        "`--maintainer`, `--license`",
+        PACKAGES,
+    ),
+)
 
 BUILD_TYPES = ("ament_cmake", "ament_python")
 FOLDERS = ("config", "doc", "launch", "meshes", "mjcf", "rviz", "urdf")

@@ -17,6 +17,24 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from ..output import OutputError
+from ..registry import PACKAGES, Rule
+
+RULES = (
+    Rule("deploy-outside", "A place is not below the folder.", "Name a file below it.", PACKAGES),
+    Rule(
+        "deploy-link",
+        "A symbolic link stands where a file goes, or on the way there.",
+        "Name the folder that it leads to, or remove it.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-in-the-way",
+        "A folder stands where a file goes, or a file where a folder goes.",
+        "Move it away, or choose another place.",
+        PACKAGES,
+    ),
+    Rule("deploy-failed", "Writing failed; the folder is as before.", "The message says why.", PACKAGES),
+)
 
 STAGE = ".rosorin-compile-stage"
 READY = ".rosorin-compile-ready"

@@ -11,7 +11,35 @@ from ..diagnostic import ERROR, NOTE, WARNING, Diagnostic, Source, Span
 from ..formatting import METRE_DIGITS, RADIAN_DIGITS, fixed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot
 from ..model.geometry import Pose, Transform, transform_of_quaternion
+from ..registry import PACKAGES, Rule
 from .static_calls import Call
+
+RULES = (
+    Rule(
+        "deployed-launch-differs",
+        "A launch file gives a static transform other values, or another parent.",
+        "Write the described values into it.",
+        PACKAGES,
+    ),
+    Rule(
+        "deployed-launch-owner",
+        "A launch file publishes a frame that belongs to another node.",
+        "Publish it once.",
+        PACKAGES,
+    ),
+    Rule(
+        "deployed-launch-refused",
+        "static_transform_publisher would refuse its arguments.",
+        "Correct them.",
+        PACKAGES,
+    ),
+    Rule(
+        "deployed-launch-unknown",
+        "A warning: a launch file publishes a frame that is not described.",
+        "Describe it.",
+        PACKAGES,
+    ),
+)
 
 # Less than these is the rounding of somebody who typed the number: 0.01 mm, 0.006 deg.
 METRES, RADIANS = 1e-5, 1e-4

@@ -1,88 +1,96 @@
 """Check: the model held against rules of meaning. A rule is a function that yields what it finds wrong.
 
 A rule trusts the shape of the tree and nothing else: the robot may have no link, two roots or a cycle. One cause gives
-one message; where the same mistake would be seen by two rules, the later one in this table looks away.
+one message; where the same mistake would be seen by two rules, the later one looks away.
+
+Each module of this folder that has checks names in ``AFTER`` the one whose checks come before; within a module they
+come as they are defined. So a new rule is a function under ``@rule``, in a module that there is or in a new one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import TYPE_CHECKING
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..accepting import ACCEPTABLE
+from ..build.shapes import RULES as _OF_SHAPES
 from ..diagnostic import Diagnostic
 from ..model import Robot
-from ..tree import Map, Path
-from . import (
-    conditions,
-    frames,
-    inertia,
-    joints,
-    kinematics,
-    materials,
-    mimic,
-    outputs,
-    poses,
-    publishers,
-    stamps,
-    stand_ins,
-    tf_tree,
-    values,
-    xml_elements,
-)
+from ..plugins import Plugin, broken, failed, load
+from ..registry import Check, Rule, checks_of, find
+from ..tree import Map
+from ..tree import Path as TreePath
 from .case import USED, Case
 from .remarkable import collect
 
 if TYPE_CHECKING:
     from ..emit import Format
 
-__all__ = ["ACCEPTABLE", "RULES", "check"]
+__all__ = ["CHECKS", "acceptable", "check", "plugged"]
 
-Rule = Callable[[Case], Iterator[Diagnostic]]
 
-RULES: tuple[Rule, ...] = (
-    kinematics.known_links,
-    kinematics.known_joints,
-    kinematics.one_parent,
-    kinematics.no_cycle,
-    kinematics.one_root,
-    frames.world_frames,
-    frames.optical_frames,
-    joints.axes,
-    joints.limits,
-    joints.units,
-    joints.without_effect,
-    mimic.leaders,
-    mimic.order,
-    inertia.physical,
-    conditions.legal,
-    publishers.one_publisher,
-    publishers.urdf_always,
-    publishers.some_publisher,
-    publishers.started,
-    publishers.planar,
-    publishers.node_names,
-    tf_tree.known_frames,
-    tf_tree.no_cycle,
-    tf_tree.one_urdf,
-    tf_tree.one_tree,
-    tf_tree.one_tree_in_modes,
-    stamps.known,
-    poses.servos,
-    poses.positions,
-    outputs.backends,
-    outputs.files,
-    values.magnitudes,
-    values.characters,
-    materials.once,
-    materials.known,
-    xml_elements.well_formed,
-    stand_ins.listed_once,
-)
+def _modules() -> list[ModuleType]:
+    """Return the modules of this folder that have checks, in the order in which they are asked."""
+    names = sorted(path.stem for path in Path(__path__[0]).glob("*.py") if path.stem != "__init__")
+    modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
+
+    def place(name: str) -> tuple[str, ...]:
+        after: str = modules[name].AFTER
+        return (*place(after), name) if after else (name,)
+
+    return [modules[name] for name in sorted(modules, key=place)]
+
+
+CHECKS: tuple[Check, ...] = tuple(check for module in _modules() for check in checks_of(module))
+
+
+class Plugged(NamedTuple):
+    """The checks that plug-ins add, and what is wrong with plug-ins of this kind."""
+
+    checks: tuple[tuple[Plugin, Check], ...]
+    diagnostics: tuple[Diagnostic, ...]
+
+
+@cache
+def plugged() -> Plugged:
+    """Return the checks of plug-ins: entry points of ``rosorin_compile.rules``."""
+    return Plugged(*load("rules", Check, _ids, lambda id: bool(find([id]))))
+
+
+def _ids(check: Check) -> list[str]:
+    """Return the ids of a plug-in's check. Raises ValueError if they are none."""
+    for rule in check.rules:
+        if not is_id(rule.id):
+            raise ValueError(f'"{rule.id}" is no id of a rule: small letters, digits and single hyphens')
+        if rule.accept not in _OF or rule.imported not in _IMPORTED:
+            raise ValueError(f"accept of {rule.id} is one of {_OF}, imported one of {_IMPORTED}")
+    if not check.rules:
+        raise ValueError("it declares no rule; put @rule above the function")
+    return [rule.id for rule in check.rules]
+
+
+_OF = ("", "link", "joint", "link or joint")
+_IMPORTED = ("", "always", "lenient")
+
+
+def is_id(text: str) -> bool:
+    """Say whether a text has the form of an id: kebab-case."""
+    return all(word.isascii() and word.isalnum() and word == word.lower() for word in text.split("-"))
+
+
+@cache
+def acceptable() -> Mapping[str, Rule]:
+    """Return the rules that a description may accept, by id; all else cannot be built, or would be built wrongly."""
+    checks = (*CHECKS, *(check for _, check in plugged().checks))
+    rules = (*_OF_SHAPES, *(rule for check in checks for rule in check.rules))
+    return {rule.id: rule for rule in sorted(rules) if rule.accept}
 
 
 def check(
-    robot: Robot, tree: Map, places: Mapping[tuple[str, str], Path], formats: Mapping[str, Format]
+    robot: Robot, tree: Map, places: Mapping[tuple[str, str], TreePath], formats: Mapping[str, Format]
 ) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
@@ -90,7 +98,22 @@ def check(
     those that outputs may name.
     """
     case = Case(robot, tree, places, collect(tree), formats)
-    return _joined(diagnostic for rule in RULES for diagnostic in rule(case))
+    diagnostics = [diagnostic for one in CHECKS for diagnostic in one(case)]
+    diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
+    return _joined(diagnostics)
+
+
+def _guarded(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
+    """Yield what a plug-in's check finds, and what is wrong with the check."""
+    ids = [rule.id for rule in check.rules]
+    try:
+        for diagnostic in check(case):
+            if not isinstance(diagnostic, Diagnostic) or diagnostic.rule not in ids:
+                yield broken(plugin, f"yields {str(diagnostic)[:80]}, no Diagnostic of its rules ({', '.join(ids)})")
+                return
+            yield diagnostic
+    except (Exception, SystemExit) as problem:
+        yield failed(plugin, problem)
 
 
 def _joined(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:

@@ -9,8 +9,11 @@ from itertools import product
 from ..diagnostic import WARNING, Diagnostic
 from ..expression import ExpressionError, evaluate
 from ..model import Edge, Robot
+from ..registry import FRAMES, rule
 from ..tree import Path, Text
 from .case import Case, at, suggest
+
+AFTER = "inertia"
 
 MAX_MODES = 10
 
@@ -19,6 +22,19 @@ _NAME = re.compile(r"[^\W\d]\w*")
 Combination = Mapping[str, bool]
 
 
+@rule("unknown-mode", "`when` names a mode that is not in `modes`.", "Correct it, or add the mode.", FRAMES)
+@rule(
+    "bad-condition",
+    "`when` cannot be read, is not true or false, or is never true.",
+    "Write modes with `and`, `or`, `not`.",
+    FRAMES,
+)
+@rule(
+    "too-many-modes",
+    "The conditions of one frame depend on too many modes to check them all.",
+    "Use fewer for one frame.",
+    FRAMES,
+)
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Conditions that cannot be read, name an unknown mode, or are never true."""
     for index, edge in enumerate(case.robot.edges):

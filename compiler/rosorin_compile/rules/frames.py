@@ -7,10 +7,13 @@ from collections.abc import Iterator
 
 from ..diagnostic import Diagnostic
 from ..model import Pose, Transform
+from ..registry import FRAMES, rule
 from ..tree import Path
 from .case import Case, exists
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN
+
+AFTER = "kinematics"
 
 # REP 103, "Suffix Frames": z forward, x right, y down, seen from a body frame with x forward, y left, z up.
 OPTICAL = Pose(rpy=(-math.pi / 2, 0.0, -math.pi / 2)).transform()
@@ -21,6 +24,14 @@ TOLERANCE = 1e-3  # rad
 CALIBRATION = 0.2  # rad
 
 
+@rule(
+    "owns-world-frame",
+    "The description owns `map`, `odom` or `earth`, which localisation places (REP 105).",
+    "Begin the robot at `base_link`, and name the publisher under `edges`.",
+    FRAMES,
+    accept="link",
+    imported="always",
+)
 def world_frames(case: Case) -> Iterator[Diagnostic]:
     """Links, joints and sensors that would own map, odom or earth; ``edges`` may."""
     robot = case.robot
@@ -39,6 +50,14 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
             yield found if frame in robot.link else found._replace(of=())
 
 
+@rule(
+    "optical-frame",
+    "An image frame is not turned as REP 103 says: z out of the lens, x right, y down.",
+    "`rpy: [-90 deg, 0, -90 deg]`; tilt the frame of the camera instead.",
+    FRAMES,
+    accept="link",
+    imported="always",
+)
 def optical_frames(case: Case) -> Iterator[Diagnostic]:
     """Image frames that are not turned against the frame that they sit on as REP 103 says."""
     robot = case.robot

@@ -6,12 +6,39 @@ from collections.abc import Iterator
 
 from ..diagnostic import Diagnostic
 from ..model import principal_moments
+from ..registry import NUMBERS, rule
 from .case import Case, number
+
+AFTER = "mimic"
 
 # Relative to the largest moment: rounding of the description and of the eigenvalues, no more.
 ROUNDING = 1e-9
 
 
+@rule(
+    "mass-not-positive",
+    "A mass is zero or below.",
+    "Correct it; leave `inertial` out for a mere frame.",
+    NUMBERS,
+    accept="link",
+    imported="lenient",
+)
+@rule(
+    "inertia-not-positive-definite",
+    "An inertia has a principal moment that is not above zero.",
+    "Check signs and products.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
+@rule(
+    "inertia-triangle",
+    "One principal moment is larger than the sum of the others: no body is like that.",
+    "Check the order ixx, iyy, izz, and the units.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
 def physical(case: Case) -> Iterator[Diagnostic]:
     """Masses that are not positive, and inertias that no body has."""
     for link in case.robot.links:

@@ -8,10 +8,13 @@ from ..diagnostic import WARNING, Diagnostic
 from ..model import Joint, Limit
 from ..model.geometry import norm
 from ..quantity import Quantity, describe, parse_unit
+from ..registry import JOINTS, Check, rule
 from ..schema import subject, unit_at
 from ..tree import Path
 from ..wording import listed
 from .case import Case, at, exists, number
+
+AFTER = "frames"
 
 # Axes that were measured, printed to five digits, miss 1 by about 1e-5.
 AXIS_TOLERANCE = 1e-3
@@ -24,6 +27,15 @@ _WITHOUT_EFFECT = {
 }
 
 
+@rule("axis-zero", "An axis is zero: no direction.", "Name one, such as `[0, 0, 1]`.", JOINTS)
+@rule(
+    "axis-not-unit",
+    "An axis is not of unit length; readers differ in what they make of it.",
+    "The message gives the same direction with length 1.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
     for joint in case.robot.joints:
@@ -40,6 +52,63 @@ def axes(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("axis-not-unit", message, path, f"the same direction with length 1: [{unit}]")
 
 
+@rule(
+    "limit-missing",
+    "A revolute or prismatic joint has no limit, or a limit without `lower` and `upper`: locked in ROS, free in "
+    "MuJoCo.",
+    "Add them.",
+    JOINTS,
+    accept="joint",
+    imported="lenient",
+)
+@rule(
+    "limit-incomplete",
+    "A limit lacks `effort` or `velocity`; readers of URDF refuse that.",
+    "Add them.",
+    JOINTS,
+    accept="joint",
+    imported="lenient",
+)
+@rule(
+    "limit-swapped",
+    "`lower` is above `upper`.",
+    "Swap or correct them.",
+    JOINTS,
+    accept="joint",
+    imported="lenient",
+)
+@rule(
+    "limit-equal",
+    "`lower` is `upper`: locked in ROS, free in MuJoCo.",
+    "Make the joint fixed, or give it room.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+@rule(
+    "limit-negative",
+    "`effort` or `velocity` is below zero.",
+    "It is a size: write it without the sign.",
+    JOINTS,
+    accept="joint",
+    imported="lenient",
+)
+@rule(
+    "limit-zero",
+    "`effort` or `velocity` is zero: unlimited in MuJoCo, none in ROS.",
+    "Give the value that the joint has.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+@rule(
+    "limit-on-continuous",
+    "A continuous joint has `lower` or `upper`.",
+    "Make it revolute, or remove them.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
 def limits(case: Case) -> Iterator[Diagnostic]:
     """Limits that readers of URDF ask for and that are missing, and limits that no joint can have."""
     for joint in case.robot.joints:
@@ -111,6 +180,7 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
             yield case.problem("limit-zero", message, path, f"give the {key} that the joint really has")
 
 
+@Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
     for joint in case.robot.joints:
@@ -145,6 +215,13 @@ def unit_of(joint: Joint, path: Path) -> str | None:
     return unit
 
 
+@rule(
+    "ignored-key",
+    "A warning: something that is said has no effect, such as the axis of a fixed joint, or `xyz` of a part of which "
+    "nothing is on the mount.",
+    "Remove it, or correct the type of the joint.",
+    JOINTS,
+)
 def without_effect(case: Case) -> Iterator[Diagnostic]:
     """Find what is said of a joint and means nothing on one of its type."""
     for joint in case.robot.joints:

@@ -6,9 +6,12 @@ from collections.abc import Iterable, Iterator
 
 from ..diagnostic import Diagnostic, nearest
 from ..model import Joint, Robot
+from ..registry import JOINTS, rule
 from ..tree import Path
 from ..wording import quoted
 from .case import Case, suggest
+
+AFTER = ""
 
 # REP 105: frames of the world, which localisation places and no description owns.
 WORLD_FRAMES = ("earth", "map", "odom")
@@ -16,6 +19,8 @@ WORLD_FRAMES = ("earth", "map", "odom")
 _Mention = tuple[str, Path, str]
 
 
+@rule("no-links", "The robot has no link at all.", "Add `links: {base_link: {}}`.", JOINTS)
+@rule("unknown-link", "A name is that of no link or frame.", "Correct the name, or add the link.", JOINTS)
 def known_links(case: Case) -> Iterator[Diagnostic]:
     """Names of links that no entry of links or sensors defines; a robot without any link."""
     if not case.robot.links:
@@ -24,6 +29,7 @@ def known_links(case: Case) -> Iterator[Diagnostic]:
     yield from _unknown(case, "link", _mentions_of_links(case), {*case.robot.link, *WORLD_FRAMES})
 
 
+@rule("unknown-joint", "A name is that of no joint.", "Correct the name, or add the joint.", JOINTS)
 def known_joints(case: Case) -> Iterator[Diagnostic]:
     """Names of joints that no entry of joints or sensors defines; the leaders of mimics have a rule of their own."""
     yield from _unknown(case, "joint", _mentions_of_joints(case.robot), set(case.robot.joint))
@@ -76,6 +82,7 @@ def _is_key(path: Path) -> bool:
     return path[-2:-1] in (("rename",), ("positions",))
 
 
+@rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)
 def one_parent(case: Case) -> Iterator[Diagnostic]:
     """Links that are the child of more than one joint."""
     for child, joints in children(case.robot).items():
@@ -90,6 +97,7 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("two-parents", message, path, help, related=related)
 
 
+@rule("joint-cycle", "Joints lead back to where they began.", "Let one of them begin at another link.", JOINTS)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Joints that lead back to where they began. Where a link of the circle has two parents, that is the cause."""
     order = {name: index for index, name in enumerate(case.robot.joint)}
@@ -106,6 +114,8 @@ def no_cycle(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("joint-cycle", message, case.end(last, "parent"), help, related=related)
 
 
+@rule("several-roots", "More than one link is no joint's child.", "Attach all but one.", JOINTS)
+@rule("unreached-link", "No joint names this link.", "Attach it with a joint, or remove it.", JOINTS)
 def one_root(case: Case) -> Iterator[Diagnostic]:
     """More than one root, and links that no joint names. An unknown child is the cause of the root that it leaves."""
     robot = case.robot

@@ -7,9 +7,12 @@ from typing import NamedTuple
 
 from ..diagnostic import NOTE, Diagnostic
 from ..model import Material
+from ..registry import NUMBERS, rule
 from ..tree import Path
 from ..wording import quoted
 from .case import Case, number
+
+AFTER = "values"
 
 
 class _Defined(NamedTuple):
@@ -17,6 +20,12 @@ class _Defined(NamedTuple):
     path: Path
 
 
+@rule(
+    "material-twice",
+    "A material has two looks: in `materials` and in a visual, or in two visuals.",
+    "Give one of them another name.",
+    NUMBERS,
+)
 def once(case: Case) -> Iterator[Diagnostic]:
     """Materials of one name that look different in two places: readers of URDF take one of them for all."""
     first: dict[str, _Defined] = {}
@@ -31,6 +40,12 @@ def once(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("material-twice", message, found.path, help, related=related)
 
 
+@rule(
+    "unknown-material",
+    "A note: a visual is of a material that nothing describes.",
+    "Add it to `materials`, if readers do not know it.",
+    NUMBERS,
+)
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names of materials that nothing says the look of: legal, but seldom meant."""
     unknown: dict[str, list[Path]] = {}

@@ -6,9 +6,22 @@ from collections.abc import Iterator
 
 from ..diagnostic import WARNING, Diagnostic
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Mimic
+from ..registry import JOINTS, rule
 from .case import Case, number, suggest
 
+AFTER = "joints"
 
+
+@rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
+@rule(
+    "mimic-fixed",
+    "A joint without a single position (fixed, planar, floating) follows, or is followed.",
+    "Name a joint that moves.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+@rule("mimic-cycle", "Joints follow each other in a circle.", "Let one of them lead.", JOINTS)
 def leaders(case: Case) -> Iterator[Diagnostic]:
     """Leaders that are missing or cannot lead, and followers that follow themselves."""
     robot = case.robot
@@ -64,6 +77,15 @@ def _circle(case: Case, circle: list[Joint]) -> Diagnostic:
     return case.problem("mimic-cycle", message, path, "let one of them lead: remove its mimic", related=related)
 
 
+@rule("mimic-not-published", "A joint follows one that is not in the URDF.", "Give both the same publisher.", JOINTS)
+@rule(
+    "mimic-chain",
+    "A warning: a follower of a follower, in an order that robot_state_publisher does not resolve.",
+    "Follow the first leader directly; the message gives the numbers.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
 def order(case: Case) -> Iterator[Diagnostic]:
     """Followers that robot_state_publisher cannot resolve.
 

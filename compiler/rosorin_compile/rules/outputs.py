@@ -8,12 +8,22 @@ from collections.abc import Iterator
 
 from ..diagnostic import Diagnostic, did_you_mean
 from ..model import Output
+from ..registry import OUTPUTS, rule
 from ..tree import Path
 from .case import Case, exists
+
+AFTER = "poses"
 
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
+@rule(
+    "unknown-backend",
+    "There is no backend of this name.",
+    "Correct it; an artifact of your own needs `template`.",
+    OUTPUTS,
+)
+@rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
     """Find outputs of a backend that does not exist, options that it does not have, and what it finds wrong itself."""
     for output in case.robot.outputs:
@@ -46,6 +56,13 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     return case.problem("unknown-backend", f'there is no backend "{output.backend}"', at, help, key=key)
 
 
+@rule(
+    "outside-outputs",
+    "An artifact would stand outside its folder.",
+    "A relative name with forward slashes.",
+    OUTPUTS,
+)
+@rule("duplicate-file", "Two outputs write one file.", "Give each a file of its own.", OUTPUTS)
 def files(case: Case) -> Iterator[Diagnostic]:
     """Files outside the outputs folder, and two artifacts that cannot both stand there."""
     taken: dict[str, Output] = {}

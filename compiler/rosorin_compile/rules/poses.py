@@ -6,14 +6,25 @@ from collections.abc import Iterator
 
 from ..diagnostic import WARNING, Diagnostic
 from ..model import Joint
+from ..registry import POSES, rule
 from ..tree import Path
 from .case import Case, number
 from .remarkable import FULL_TURN
+
+AFTER = "stamps"
 
 # Positions come from pulses and printed limits: a hair beyond is rounding.
 ROUNDING = 1e-6
 
 
+@rule("two-servos", "A joint is in two servo groups.", "Name it in one.", POSES)
+@rule(
+    "joint-has-no-position",
+    "A servo turns or a pose moves a planar or a floating joint, which has no single position.",
+    "Leave it out.",
+    POSES,
+)
+@rule("joint-is-fixed", "A servo turns or a pose moves a joint that is fixed.", "Name a joint that moves.", POSES)
 def servos(case: Case) -> Iterator[Diagnostic]:
     """Servos of fixed joints, and joints with two servos."""
     taken: dict[str, Path] = {}
@@ -41,6 +52,12 @@ def _fixed(case: Case, joint: Joint, path: Path, what: str, key: bool = False) -
     return case.problem("joint-is-fixed", message, path, "name a joint that moves", related=related, key=key)
 
 
+@rule(
+    "pose-beyond-limit",
+    "A warning: a pose is beyond the limit of a joint.",
+    "Correct the pose or the limit.",
+    POSES,
+)
 def positions(case: Case) -> Iterator[Diagnostic]:
     """Poses of joints that are fixed, of followers, or beyond a limit."""
     for pose in case.robot.poses:

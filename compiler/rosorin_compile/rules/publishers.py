@@ -7,11 +7,14 @@ from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
+from ..registry import FRAMES, JOINTS, Check, rule
 from ..tree import Path, Seq
 from ..wording import first_of, listed, quoted
 from . import conditions
 from .case import Case, at, exists, fed
 from .kinematics import children
+
+AFTER = "conditions"
 
 
 class Claim(NamedTuple):
@@ -68,6 +71,19 @@ def turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     return next(((*path, i, "by") for i, turn in enumerate(turns) if turn["by"] == ROBOT_STATE_PUBLISHER), None)
 
 
+@rule(
+    "two-publishers",
+    "Two publishers own one frame at the same time.",
+    "Remove one, or give them conditions that exclude each other. Where one is robot_state_publisher, which has no "
+    "conditions: an argument of the build.",
+    FRAMES,
+)
+@rule(
+    "unpublished-edge",
+    "Nobody publishes an edge, or no artifact starts or feeds its publisher. As a warning: nobody does in some mode.",
+    "Name a publisher, add the output, widen the condition.",
+    FRAMES,
+)
 def one_publisher(case: Case) -> Iterator[Diagnostic]:
     """Frames that have two publishers at once, and frames that have none in some combination of modes."""
     edges = case.robot.edges
@@ -146,6 +162,7 @@ def _gap(case: Case, child: str, claimed: list[Claim], combination: conditions.C
     return case.problem("unpublished-edge", message, first.when_path, help, related=related, severity=WARNING)
 
 
+@Check
 def urdf_always(case: Case) -> Iterator[Diagnostic]:
     """Conditions of robot_state_publisher, which publishes all of its URDF in every mode."""
     claimed = claims(case)
@@ -159,6 +176,7 @@ def urdf_always(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("bad-condition", message, (*place[:-1], "when"), help)
 
 
+@Check
 def some_publisher(case: Case) -> Iterator[Diagnostic]:
     """Edges without a publisher: they would stand in no artifact and nobody would own them."""
     names = [publisher.name for publisher in case.robot.publishers]
@@ -173,6 +191,12 @@ def some_publisher(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("unpublished-edge", message, ("edges", index, "child"), help)
 
 
+@rule(
+    "static-tf-moves",
+    "A joint that moves has a static_transform_publisher.",
+    "Leave it to robot_state_publisher.",
+    FRAMES,
+)
 def started(case: Case) -> Iterator[Diagnostic]:
     """Joints whose publisher no artifact starts or feeds, and moving joints with a publisher for what stands still."""
     robot = case.robot
@@ -212,6 +236,13 @@ def static_publishers(case: Case) -> Iterator[tuple[Joint, Publisher, Path]]:
             yield robot.joint[edge.joint], edge.publisher, case.edge(index, "publisher")
 
 
+@rule(
+    "planar-taken-as-fixed",
+    "A warning: a planar joint is in the URDF, and robot_state_publisher takes it for a fixed one, whoever else "
+    "publishes it.",
+    "Make it `type: floating`, which robot_state_publisher leaves alone, with `publisher: NODE` or `{none: WHY}`.",
+    JOINTS,
+)
 def planar(case: Case) -> Iterator[Diagnostic]:
     """Planar joints in the URDF: robot_state_publisher publishes each as a fixed one, whoever else does.
 
@@ -235,6 +266,13 @@ def planar(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("planar-taken-as-fixed", message, case.publisher(joint), help, severity=WARNING)
 
 
+@rule(
+    "bad-node-name",
+    "A node has a name that ROS 2 refuses.",
+    "Letters, digits and underscores, no digit first.",
+    FRAMES,
+)
+@rule("duplicate-node", "Two nodes have one name.", "Give each a name of its own.", FRAMES)
 def node_names(case: Case) -> Iterator[Diagnostic]:
     """Names of nodes that ROS 2 refuses, and two nodes with one name."""
     taken: dict[str, Path | None] = {ROBOT_STATE_PUBLISHER: None}

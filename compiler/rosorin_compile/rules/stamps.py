@@ -6,10 +6,13 @@ from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic
+from ..registry import FRAMES, rule
 from ..tree import Path
 from . import conditions
 from .case import Case, exists, suggest
 from .tf_tree import Step, active_in, is_tree, legal_steps
+
+AFTER = "tf_tree"
 
 
 class Stamp(NamedTuple):
@@ -34,6 +37,13 @@ def stamps(case: Case) -> Iterator[Stamp]:
             yield Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index), True)
 
 
+@rule(
+    "unknown-frame-id",
+    "Messages are stamped with a frame that does not exist. As a warning: tf2 does not know it, always or in some "
+    "mode.",
+    "Correct the name under `stamps`, or say who publishes the frame.",
+    FRAMES,
+)
 def known(case: Case) -> Iterator[Diagnostic]:
     """Frames in the headers of messages that do not exist, or that tf2 does not know, always or in some mode.
 

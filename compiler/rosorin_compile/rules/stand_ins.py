@@ -5,13 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostic import NOTE, Diagnostic
+from ..registry import OUTPUTS, rule
 from ..tree import Path
 from ..wording import first_of
 from .case import Case
 
+AFTER = "xml_elements"
+
 SHOWN = 8
 
 
+@rule(
+    "stand-in",
+    "A note: a value is not known and something holds its place.",
+    "Measure it, and change its `source`.",
+    OUTPUTS,
+)
 def listed_once(case: Case) -> Iterator[Diagnostic]:
     """Name each stand-in once, by its text, with all the places that it stands in for."""
     found: dict[str, list[Path]] = {}

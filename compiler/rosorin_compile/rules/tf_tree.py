@@ -7,11 +7,14 @@ from typing import NamedTuple
 
 from ..diagnostic import WARNING, Diagnostic, nearest
 from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
+from ..registry import FRAMES, Check, rule
 from ..tree import Path
 from ..wording import listed, quoted
 from . import conditions
 from .case import Case, suggest
 from .kinematics import WORLD_FRAMES, below, children
+
+AFTER = "publishers"
 
 
 class Step(NamedTuple):
@@ -38,6 +41,7 @@ def legal_steps(case: Case) -> list[Step]:
     return [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
 
 
+@Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
     """Edges that hang neither on a link nor over one: one of their names is not what was meant."""
     robot = case.robot
@@ -57,6 +61,12 @@ def known_frames(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("unknown-link", message, path, suggest(name, known, "name a link of the robot"))
 
 
+@rule(
+    "edge-cycle",
+    "Joints and edges lead back to where they began.",
+    "Correct the parent or the child of an edge.",
+    FRAMES,
+)
 def no_cycle(case: Case) -> Iterator[Diagnostic]:
     """Edges that lead, with the joints between, back to where they began, in some combination of modes."""
     if not is_tree(case):
@@ -128,6 +138,12 @@ def _circle(published: list[Step]) -> list[Step]:
     return list(walked.values())[list(walked).index(here) :][::-1] if walked else []
 
 
+@rule(
+    "split-urdf",
+    "The URDF would have two roots, because another node publishes a joint between them.",
+    "Let one publisher have both joints.",
+    FRAMES,
+)
 def one_urdf(case: Case) -> Iterator[Diagnostic]:
     """Joints in the URDF that hang on a link which is not in it: readers find two roots."""
     if is_tree(case) and case.feeding(ROBOT_STATE_PUBLISHER):
@@ -154,6 +170,12 @@ def _urdf_roots(case: Case) -> list[str]:
     return sorted(roots, key=lambda root: -len(below(case.robot, root)))
 
 
+@rule(
+    "split-tf",
+    "A warning: frames are published, but a joint above them is on no topic, always or in some mode.",
+    "Publish it, or nothing that hangs on it.",
+    FRAMES,
+)
 def one_tree(case: Case) -> Iterator[Diagnostic]:
     """Frames that are published, but cut off from the rest by a joint that is on no topic or a parent nobody knows."""
     if not is_tree(case):
@@ -186,6 +208,7 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
             yield case.problem("split-tf", message, case.publisher(above), help, severity=WARNING)
 
 
+@Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent there."""
     published = legal_steps(case)

@@ -6,15 +6,34 @@ from collections.abc import Iterator
 from typing import Any
 
 from ..diagnostic import ERROR, WARNING, Diagnostic, Span
+from ..registry import NUMBERS, rule
 from ..schema import subject, unit_at
 from ..tree import Path
 from .case import Case, number, written
 from .remarkable import NOT_XML
 
+AFTER = "outputs"
+
 # Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
 FAR = 20.0  # m
 
 
+@rule(
+    "angle-looks-like-degrees",
+    "A bare angle is more than a full turn.",
+    "Write `180 deg`, or `180 rad` if that is meant.",
+    NUMBERS,
+    accept="link or joint",
+    imported="always",
+)
+@rule(
+    "length-looks-like-millimetres",
+    "A warning: a bare length is more than 20 m.",
+    "Write `46 mm`, or `46 m` if that is meant.",
+    NUMBERS,
+    accept="link or joint",
+    imported="always",
+)
 def magnitudes(case: Case) -> Iterator[Diagnostic]:
     """Bare numbers that are no angle in radians and no length in metres, though they stand for one.
 
@@ -56,6 +75,7 @@ def _suspect(case: Case, path: Path, value: float) -> str:
     return "m" if unit == "m" and path[0] != "edges" and abs(value) > FAR else ""
 
 
+@rule("control-character", "A text has a character that no XML file can carry.", "Remove it.", NUMBERS)
 def characters(case: Case) -> Iterator[Diagnostic]:
     """Text with control characters and the like, which no XML file can carry."""
     seen: set[Span] = set()

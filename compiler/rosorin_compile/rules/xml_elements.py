@@ -6,10 +6,19 @@ from collections.abc import Iterator, Sequence
 
 from ..diagnostic import Diagnostic
 from ..elements_text import damage
+from ..registry import NUMBERS, rule
 from ..tree import Path
 from .case import Case
 
+AFTER = "materials"
 
+
+@rule(
+    "bad-xml",
+    "A text of `urdf_elements` is not whole elements of XML.",
+    "Correct it as the message says.",
+    NUMBERS,
+)
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """Texts that would make the URDF unreadable, or would end the element that they stand in."""
     for path, texts in _texts(case):

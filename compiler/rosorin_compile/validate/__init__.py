@@ -15,6 +15,17 @@ from .complaints import Complaint
 
 if TYPE_CHECKING:
     from ..emit import Format
+from ..registry import SHAPE, Rule
+
+RULES = (
+    Rule(
+        "wrong-unit",
+        "A quantity is of another kind: a mass where a length belongs, metres for a joint that turns.",
+        "Correct the unit, or the type of the joint.",
+        SHAPE,
+    ),
+    Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
+)
 
 
 def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:

@@ -2,13 +2,46 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ..diagnostic import Diagnostic, did_you_mean, error
 from ..quantity import UNITS, Quantity, parse_unit, unknown_unit
+from ..registry import ARGUMENTS, SHAPE, Rule
 from ..schema import Steps, resolve, schema_at, subject
 from ..tree import Map, Seq, locate
+
+RULES = (
+    Rule(
+        "bad-name",
+        "A name has a form that it may not have, such as `<` or a quote, or a space at its end.",
+        "Letters, digits and `_` are safe. Spaces within and `/` are allowed; names of values and arguments are plain "
+        "words.",
+        ARGUMENTS,
+    ),
+    Rule(
+        "unknown-key",
+        "An entry has no such key.",
+        "The message names the nearest one and all that are legal.",
+        SHAPE,
+    ),
+    Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
+    Rule(
+        "wrong-type",
+        "A value is of another type: a text where a number belongs, a unit that nobody knows.",
+        "Write what the message asks for.",
+        SHAPE,
+    ),
+    Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
+    Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
+    Rule("empty-text", "A text that says something is empty.", "Say it, or leave the key out.", SHAPE),
+    Rule(
+        "wrong-shape",
+        "A value does not fit the schema in another way.",
+        "Compare it with [the language](language.md#entries).",
+        SHAPE,
+    ),
+)
 
 
 class Complaint:
@@ -67,11 +100,7 @@ class Complaint:
         return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
 
     def _enum(self) -> list[Diagnostic]:
-        options = list(dict.fromkeys(str(option) for option in self.kind.options))
-        help = did_you_mean(str(self.value), options)
-        if help.startswith("did"):
-            help += f" (one of {', '.join(options)})"
-        return [self._make("wrong-value", f'{self.where} cannot be "{self.value}"', help)]
+        return [not_allowed(self.tree, self.path, self.value, self.kind.options)]
 
     def _constant(self) -> list[Diagnostic]:
         wanted = self._fragment(0)
@@ -118,6 +147,16 @@ class Complaint:
 
     def _other(self) -> list[Diagnostic]:
         return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
+
+
+def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any]) -> Diagnostic:
+    """Return an error: the value at a path is not one of those that are allowed."""
+    names = list(dict.fromkeys(map(str, options)))
+    help = did_you_mean(str(value), names)
+    if help.startswith("did"):
+        help += f" (one of {', '.join(names)})"
+    place = locate(tree, path)
+    return error("wrong-value", f'{subject(path)} cannot be "{value}"', place.span, help, place.stack())
 
 
 _TYPES = {

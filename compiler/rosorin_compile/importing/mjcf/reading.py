@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Span
+from ...registry import READING, Rule
 from ...tree import Map
 from ...wording import counted
 from ..imported import LeftOut, cannot_carry
@@ -15,6 +16,16 @@ from .source import Markup, Places
 
 if TYPE_CHECKING:
     from .motion import Motion
+
+RULES = (
+    Rule(
+        "import-changed",
+        "A note: something is carried over, but not as the file says it: under another name, counted from another "
+        "zero.",
+        topic=READING,
+    ),
+    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
+)
 
 FREE, BALL, SLIDE, HINGE = range(4)
 _SHOWN = 6  # places named of one thing

@@ -6,9 +6,25 @@ import re
 from collections.abc import Collection, Iterator
 
 from ...diagnostic import Diagnostic, Span, error
+from ...registry import READING, Rule
 from ..markup import Attribute, Element
 from .process import Answer
 from .source import Markup
+
+RULES = (
+    Rule(
+        "mjcf-refused",
+        "MuJoCo does not load the file; the message is MuJoCo's.",
+        "Correct it until MuJoCo loads it.",
+        READING,
+    ),
+    Rule(
+        "mjcf-too-large",
+        "The replicas of an MJCF are more elements than any robot has.",
+        "Repeat less often.",
+        READING,
+    ),
+)
 
 MAX_ELEMENTS = 500_000
 

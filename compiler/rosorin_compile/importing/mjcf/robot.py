@@ -9,6 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from ...diagnostic import arrange, error
+from ...registry import READING, Rule
 from ...tree import Map
 from ..accepting import accept
 from ..imported import Imported
@@ -22,6 +23,8 @@ from .process import ask
 from .reading import Reading
 from .refusals import before, place, refusal
 from .source import Markup, Places
+
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
 
 _UNNAMED = "MuJoCo Model"
 

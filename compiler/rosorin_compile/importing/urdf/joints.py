@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from ...diagnostic import did_you_mean
+from ...registry import READING, Rule
 from ...tree import Map, Path
 from ...wording import plural, quoted
 from ..markup import Element
 from .poses import put_origin
 from .reading import Reading, named, put
 from .values import ANGLES, LENGTHS, PLAIN, need_numbers, put_number, put_numbers
+
+RULES = (Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),)
 
 TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _PARTS = ("axis", "limit", "mimic", "dynamics", "calibration", "safety_controller")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from ...diagnostic import NOTE, Diagnostic
+from ...registry import READING, Rule
 from ...tree import Map, Path, Seq
 from ...wording import counted, listed
 from ..markup import Element
@@ -12,6 +13,11 @@ from .materials import put_material
 from .poses import put_origin
 from .reading import NAME, Reading, named, put
 from .values import LENGTHS, PLAIN, need_numbers, number_of, put_number, put_numbers, shortened
+
+RULES = (
+    Rule("missing-element", "An element lacks another that the specification asks for.", "Add it.", READING),
+    Rule("import-kept", "A note: a shape of another kind is kept as it is.", topic=READING),
+)
 
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")

@@ -4,10 +4,16 @@ from __future__ import annotations
 
 from ...diagnostic import NOTE, Diagnostic
 from ...model.geometry import transform_of_quaternion
+from ...registry import READING, Rule
 from ...tree import Map, Path, Seq
 from ..markup import Element
 from .reading import Reading, named
 from .values import ANGLES, LENGTHS, PLAIN, numbers, put_numbers
+
+RULES = (
+    Rule("zero-quaternion", "A quaternion is zero, which is no rotation.", "Correct it.", READING),
+    Rule("import-converted", "A note: the same is said in another form.", topic=READING),
+)
 
 
 def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> None:

@@ -6,8 +6,9 @@ import re
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from ...accepting import ACCEPTABLE
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
+from ...registry import READING, Rule
+from ...rules import acceptable
 from ...tree import Map, Path, Seq
 from ...wording import and_more, plural, quoted
 from ..imported import LeftOut, cannot_carry
@@ -15,6 +16,32 @@ from ..markup import INSTRUCTION, TEXT, Element
 from ..options import ReadOptions
 from .spelling import meant
 from .verbatim import kept
+
+RULES = (
+    Rule(
+        "missing-attribute",
+        "An element lacks an attribute that the specification asks for, or it is empty.",
+        "Add it.",
+        READING,
+    ),
+    Rule(
+        "duplicate-element",
+        "An element that is taken once stands twice, or two say the same thing.",
+        "Remove one; `--lenient` takes the first.",
+        READING,
+    ),
+    Rule(
+        "misspelt",
+        "An element or attribute that no reader knows is near to one that they know.",
+        "Correct it; `--lenient` leaves it out.",
+        READING,
+    ),
+    Rule(
+        "import-ignored",
+        "A note: something has no effect for any reader, such as the axis of a fixed joint.",
+        topic=READING,
+    ),
+)
 
 # What a description can call something, as its schema has it.
 NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
@@ -55,7 +82,7 @@ class Reading:
         if not self.options.lenient:
             self.error(rule, message, span, f"{help}; --lenient {instead}")
             return False
-        if rule not in ACCEPTABLE:  # what is accepted is told there
+        if rule not in acceptable():  # what is accepted is told there
             self.diagnostics.append(Diagnostic(rule, NOTE, f"{message}; --lenient {instead}", span))
         return True
 

@@ -11,6 +11,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ...diagnostic import WARNING, Diagnostic, Related, has_errors
+from ...registry import READING, Rule
 from ...tree import Map
 from ...tree import Path as TreePath
 from ..accepting import accept
@@ -24,6 +25,15 @@ from .materials import read_materials, settle
 from .reading import NAME, Reading, put
 from .remarks import comments_of, without_banner
 from .values import shortened
+
+RULES = (
+    Rule(
+        "not-expanded",
+        "A warning: a value holds `${...}` or `$(...)`, as a xacro has before it is expanded.",
+        "Name the file `NAME.xacro`.",
+        READING,
+    ),
+)
 
 _NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
 _VERSIONS = ("1", "1.0", "1.1", "1.2")

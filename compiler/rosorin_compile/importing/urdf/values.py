@@ -8,12 +8,28 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...quantity import ANGLE, LENGTH, NUMBER, Quantity
+from ...registry import READING, Rule
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
 from ...tree import Map, Seq
 from ...wording import counted
 from ..markup import Attribute, Element, Word
 from .reading import Reading, named
+
+RULES = (
+    Rule(
+        "not-a-number",
+        "Something that is to be a number is none, or is not finite.",
+        "Write digits, a point, and no unit.",
+        READING,
+    ),
+    Rule(
+        "wrong-count",
+        "An attribute has too many or too few numbers.",
+        "The message says how many it takes.",
+        READING,
+    ),
+)
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")

@@ -10,7 +10,7 @@ import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ...expression.functions import FUNCTIONS
+from ...expression.functions import functions
 from ...load import plain_scalar
 from ...quantity import UNITS
 from ...tree import Map, Seq
@@ -109,7 +109,7 @@ def _identifier(text: str) -> str:
 def _free(wanted: str, taken: dict[str, str]) -> str:
     """Return a name that no other value, unit or function has."""
     name, count = wanted, 1
-    while name in taken or name in UNITS or name in FUNCTIONS:
+    while name in taken or name in UNITS or name in functions():
         count += 1
         name = f"{wanted}_{count}"
     return name

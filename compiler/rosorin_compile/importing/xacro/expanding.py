@@ -15,12 +15,36 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostic import NOTE, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...registry import READING, Rule
 from ...wording import counted
 from ..files import read_source
 from ..imported import Imported
 from ..markup import Document, MarkupError, parse
 from ..options import ReadOptions
 from ..urdf.robot import read_urdf
+
+RULES = (
+    Rule(
+        "xacro-runs-code",
+        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
+        "Go on only with files of people whom you trust.",
+        READING,
+    ),
+    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
+    Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
+    Rule(
+        "package-missing",
+        "A ROS package is not found.",
+        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
+        READING,
+    ),
+    Rule(
+        "extra-missing",
+        "What reads the format is not installed.",
+        "`pip install 'rosorin-compile[import]'`",
+        READING,
+    ),
+)
 
 MAX_SECONDS = 600
 

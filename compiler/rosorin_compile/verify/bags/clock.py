@@ -13,10 +13,21 @@ from typing import Any
 import numpy as np
 
 from ...diagnostic import NOTE, WARNING
+from ...registry import RECORDINGS, Rule
 from ..arrays import SECOND, Times
 from ..findings import problem
 from ..recording.recording import Recording
 from .topics import CLOCK, HEADER, JOINTS, TF, Topic
+
+RULES = (
+    Rule(
+        "recording-other-clock",
+        "A warning, or a note with `/clock`: all stamps are of another clock than that of the recorder, as in a "
+        "simulation or in a bag that was played. Ages are told by the clock of the stamps.",
+        "`ros2 bag record --use-sim-time`; or set the clocks of the computers.",
+        RECORDINGS,
+    ),
+)
 
 # Stamps and times of arrival that are all farther apart than this are of two clocks.
 APART = 60 * SECOND

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...diagnostic import WARNING, Diagnostic
+from ...registry import RECORDINGS, Rule
 from ...wording import counted
 from ..arrays import SECOND, Samples
 from ..findings import problem
@@ -18,6 +19,22 @@ from ..recording.recording import MAX_DESCRIPTIONS, Batch, Recording
 from . import cdr, cut
 from .clock import Clock
 from .topics import CLOCK, JOINTS, ROBOT, TF, TF_STATIC, Topic, topics_of
+
+RULES = (
+    Rule(
+        "recording-damaged",
+        "A recording breaks off, or messages of a topic are cut short. What came before is compared all the same.",
+        "Record again, or recover it.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-cut-off",
+        "A warning: the end of a file is missing, because the recorder was killed, or a copy broke off. What came "
+        "before is read and compared.",
+        "End a recording with Ctrl-C.",
+        RECORDINGS,
+    ),
+)
 
 BATCH = 16_384
 BATCH_BYTES = 32 << 20

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+from ...registry import RECORDINGS, Rule
 from ..findings import problem
 from ..recording.recording import Recording
+
+RULES = (
+    Rule(
+        "recording-type",
+        "A topic has the name of one that is looked at, and another type.",
+        "Rename it.",
+        RECORDINGS,
+    ),
+)
 
 TF, TF_STATIC, JOINTS, ROBOT, HEADER, CLOCK = range(6)
 TYPES = {

@@ -10,11 +10,66 @@ from ...compare.words import amount
 from ...diagnostic import NOTE, WARNING, Diagnostic, did_you_mean
 from ...emit import Artifact, feeds
 from ...model import ROBOT_STATE_PUBLISHER
+from ...registry import RECORDINGS, Rule
 from ...wording import and_more, counted, first_of
 from ..findings import problem, share
 from ..recording.joints import JointLog, Range
 from ..recording.recording import Recording
 from .edges import leaps_text
+
+RULES = (
+    Rule(
+        "not-compared",
+        "A note: something could not be compared, because a pose or the joint states are not known. An error if "
+        "nothing else was there.",
+        "`--pose NAME`; record `/joint_states`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "joint-state-unknown",
+        "`/joint_states` names a joint that is not described.",
+        "Correct the driver, or the description.",
+        RECORDINGS,
+    ),
+    Rule(
+        "joint-state-missing",
+        "`/joint_states` leaves out a joint that robot_state_publisher moves.",
+        "Correct the driver.",
+        RECORDINGS,
+    ),
+    Rule("joint-state-short", "A joint state has fewer positions than names.", "Correct the driver.", RECORDINGS),
+    Rule(
+        "joint-states-two-values",
+        "Two nodes publish joint states of the same joints.",
+        "Stop one of them.",
+        RECORDINGS,
+    ),
+    Rule("joint-not-a-number", "A position is NaN or infinite.", "Mend the driver.", RECORDINGS),
+    Rule(
+        "joint-beyond-limit",
+        "A warning: a joint was beyond its limits.",
+        "Correct the limits, the zero of the servo, or what drives it there.",
+        RECORDINGS,
+    ),
+    Rule(
+        "other-robot-description",
+        "`/robot_description` is another robot than the compiled URDF.",
+        "Deploy what is compiled.",
+        RECORDINGS,
+    ),
+    Rule(
+        "robot-description-text",
+        "A note: it means the same, in another text.",
+        "Deploy what is compiled.",
+        RECORDINGS,
+    ),
+    Rule(
+        "robot-description-changed",
+        "A warning: there was more than one while the robot ran.",
+        "Start one robot_state_publisher, with one URDF.",
+        RECORDINGS,
+    ),
+)
 
 _SHOWN, _FEW = 8, 3
 _TOPIC = "/joint_states"

@@ -6,10 +6,26 @@ from collections.abc import Sequence
 
 from ...diagnostic import Diagnostic
 from ...emit import Artifact
+from ...registry import RECORDINGS, Rule
 from ...wording import first_of
 from ..findings import ordered, problem
 from ..recording.recording import Recording
 from . import edges, joints, sensors, text, tree
+
+RULES = (
+    Rule(
+        "recording-empty",
+        "There is not one message.",
+        "Record `/tf`, `/tf_static`, `/joint_states` and `/robot_description`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-foreign",
+        "There is not one transform.",
+        "Record those topics; `--namespace` if they have one.",
+        RECORDINGS,
+    ),
+)
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:

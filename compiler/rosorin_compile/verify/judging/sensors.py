@@ -5,12 +5,34 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...diagnostic import ERROR, WARNING, Diagnostic, did_you_mean, nearest
+from ...registry import RECORDINGS, Rule
 from ...wording import counted
 from ..arrays import SECOND
 from ..findings import problem, rate_text, seconds, share
 from ..recording.recording import Recording
 from ..recording.sensors import FrameUse, Lookups, SensorLog
 from .edges import owner_of
+
+RULES = (
+    Rule(
+        "frame-unknown",
+        "A message names a frame that is neither described nor published.",
+        "Correct `frame_id` in the driver, or describe the frame.",
+        RECORDINGS,
+    ),
+    Rule(
+        "frame-late",
+        "The first messages of a sensor came before its frame was there.",
+        "Wait for the frame, or start its publisher first.",
+        RECORDINGS,
+    ),
+    Rule(
+        "lookup-fails",
+        "tf2 could not have answered at the exact stamps of messages when they came, because an edge comes too seldom.",
+        "Ask for the latest transform, wait with a timeout, or publish more often.",
+        RECORDINGS,
+    ),
+)
 
 # From this share of lookups on that fail they are told of; one in a hundred is a message that was overtaken.
 FAILS = 0.05

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ...diagnostic import NOTE, WARNING, Diagnostic
 from ...model import ROBOT_STATE_PUBLISHER
+from ...registry import RECORDINGS, Rule
 from ...wording import and_more, first_of
 from ..arrays import SECOND
 from ..expected import Expected
@@ -15,6 +16,51 @@ from ..recording.pace import Gap, Pace
 from ..recording.recording import Recording
 from ..recording.series import Series
 from .edges import owner_of, two_values
+
+RULES = (
+    Rule(
+        "recording-silent",
+        "A warning: nothing at all was recorded for longer than `--stale`. No edge is called stale for that.",
+        "Look whether the recorder was paused, or a clock was set.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-no-static",
+        "There is no message of `/tf_static`, and the robot has static edges: they cannot be compared.",
+        "Record `/tf_static`, with durability transient_local.",
+        RECORDINGS,
+    ),
+    Rule(
+        "edge-missing",
+        "Nobody published an edge that is described, in any combination of modes; or tf2_echo got no answer.",
+        "The message names who should publish it; `--without NODE` if it was not meant to run.",
+        RECORDINGS,
+    ),
+    Rule(
+        "edge-late",
+        "A note: a moving edge came only some time after the begin of the recording.",
+        "Start its publisher earlier, or let listeners wait.",
+        RECORDINGS,
+    ),
+    Rule(
+        "edge-stale",
+        "The newest transform of an edge was older than `--stale` (1 s).",
+        "Look why its publisher stopped.",
+        RECORDINGS,
+    ),
+    Rule(
+        "stamp-zero",
+        "Messages are stamped with time zero.",
+        "A node with `use_sim_time` hears no `/clock`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "stamp-jumps-back",
+        "Stamps jump back by more than 0.1 s.",
+        "One clock for all nodes, which nobody sets while they run.",
+        RECORDINGS,
+    ),
+)
 
 _MANY = 3
 # An edge on /tf that comes within this time (s) of a recording was there before.

@@ -9,12 +9,28 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 
+from ...registry import RECORDINGS, Rule
 from ..findings import problem
 from ..recording.recording import Asked, Reading, Recording, Refused
 from .echo import HEAD, Block, block_at
 from .frames import dot_rows, literal_rows, yaml_rows
 from .plain_lines import plain_lines
 from .topics import TopicText
+
+RULES = (
+    Rule(
+        "text-not-understood",
+        "A text, or a part of it, is nothing that is known.",
+        "Paste it whole, with the command line above it.",
+        RECORDINGS,
+    ),
+    Rule(
+        "text-frames",
+        "tf2_echo printed a transform, but the text does not say of which frames.",
+        "`--frames SOURCE TARGET`",
+        RECORDINGS,
+    ),
+)
 
 _ASKS = re.compile(r"\btf2_echo\s+([^\s|&;>-]\S*)\s+([^\s|&;>-]\S*)")
 _TOPIC = re.compile(r"\bros2\s+topic\s+echo\b(.*)")

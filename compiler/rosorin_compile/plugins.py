@@ -1,0 +1,239 @@
+"""Plug-ins: what other installed packages add to the tool, by the entry points of their distributions.
+
+Each kind of thing has a group: ``rosorin_compile.rules``, ``rosorin_compile.functions``. What a distribution offers
+stands in a small file beside its metadata. Most machines have no plug-in, so those files are looked through before
+``importlib.metadata`` is imported, and which folders of packages have none is remembered in the user's cache.
+
+A plug-in that cannot be used is a diagnostic that names its distribution; it never stops the tool otherwise, and never
+takes the place of what is built in.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Iterable
+from contextlib import suppress
+from functools import cache, lru_cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+
+from .cache import cache_folder
+from .diagnostic import Diagnostic, error
+from .registry import PLUGINS, Rule
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+RULES = (
+    Rule(
+        "plugin-broken",
+        "An installed plug-in cannot be used: it cannot be imported, is not what its entry point says, or fails.",
+        "Upgrade the package that the message names, or uninstall it.",
+        PLUGINS,
+    ),
+    Rule(
+        "plugin-clash",
+        "An installed plug-in has the name of something that is built in, or that another plug-in has.",
+        "Uninstall the package that the message names; its author has to choose another name.",
+        PLUGINS,
+    ),
+)
+
+PREFIX = "rosorin_compile."
+_METADATA = (".dist-info", ".egg-info")
+MAX_LOOKED = 8  # so few distributions are looked through each time: people edit their metadata in place
+_SETTLED = 2_000_000_000  # ns; a folder that was changed just now may change again without a new time
+
+T = TypeVar("T")
+
+
+class Plugin(NamedTuple):
+    """One entry point of an installed distribution, such as ``wheels = toy.rules:wheels`` in the group "rules"."""
+
+    distribution: str
+    version: str
+    group: str
+    name: str
+    value: str
+
+    def __str__(self) -> str:
+        """Return who it is, in words for messages."""
+        return f"the plug-in {self.distribution} {self.version} ({PREFIX}{self.group}: {self.name} = {self.value})"
+
+
+def load(
+    group: str, kind: type[T], names: Callable[[T], Iterable[str]], built_in: Callable[[str], bool]
+) -> tuple[tuple[tuple[Plugin, T], ...], tuple[Diagnostic, ...]]:
+    """Return what plug-ins add to a group ("rules"), each with who it is from, and what is wrong with the others.
+
+    ``kind`` is what an entry point has to lead to, ``names`` are those under which one is known, and ``built_in`` says
+    whether a name is taken. Never raises for what a plug-in does. Without plug-ins it imports nothing.
+    """
+    loaded: list[tuple[Plugin, T]] = []
+    diagnostics: list[Diagnostic] = []
+    owners: dict[str, Plugin] = {}
+    for plugin, entry_point in _entry_points():
+        if plugin.group != group:
+            continue
+        try:
+            made = entry_point.load()
+            if not isinstance(made, kind):
+                raise TypeError(f"it is of type {type(made).__name__}, not a {kind.__name__} of rosorin_compile")
+            own = list(names(made))
+        except (Exception, SystemExit) as problem:
+            diagnostics.append(broken(plugin, f"cannot be loaded: {_reason(problem)}"))
+            continue
+        taken = next((name for name in own if name in owners or built_in(name)), None)
+        if taken is not None:
+            diagnostics.append(_clash(plugin, taken, owners.get(taken)))
+            continue
+        owners.update(dict.fromkeys(own, plugin))
+        loaded.append((plugin, made))
+    return tuple(loaded), tuple(diagnostics)
+
+
+def broken(plugin: Plugin, what: str) -> Diagnostic:
+    """Return an error: a plug-in does not do what it is for."""
+    return error("plugin-broken", f"{plugin} {what}", None, _way_out(plugin))
+
+
+def failed(plugin: Plugin, problem: BaseException) -> Diagnostic:
+    """Return an error: a plug-in raised something while it was at work."""
+    return broken(plugin, f"fails: {_reason(problem)}")
+
+
+def _reason(problem: BaseException) -> str:
+    return f"{type(problem).__name__}: {problem}".rstrip(": ")
+
+
+def _clash(plugin: Plugin, name: str, other: Plugin | None) -> Diagnostic:
+    whose = f"which {other} brings, too" if other else "which is built in"
+    return error("plugin-clash", f'{plugin} brings "{name}", {whose}', None, _way_out(plugin))
+
+
+def _way_out(plugin: Plugin) -> str:
+    return f"upgrade it, or pip uninstall {plugin.distribution}"
+
+
+def installed() -> tuple[Plugin, ...]:
+    """Return the plug-ins that are installed, loaded or not, by distribution, group and name."""
+    return tuple(plugin for plugin, _ in _entry_points())
+
+
+def mark() -> list[str]:
+    """Return what tells the plug-ins of this run from others: versions, and size and time of each of their files."""
+    if not _metadata_folders(tuple(sys.path)):
+        return []
+    marks = [repr(plugin) for plugin in installed()]
+    for top in sorted({plugin.value.partition(":")[0].partition(".")[0].strip() for plugin in installed()}):
+        marks += [f"{path} {path.stat().st_size} {path.stat().st_mtime_ns}" for path in _sources(top)]
+    return marks
+
+
+def _sources(module: str) -> list[Path]:
+    """Return the files of a module or a package that is not imported for that; none if there is no such module."""
+    from importlib.util import find_spec
+
+    with suppress(ImportError, ValueError, AttributeError):
+        spec = find_spec(module)
+        if spec is not None and spec.submodule_search_locations:
+            return sorted(path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*.py"))
+        if spec is not None and spec.origin and Path(spec.origin).is_file():
+            return [Path(spec.origin)]
+    return []
+
+
+def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:
+    folders = _metadata_folders(tuple(sys.path))
+    return _read(folders) if folders else ()
+
+
+@cache
+def _read(folders: tuple[str, ...]) -> tuple[tuple[Plugin, EntryPoint], ...]:
+    """Return the entry points that the metadata in these folders have for the tool; of a distribution the first."""
+    from importlib.metadata import Distribution
+
+    seen: set[str] = set()
+    read: list[tuple[Plugin, EntryPoint]] = []
+    for folder in folders:
+        name, version, points = _distribution(folder, Distribution.at(Path(folder)))
+        key = name.lower().replace("_", "-").replace(".", "-")
+        if key not in seen:
+            seen.add(key)
+            ours = [point for point in points if point.group.startswith(PREFIX)]
+            read += [(Plugin(name, version, p.group.removeprefix(PREFIX), p.name, p.value), p) for p in ours]
+    return tuple(sorted(read, key=lambda pair: pair[0]))
+
+
+def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryPoint]]:
+    """Return the name, the version and the entry points of a distribution, whatever its metadata are like."""
+    name, _, version = Path(folder).stem.partition("-")
+    with suppress(Exception):
+        name, version = distribution.metadata["Name"] or name, distribution.metadata["Version"] or version
+    with suppress(Exception):
+        return name, version or "?", list(distribution.entry_points)
+    return name, version or "?", []
+
+
+@lru_cache(maxsize=4)
+def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
+    file = (cache_folder("plugins") or Path(os.devnull)) / "folders.json"
+    known = _known(file)
+    found: list[str] = []
+    entries: dict[str, list[Any]] = {}
+    for entry in dict.fromkeys(path):
+        with suppress(OSError):
+            changed = Path(entry).stat().st_mtime_ns
+            remembered = known.get(os.path.abspath(entry))
+            if remembered is not None and remembered[0] == changed:
+                offering = remembered[1]
+            else:
+                offering, looked = _offering(entry)
+                if 0 < looked <= MAX_LOOKED or time.time_ns() - changed < _SETTLED:
+                    found += [os.path.join(entry, name) for name in offering]
+                    continue
+            entries[os.path.abspath(entry)] = [changed, offering]
+            found += [os.path.join(entry, name) for name in offering]
+    if any(known.get(folder) != entry for folder, entry in entries.items()):
+        _remember(file, {**known, **entries})
+    return tuple(found)
+
+
+def _offering(folder: str) -> tuple[list[str], int]:
+    """Return the names of the metadata in a folder that name an entry point of the tool, and how many there are."""
+    with os.scandir(folder or ".") as inside:
+        names = [one.name for one in inside if one.name.endswith(_METADATA)]
+    return sorted(name for name in names if _names_us(Path(folder, name, "entry_points.txt"))), len(names)
+
+
+def _names_us(file: Path) -> bool:
+    try:
+        return b"[" + PREFIX.encode() in file.read_bytes()
+    except OSError:
+        return False
+
+
+def _known(file: Path) -> dict[str, list[Any]]:
+    """Return what was remembered of folders: when each was changed, and which metadata in it matter."""
+    import json
+
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        known = json.loads(file.read_bytes())
+        if all(type(when) is int and isinstance(names, list) for when, names in known.values()):
+            return dict(known)
+    return {}
+
+
+def _remember(file: Path, known: dict[str, list[Any]]) -> None:
+    import json
+
+    with suppress(OSError):
+        new = file.with_name(f".{os.urandom(8).hex()}")
+        try:
+            new.write_text(json.dumps(known), "utf-8")
+            new.replace(file)
+        finally:
+            new.unlink(missing_ok=True)

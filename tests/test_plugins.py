@@ -1,0 +1,276 @@
+"""Plug-ins: a distribution in a folder of its own, and the tool in a process that finds it."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile import plugins
+
+ROBOT = """\
+robot: cart
+let: {width: 0.2}
+links:
+  base_link: {}
+  wheel: {inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}
+joints:
+  axle: {type: fixed, parent: base_link, child: wheel, xyz: [0, "${VALUE}", 0]}
+outputs: {urdf: {file: cart.urdf}}
+"""
+TOY = """\
+from rosorin_compile.expression.functions import function
+from rosorin_compile.registry import rule
+
+
+@rule("wheel-too-heavy", "A wheel is heavier than a motor can turn.", "Take a lighter one.", accept="link")
+def wheels(case):
+    for link in case.robot.links:
+        if link.name == "wheel" and link.inertial.mass > 0.5:
+            yield case.problem("wheel-too-heavy", "the wheel is too heavy", case.link(link.name, "inertial", "mass"))
+
+
+@function("halved", "half of it")
+def halved(value):
+    return value / 2
+"""
+BOTH = "[rosorin_compile.functions]\nhalved = toy:halved\n\n[rosorin_compile.rules]\nwheels = toy:wheels\n"
+
+
+class Machine:
+    """A folder of packages, and one with a description."""
+
+    def __init__(self, folder: Path) -> None:
+        self.packages = folder / "packages"
+        self.work = folder / "work"
+        for each in (self.packages, self.work):
+            each.mkdir()
+        self.describe("${halved(width)}")
+
+    def describe(self, value: str, more: str = "") -> None:
+        (self.work / "robot.yaml").write_text(ROBOT.replace("${VALUE}", value) + more, "utf-8")
+
+    def install(self, entry_points: str = BOTH, code: str = TOY, name: str = "toy", version: str = "1.2") -> None:
+        for old in self.packages.glob(f"{name}_robot-*.dist-info"):
+            old.rename(old.with_name(f"{name}_robot-{version}.dist-info"))
+        info = self.packages / f"{name}_robot-{version}.dist-info"
+        info.mkdir(exist_ok=True)
+        (info / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {name}-robot\nVersion: {version}\n", "utf-8")
+        (info / "entry_points.txt").write_text(entry_points, "utf-8")
+        (self.packages / f"{name}.py").write_text(code, "utf-8")
+
+    def run(self, *words: str) -> tuple[int, str]:
+        environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment["ROSORIN_COMPILE_CACHE"] = str(self.work / ".cache")
+        ran = subprocess.run(
+            [sys.executable, "-m", "rosorin_compile", *words],
+            cwd=self.work,
+            env=environment,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert "Traceback" not in ran.stdout, ran.stdout
+        return ran.returncode, ran.stdout
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+def test_a_rule_and_a_function_of_a_plugin(machine: Machine):
+    machine.install()
+    code, printed = machine.run("all", "robot.yaml")
+    assert code == 1
+    assert "robot.yaml:5:28: error[wheel-too-heavy]: the wheel is too heavy" in printed
+    machine.describe("${halved(width)}", "accept: [{rule: wheel-too-heavy, of: [wheel], reason: it is strong}]\n")
+    code, printed = machine.run("all", "robot.yaml")
+    assert code == 0, printed
+    assert "note[wheel-too-heavy]: accepted: the wheel is too heavy (it is strong)" in printed
+    (urdf,) = machine.work.rglob("cart.urdf")
+    assert 'xyz="0 0.1 0"' in urdf.read_text("utf-8")
+
+
+def test_without_it_the_same_description_is_refused(machine: Machine):
+    machine.describe("${halved(width)}", "accept: [{rule: wheel-too-heavy, of: [wheel], reason: it is strong}]\n")
+    code, printed = machine.run("all", "robot.yaml")
+    assert code == 1
+    assert 'there is no function "halved"' in printed
+    machine.describe("${width}", "accept: [{rule: axis-not-unitt, of: [wheel], reason: it is strong}]\n")
+    code, printed = machine.run("all", "robot.yaml")
+    assert 'error[wrong-value]: accept[0] rule cannot be "axis-not-unitt"' in printed
+    assert 'did you mean "axis-not-unit"? (one of angle-looks-like-degrees, axis-not-unit,' in printed
+
+
+def test_it_is_listed(machine: Machine):
+    machine.install()
+    assert machine.run("--version") == (0, "rosorin-compile 0.1.0\nplug-in toy-robot 1.2 (functions, rules)\n")
+    code, printed = machine.run("rule", "wheel-too-heavy")
+    assert code == 0
+    assert printed == (
+        "wheel-too-heavy\n"
+        "  A wheel is heavier than a motor can turn.\n"
+        "  What to do: Take a lighter one.\n"
+        "  A link may break it: accept: [{rule: wheel-too-heavy, of: [NAME], reason: WHY}]\n"
+    )
+    _, printed = machine.run("check", "robot.yaml", "--format", "sarif")
+    (told,) = json.loads(printed[printed.index("{") : printed.rindex("}") + 1])["runs"][0]["tool"]["driver"]["rules"]
+    assert told["shortDescription"]["text"] == "A wheel is heavier than a motor can turn."
+
+
+def test_it_comes_goes_and_changes_though_nothing_else_does(machine: Machine):
+    def told(version: str) -> str:
+        code = TOY.replace('"mass"))', '"mass"), severity="note")').replace("the wheel is", f"for {version} it is")
+        machine.install(code=code, version=version.partition(" ")[0])
+        machine.run("all", "robot.yaml")
+        return machine.run("all", "robot.yaml")[1]
+
+    machine.describe("${width}")
+    assert "wheel-too-heavy" not in machine.run("all", "robot.yaml")[1]
+    assert "wheel-too-heavy" not in machine.run("all", "robot.yaml")[1]
+    assert "note[wheel-too-heavy]: for 1.2 it is too heavy" in told("1.2")
+    assert "note[wheel-too-heavy]: for 1.3 it is too heavy" in told("1.3")
+    assert "note[wheel-too-heavy]: for 1.3 mended it is too heavy" in told("1.3 mended")
+    (info,) = machine.packages.glob("*.dist-info")
+    info.rename(info.with_suffix(".gone"))
+    assert "wheel-too-heavy" not in machine.run("all", "robot.yaml")[1]
+
+
+BROKEN = {
+    "no module": (BOTH.replace("toy:", "toyy:"), TOY, "cannot be loaded: ModuleNotFoundError: No module named 'toyy'"),
+    "no object": (BOTH.replace(":wheels", ":wheel"), TOY, "cannot be loaded: AttributeError: module 'toy' has no "),
+    "raises": (BOTH, "1 / 0\n", "cannot be loaded: ZeroDivisionError: division by zero"),
+    "leaves": (BOTH, "raise SystemExit('bye')\n", "cannot be loaded: SystemExit: bye"),
+    "no syntax": (BOTH, "def\n", "cannot be loaded: SyntaxError"),
+    "other type": (BOTH.replace("toy:wheels", "toy:halved"), TOY, "it is of type Function, not a Check of rosorin_com"),
+    "plain function": (
+        BOTH,
+        TOY.replace('@function("halved", "half of it")', ""),
+        "is of type function, not a Func",
+    ),
+    "bad id": (BOTH, TOY.replace('rule("wheel-too-heavy"', 'rule("Wheel"'), '"Wheel" is no id of a rule'),
+    "bad accept": (BOTH, TOY.replace('accept="link"', 'accept="leg"'), "accept of wheel-too-heavy is one of"),
+    "bad name": (BOTH, TOY.replace('function("halved"', 'function("half it"'), '"half it" cannot be the name of a fun'),
+    "rule raises": (
+        BOTH,
+        TOY.replace("    for link", "    raise OSError('no disk')\n    for link"),
+        "fails: OSError",
+    ),
+    "rule yields text": (
+        BOTH,
+        TOY.replace("yield case", "yield 'heavy' or case"),
+        "yields heavy, no Diagnostic",
+    ),
+    "rule of others": (
+        BOTH,
+        TOY.replace('problem("wheel-too-heavy"', 'problem("axis-zero"'),
+        "no Diagnostic of",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", BROKEN)
+def test_a_broken_one_is_told(machine: Machine, case: str):
+    entry_points, code, words = BROKEN[case]
+    machine.install(entry_points, code)
+    machine.describe("${width}")
+    exit_code, printed = machine.run("all", "robot.yaml")
+    assert exit_code == 1
+    assert "error[plugin-broken]: the plug-in toy-robot 1.2 (rosorin_compile." in printed
+    assert words in printed
+    assert "pip uninstall toy-robot" in printed
+
+
+@pytest.mark.parametrize(
+    ("code", "words"),
+    [
+        (TOY.replace("wheel-too-heavy", "axis-zero"), 'brings "axis-zero", which is built in'),
+        (TOY.replace("wheel-too-heavy", "recording-empty"), 'brings "recording-empty", which is built in'),
+        (TOY.replace('"halved"', '"sqrt"'), 'brings "sqrt", which is built in'),
+        (TOY.replace('"halved"', '"load"'), 'brings "load", which is built in'),
+        (TOY.replace('"halved"', '"pi"'), 'brings "pi", which is built in'),
+    ],
+)
+def test_one_cannot_replace_what_is_built_in(machine: Machine, code: str, words: str):
+    machine.install(code=code)
+    machine.describe("${width}")
+    exit_code, printed = machine.run("all", "robot.yaml")
+    assert exit_code == 1
+    assert "error[plugin-clash]: the plug-in toy-robot 1.2 (" in printed
+    assert words in printed
+
+
+def test_two_with_one_name(machine: Machine):
+    machine.install()
+    machine.install(BOTH.replace("toy:", "other:"), name="other", version="3")
+    machine.describe("${width}")
+    exit_code, printed = machine.run("all", "robot.yaml")
+    assert exit_code == 1
+    first = "other-robot 3 (rosorin_compile.rules: wheels = other:wheels)"
+    assert 'the plug-in toy-robot 1.2 (rosorin_compile.rules: wheels = toy:wheels) brings "wheel-too-heavy", which' in (
+        printed
+    )
+    assert f"which the plug-in {first} brings, too" in printed
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        ("raise OSError('gone')", "halved() of toy-robot 1.2 fails: OSError: gone"),
+        ("return object()", "halved() of toy-robot 1.2 gives what is no value: object"),
+        ("return value / 0", "halved() has no value for this"),
+        ("return [float('nan')]", "not a finite number"),
+    ],
+)
+def test_a_function_that_fails(machine: Machine, body: str, words: str):
+    machine.install(code=TOY.replace("return value / 2", body))
+    code, printed = machine.run("all", "robot.yaml")
+    assert code == 1
+    assert "robot.yaml:7:" in printed
+    assert words in printed
+
+
+def test_metadata_that_are_no_good(machine: Machine):
+    machine.install()
+    (info,) = machine.packages.glob("*.dist-info")
+    (info / "METADATA").unlink()
+    assert machine.run("--version")[1].endswith("plug-in toy_robot 1.2 (functions, rules)\n")
+    (info / "entry_points.txt").write_bytes(b"[rosorin_compile.rules]\n\xff\xfe = \n")
+    machine.describe("${width}")
+    assert machine.run("all", "robot.yaml")[0] == 0
+
+
+def test_folders_without_a_plugin_are_remembered(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
+    packages = tmp_path / "packages"
+    for number in range(plugins.MAX_LOOKED + 1):
+        info = packages / f"p{number}-1.dist-info"
+        info.mkdir(parents=True)
+        (info / "entry_points.txt").write_text("[console_scripts]\na = b:c\n", "utf-8")
+    os.utime(packages, ns=(10**18, 10**18))
+    find = plugins._metadata_folders.__wrapped__
+    assert find((str(packages),)) == ()
+    known = json.loads((tmp_path / "cache" / "plugins" / "folders.json").read_text("utf-8"))
+    assert known == {str(packages): [10**18, []]}
+    looked = []
+    monkeypatch.setattr(plugins, "_names_us", lambda path: looked.append(path) or True)
+    assert find((str(packages),)) == ()
+    assert looked == []
+    os.utime(packages, ns=(10**18 + 1, 10**18 + 1))  # as pip leaves it
+    assert len(find((str(packages),))) == len(looked) == plugins.MAX_LOOKED + 1
+    (tmp_path / "cache" / "plugins" / "folders.json").write_text('{"a": 3}', "utf-8")
+    assert len(find((str(packages),))) == plugins.MAX_LOOKED + 1
+
+
+def test_nothing_is_imported_where_there_is_no_plugin(machine: Machine):
+    machine.describe("${width}")
+    code = "import sys; from rosorin_compile.cli import main; main(['check', 'robot.yaml']); "
+    code += "print('importlib.metadata' in sys.modules)"
+    ran = subprocess.run([sys.executable, "-c", code], cwd=machine.work, capture_output=True, text=True, check=True)
+    assert ran.stdout.splitlines()[-1] == "False"

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
 
@@ -65,10 +65,11 @@ def foreign(item: Any, place: Place, by: Path) -> Asked | None:
 class Robots:
     """Reads the foreign robots that a description includes; each file once, however often it is included."""
 
-    def __init__(self, reader: Reader, scope: Scope, tell: Tell | None) -> None:
+    def __init__(self, reader: Reader, scope: Scope, tell: Tell | None, packages: Mapping[str, Path]) -> None:
         self.reader = reader
         self.scope = scope
         self.tell = tell
+        self.packages = packages
         self.known: dict[tuple[Any, ...], Imported] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
 
@@ -124,7 +125,8 @@ class Robots:
         """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
         from ..importing import ReadOptions, read_robot
 
-        packages = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
+        own = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
+        packages = {**own, **self.packages}
         path = self._file(entry, scope, include, packages)
         texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
         lenient = bool(entry.get("lenient"))

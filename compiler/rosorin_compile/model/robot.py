@@ -250,9 +250,11 @@ class Robot:
         raise unknown("pose", pose, [known.name for known in self.poses])
 
     def _no_link(self, name: str) -> KeyError:
-        owner = next((edge for edge in self.edges if name in (edge.parent, edge.child)), None)
-        more = "" if owner is None else f"it is a frame of another node, {owner.publisher.name or 'of nobody here'}"
-        return unknown("link", name, self.link, more)
+        """Return the KeyError about a name that is no link; a frame of another node says of which."""
+        owners = {edge.parent: edge.publisher.name for edge in self.edges}
+        owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
+        owner = owners.get(name)
+        return unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
 
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:

@@ -7,7 +7,8 @@ How a page is read. An HTML comment on the line above a block says what to do wi
 
 and ``<!-- continues: PAGE -->`` means that the files and commands of another page come before. In a ``console`` block
 each line that begins with "$ " is run in the folder of the page, and what it prints is compared with the lines below
-it; a line "..." there stands for any lines.
+it; a line "..." there stands for any lines. A ``python`` block that begins with ">>> " is a session: it is run at the
+top of the project, with what the sessions above it on the page have defined.
 
     python tests/test_docs.py
 
@@ -16,6 +17,7 @@ writes into the pages what the commands print now. What a page shows with "..." 
 
 from __future__ import annotations
 
+import doctest
 import io
 import os
 import re
@@ -24,6 +26,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import traceback
 from collections.abc import Iterator
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
@@ -67,7 +70,7 @@ class Block(NamedTuple):
 
 
 class Ran(NamedTuple):
-    """A command of a page: where its output stands (from 0), what the page shows, and what the command printed."""
+    """A command, or a line of Python: where its output stands (from 0), what the page shows, and what was printed."""
 
     command: str
     start: int
@@ -104,6 +107,7 @@ def play(page: Path, folder: Path) -> list[Ran]:
         if kind == "continues":
             play(DOCS / name, folder)
     ran: list[Ran] = []
+    names: dict[str, object] = {}
     for block in blocks(text):
         kind, name = block.mark
         if kind == "file":
@@ -114,7 +118,31 @@ def play(page: Path, folder: Path) -> list[Ran]:
             edit(folder / name, block.lines)
         elif block.language == "console":
             ran += commands(block, folder)
+        elif is_session(block):
+            ran += session(block, names)
     return ran
+
+
+def is_session(block: Block) -> bool:
+    """Say whether a block is Python with what it prints."""
+    return block.language == "python" and block.lines[0].startswith(">>> ")
+
+
+def session(block: Block, names: dict[str, object]) -> Iterator[Ran]:
+    """Run the lines of a session at the top of the project and yield them; ``names`` are those of its page."""
+    for example in doctest.DocTestParser().get_examples("\n".join(block.lines) + "\n"):
+        terminal = io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
+            patch.chdir(ROOT)
+            patch.setattr(sys, "displayhook", lambda value: None if value is None else print(repr(value)))
+            try:
+                exec(compile(example.source, "<session>", "single"), names)  # noqa: S102 - a page of ours
+            except Exception as problem:
+                last = "".join(traceback.format_exception_only(problem))
+                print(f"Traceback (most recent call last):\n  ...\n{last}", end="")
+        start = block.start + example.lineno + example.source.count("\n")
+        printed = [line.rstrip() for line in terminal.getvalue().splitlines()]
+        yield Ran(example.source.strip(), start, example.want.splitlines(), printed)
 
 
 def edit(path: Path, diff: list[str]) -> None:
@@ -209,6 +237,7 @@ def test_there_are_pages_with_files_and_commands() -> None:
     found = [block for page in PAGES for block in blocks(page.read_text("utf-8"))]
     assert sum(block.mark[0] == "file" and block.language == "yaml" for block in found) >= 5
     assert sum(block.language == "console" for block in found) >= 5
+    assert sum(map(is_session, found)) >= 5
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)

@@ -281,8 +281,8 @@ def test_nothing_heavy_is_imported() -> None:
 
 def test_the_sentences_are_those_of_the_list_of_frames() -> None:
     """Each edge of the robot is said once, whichever frame is asked for."""
-    from rosorin_compile.drawing.edges import rows
     from rosorin_compile.drawing.situations import situations
+    from rosorin_compile.model.frame_tree import rows
 
     robot = compiled().robot
     assert robot is not None

@@ -21,9 +21,7 @@ from picturing import FILES, NOBODY, ODD, drawn, output, robots
 from robots import OUTPUTS, ROOT, compiled, copy_of_rosorin, texts
 from rosorin_compile.compare import agreement, compare, lines
 from rosorin_compile.drawing import read
-from rosorin_compile.drawing.edges import Row
 from rosorin_compile.drawing.situations import situations
-from rosorin_compile.drawing.tree import lines as tree_lines
 from rosorin_compile.emit import Artifact, Facts, frames, frames_picture
 from rosorin_compile.expression import evaluate
 from rosorin_compile.model import (
@@ -37,6 +35,8 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
+from rosorin_compile.model.frame_tree import Row
+from rosorin_compile.model.frame_tree import lines as tree_lines
 from rosorin_compile.templating import Templates
 
 

@@ -14,10 +14,9 @@ from hypothesis import strategies as st
 
 from robots import copy_of_rosorin
 from rosorin_compile.cli import main
-from rosorin_compile.drawing.edges import Row
 from rosorin_compile.drawing.letters import cells
 from rosorin_compile.drawing.terminal import look, table, tree
-from rosorin_compile.drawing.tree import lines
+from rosorin_compile.model.frame_tree import Row, lines
 
 
 @pytest.fixture(autouse=True)

@@ -94,7 +94,21 @@ def main(argv: Sequence[str] | None = None) -> int:
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PROBLEMS
+    except Exception as problem:
+        return _stopped(problem)
     return code
+
+
+def _stopped(problem: Exception) -> int:
+    """Say that a plug-in stopped the run; whatever else was raised is ours, and goes on."""
+    from .plugins import PluginFailed
+
+    if not isinstance(problem, PluginFailed):
+        raise problem
+    from .report import text
+
+    sys.stderr.write(text([problem.diagnostic]) + "\n")
+    return PROBLEMS
 
 
 def parse(words: Sequence[str]) -> argparse.Namespace:

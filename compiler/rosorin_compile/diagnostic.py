@@ -26,6 +26,10 @@ class Source(NamedTuple):
     path: str
     text: str
 
+    def __repr__(self) -> str:
+        """Return the path alone: a diagnostic that is shown in full would show its file in full."""
+        return f"Source({self.path!r}, ...)"
+
     def line(self, number: int) -> str:
         """Return line ``number`` (1-based) without its line end; empty beyond the end of the file."""
         lines = _lines(self.text)
@@ -69,6 +73,12 @@ class Diagnostic(NamedTuple):
     help: str = ""
     of: tuple[str, ...] = ()
     numbers: tuple[tuple[str, Any], ...] = ()
+
+    def __str__(self) -> str:
+        """Return place, severity, rule and message in one line, as the command line begins with."""
+        from .report import text
+
+        return text([self]).partition("\n")[0]
 
 
 def error(rule: str, message: str, span: Span | None, help: str = "", related: Iterable[Related] = ()) -> Diagnostic:

@@ -21,5 +21,8 @@ def nearest_file(path: Path) -> Path | None:
 
 def shown(path: Path) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
-    here = os.path.relpath(path)
+    try:
+        here = os.path.relpath(path)
+    except OSError:  # the folder of this process is gone
+        return str(path)
     return str(path) if here.startswith("..") else here

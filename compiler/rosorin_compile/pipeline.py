@@ -1,23 +1,35 @@
-"""The pipeline: load -> expand -> validate -> build -> check -> emit. Values in, values and diagnostics out."""
+"""The pipeline: load -> expand -> validate -> build -> check -> emit. Values in, values and diagnostics out.
+
+``compile`` and ``read`` are the public API; the commands call ``compile_robot`` and ``understand``.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .accepting import settled, unknown
 from .build import Built, build
-from .diagnostic import Diagnostic, arrange, error, has_errors
-from .emit import FORMATS, Artifact
+from .diagnostic import NOTE, Diagnostic, arrange, error, has_errors
+from .emit import FORMATS, Artifact, plugged_diagnostics
 from .expand import Expanded, expand
 from .expand.vendor import Tell
 from .expression.functions import plugged as plugged_functions
 from .importing import Readers
 from .model import Robot
+from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
 from .tree import Map, locate
 from .validate import validate
+
+if TYPE_CHECKING:
+    from .asked import Asked
+
+# Of what there is to say, a notebook shows so much.
+MAX_SHOWN = 200
 
 
 class Compiled(NamedTuple):
@@ -31,6 +43,30 @@ class Compiled(NamedTuple):
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
 
+    def __repr__(self) -> str:
+        """Return what there is, without the texts of the artifacts."""
+        return f"<Compiled {self.robot!r}, {len(self.artifacts)} artifacts, {_counted(self.diagnostics)}>"
+
+    def _repr_html_(self) -> str:
+        """Return the robot and what there is to say, for a notebook."""
+        return _html(self.robot, self.diagnostics)
+
+
+class Reading(NamedTuple):
+    """The robot of a file in any format (None if it has errors), all that is to say, and the files that were read."""
+
+    robot: Robot | None
+    diagnostics: list[Diagnostic]
+    inputs: tuple[Path, ...]
+
+    def __repr__(self) -> str:
+        """Return what there is."""
+        return f"<Reading {self.robot!r}, {_counted(self.diagnostics)}>"
+
+    def _repr_html_(self) -> str:
+        """Return the robot and what there is to say, for a notebook."""
+        return _html(self.robot, self.diagnostics)
+
 
 class Understood(NamedTuple):
     """What a description says: its tree, its model and where it was written (each only as far as it was right)."""
@@ -40,13 +76,19 @@ class Understood(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def understand(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tell | None = None) -> Understood:
+def understand(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+) -> Understood:
     """Return what the description whose first file is ``path`` says; nothing is emitted.
 
-    ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics.
+    ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
+    are folders of ROS packages by name, for robots that are included.
     """
-    expanded = expand(path, arguments or {}, Readers(), tell)
-    said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics]
+    expanded = expand(path, arguments or {}, Readers(), tell, packages)
+    said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
     diagnostics = [*said, *validate(expanded.tree, FORMATS), *unknown(expanded.tree, acceptable())]
@@ -55,18 +97,96 @@ def understand(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tel
     built = build(expanded.tree)
     diagnostics += built.diagnostics
     if built.robot is not None:
-        diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
+        try:
+            diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
+        except PluginFailed as problem:
+            diagnostics.append(problem.diagnostic)
     diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=built.robot is not None)
     return Understood(expanded, built, arrange(diagnostics))
 
 
-def compile_robot(path: Path, arguments: Mapping[str, Any] | None = None, tell: Tell | None = None) -> Compiled:
+def compile(  # noqa: A001 - the word of the API
+    path: str | os.PathLike[str],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+) -> Compiled:
+    """Compile a description; nothing is written, and nothing that is wrong with the input is an exception.
+
+    ``path`` is its first file, its folder, or its name in ``descriptions/``, seen from the current folder.
+    ``arguments`` are texts as behind ``-a NAME=``, or values of Python: numbers in SI units, truth values, None, lists
+    and tables. ``packages`` are folders of ROS packages by name. Without ``robot`` there are errors in ``diagnostics``.
+    """
+    from .asked import ask, description_of, is_description
+
+    asked = ask(path, arguments, packages)
+    first, missing = description_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
+    if first is None:
+        return Compiled(None, (), missing, ())
+    compiled = compile_robot(first, asked.arguments, packages=asked.packages)
+    if compiled.robot is None and not is_description(first):
+        message = f"{first.name} is not called as a description is, such as robot.yaml"
+        note = Diagnostic("wrong-format", NOTE, message, None, (), "rosorin_compile.read takes robots in other formats")
+        compiled.diagnostics.append(note)
+    return compiled
+
+
+def read(
+    path: str | os.PathLike[str],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    lenient: bool = False,
+) -> Reading:
+    """Return the robot of a file in any format that there is a reader for, or of a description as ``compile`` takes it.
+
+    ``arguments`` are those of a description or a xacro. ``lenient`` takes what breaks a foreign format's specification
+    where a robot comes out all the same. Nothing that is wrong with the input is an exception; a xacro is expanded in a
+    process of its own, and what it says in Python is run there.
+    """
+    from .asked import ask, file_of, is_description
+
+    asked = ask(path, arguments, packages)
+    file, missing = file_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
+    if file is None:
+        return Reading(None, missing, ())
+    if not is_description(file):
+        return _read_foreign(file, asked, lenient)
+    expanded, built, diagnostics = understand(file, asked.arguments, packages=asked.packages)
+    robot = None if built is None or has_errors(diagnostics) else built.robot
+    return Reading(robot, diagnostics, expanded.files)
+
+
+def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
+    """Return the robot of a file that is no description."""
+    from .asked import as_texts, deaf
+    from .importing import ReadOptions, read_robot
+
+    texts, wrong = as_texts(asked.arguments)
+    if wrong:
+        return Reading(None, wrong, ())
+    told: list[Diagnostic] = []  # that a xacro runs code: then it takes arguments
+    imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, tell=told.append))
+    diagnostics = [*told, *imported.diagnostics]
+    if texts and not told and imported.tree is not None:
+        diagnostics.append(deaf(path))
+    if imported.tree is None or has_errors(diagnostics):
+        return Reading(None, arrange(diagnostics), imported.files)
+    built = build(imported.tree)
+    diagnostics = arrange([*diagnostics, *built.diagnostics])
+    return Reading(None if has_errors(diagnostics) else built.robot, diagnostics, imported.files)
+
+
+def compile_robot(
+    path: Path,
+    arguments: Mapping[str, Any] | None = None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
-    ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` as in
-    ``understand``.
+    ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
+    ``packages`` as in ``understand``.
     """
-    expanded, built, diagnostics = understand(path, arguments, tell)
+    expanded, built, diagnostics = understand(path, arguments, tell, packages)
     if expanded.tree is None or built is None or built.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)
@@ -94,3 +214,22 @@ def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], 
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
     own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
     return tuple(artifacts), diagnostics, own
+
+
+def _counted(diagnostics: Sequence[Diagnostic]) -> str:
+    """Return how many diagnostics of each severity there are."""
+    counts = Counter(diagnostic.severity for diagnostic in diagnostics)
+    said = [f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items()]
+    return ", ".join(said) or "nothing to say"
+
+
+def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
+    """Return a robot, and what there is to say of it, for a notebook."""
+    from html import escape
+
+    from .report import text
+
+    remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
+    if len(diagnostics) > MAX_SHOWN:
+        remarks += f"<p>and {len(diagnostics) - MAX_SHOWN:,} more</p>"
+    return remarks + (robot._repr_html_() if robot is not None else "")

@@ -1,6 +1,7 @@
 """Plug-ins: what other installed packages add to the tool, by the entry points of their distributions.
 
-Each kind of thing has a group: ``rosorin_compile.rules``, ``rosorin_compile.functions``. What a distribution offers
+Each kind of thing has a group: ``rosorin_compile.formats``, ``rosorin_compile.rules``,
+``rosorin_compile.functions``. What a distribution offers
 stands in a small file beside its metadata. Most machines have no plug-in, so those files are looked through before
 ``importlib.metadata`` is imported, and which folders of packages have none is remembered in the user's cache.
 
@@ -92,6 +93,14 @@ def load(
         owners.update(dict.fromkeys(own, plugin))
         loaded.append((plugin, made))
     return tuple(loaded), tuple(diagnostics)
+
+
+class PluginFailed(Exception):
+    """A plug-in raised something where nobody can go on without it; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
 
 
 def broken(plugin: Plugin, what: str) -> Diagnostic:

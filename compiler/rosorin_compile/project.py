@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 ROOT_FILE = "robot.yaml"
+ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
 OUTPUTS = "outputs"
 
@@ -29,7 +30,7 @@ def find(names: list[str], outputs: str | None) -> list[Description]:
     ``outputs`` is the folder that gets a folder a robot; by default ``outputs`` beside ``descriptions``.
     Raises NoDescription.
     """
-    paths = [_path(name) for name in names] or all_here()
+    paths = [first_file(name) for name in names] or all_here()
     if not paths:
         raise NoDescription(f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here; name a description, or go to its project")
     return [_description(path, outputs) for path in paths]
@@ -40,18 +41,23 @@ def all_here() -> list[Path]:
     return sorted(Path(DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
 
 
-def _path(name: str) -> Path:
-    """Return the first file of a description given as a file, a folder or a name."""
+def first_file(name: str) -> Path:
+    """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     for path in (Path(name), Path(DESCRIPTIONS, name)):
-        if path.is_dir() and (path / ROOT_FILE).is_file():
+        if is_file(path / ROOT_FILE):
             return path / ROOT_FILE
-    if Path(name).is_file():
+    if is_file(Path(name)):
         return Path(name)
     known = [path.parent.name for path in all_here()]
     from .diagnostic import did_you_mean
 
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
+
+
+def is_file(path: Path) -> bool:
+    """Say whether there is a file; there is none of a name that no file can have."""
+    return os.path.isfile(path)  # noqa: PTH113 - Path.is_file raises for such a name
 
 
 def _description(path: Path, outputs: str | None) -> Description:

@@ -85,7 +85,7 @@ def run(options: argparse.Namespace) -> int:
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     found = compare_robots(*sides, tolerance, options.prefix)
     each = options.full or options.format == "json"
-    left = [line for word, one in zip(words, read, strict=True) for line in _left_out(word, one, each)]
+    left = [line for word, one in zip(words, read, strict=True) for line in one.lines(word, each)]
     found = found._replace(not_compared=(*found.not_compared, *left))
     if options.format == "json":
         import json
@@ -127,19 +127,9 @@ def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path]) -> Re
         raise WrongUsage(str(problem)) from None
 
 
-def _left_out(word: str, read: Read, each: bool) -> list[str]:
-    """Return the lines on what of a file is not part of the robot that was compared: all of it, or the first ones."""
-    from ..difference.wording import several
-
-    left = list(dict.fromkeys(read.left_out))
-    return [f"{word}: {what}" for what in (left if each or not left else [several(left)])]
-
-
 def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[str], both: bool) -> None:
     """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
-    from ..difference.values import YAML
-
-    deaf = [one.side is not None and one.side.format is not YAML and not one.expanded for one in read]
+    deaf = [one.deaf for one in read]
     for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):
         if is_deaf and own:
             raise WrongUsage(

@@ -15,10 +15,10 @@ from .shared import FINE, PROBLEMS, WrongUsage, argument_options, given_argument
 from .single import one, understood
 
 if TYPE_CHECKING:
-    from ..drawing.edges import Row
     from ..drawing.situations import Situation
     from ..drawing.terminal import Look
     from ..model import Robot
+    from ..model.frame_tree import Row
 
 RULES = (Rule("picture-file", "A picture cannot be written.", "The message says why.", OUTPUTS),)
 
@@ -75,7 +75,7 @@ def run(options: argparse.Namespace) -> int:
 def _check_names(robot: Robot, options: argparse.Namespace) -> None:
     """Raise WrongUsage for a frame or publisher that the robot does not have."""
     from ..diagnostic import did_you_mean
-    from ..drawing.edges import NOBODY, rows
+    from ..model.frame_tree import NOBODY, rows
 
     edges = rows(robot)
     if options.frame is not None:
@@ -90,8 +90,8 @@ def _check_names(robot: Robot, options: argparse.Namespace) -> None:
 
 
 def _text(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> str:
-    from ..drawing.edges import publishers, rows
     from ..drawing.terminal import look, table
+    from ..model.frame_tree import publishers, rows
 
     every = rows(robot)
     how = look(options.ascii or not _has_lines(), _coloured(), publishers(every), _width())
@@ -130,7 +130,7 @@ def _answers(every: tuple[Row, ...], shown: tuple[Situation, ...], frame: str) -
 def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | None) -> list[str]:
     """Return the tree of each situation under its heading, or of it the way to a frame."""
     from ..drawing.terminal import heading, tree
-    from ..drawing.tree import lines, way
+    from ..model.frame_tree import lines, way
 
     blocks: dict[tuple[str, ...], list[str]] = {}
     names = [link.name for link in robot.links]
@@ -151,7 +151,7 @@ def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | N
 def _json(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespace) -> str:
     import json
 
-    from ..drawing.tree import lines, way
+    from ..model.frame_tree import lines, way
 
     names = [link.name for link in robot.links]
     made = []

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..console import Console
-from ..project import Description
+from ..project import ENDINGS, Description
 from ..registry import ASKING, Rule
 from .shared import Given, WrongUsage, compile_one, descriptions, given_arguments, nothing_written
 
@@ -67,7 +67,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
 
 def is_foreign(path: Path) -> bool:
     """Say whether a file is no description but a robot in another format, by its name."""
-    if path.suffix.lower() in (".yaml", ".yml", ""):
+    if path.suffix.lower() in ("", *ENDINGS):
         return False
     from ..emit import endings
 

@@ -36,6 +36,8 @@ _MOST = 200
 
 def lines(difference: Difference, full: bool = False) -> list[str]:
     """Return a comparison as lines of plain text, the most important differences first, a summary last."""
+    if difference.a is None or difference.b is None:
+        return [*(str(diagnostic) for diagnostic in difference.diagnostics), summary(difference)]
     said = [f"{letter}: {_side(side)}" for letter, side in (("A", difference.a), ("B", difference.b))]
     said += [item.text for item in difference.items]
     if not full and len(difference.items) > _MOST:
@@ -54,6 +56,8 @@ def _side(side: Side) -> str:
 
 def summary(difference: Difference) -> str:
     """Return one line: the same, or how many differences of each kind."""
+    if difference.a is None or difference.b is None:
+        return "not compared"
     if difference.same:
         return "the same robot, as far as it was compared"
     counts = {kind: sum(item.kind == kind for item in difference.items) for kind in KINDS}
@@ -62,10 +66,11 @@ def summary(difference: Difference) -> str:
 
 
 def as_json(difference: Difference) -> dict[str, Any]:
-    """Return a comparison as a value of JSON."""
+    """Return a comparison as a value of JSON. Raises ValueError if there was nothing to compare."""
+    a, b = difference.sides
     return {
-        "a": _side_json(difference.a),
-        "b": _side_json(difference.b),
+        "a": _side_json(a),
+        "b": _side_json(b),
         "same": difference.same,
         "tolerance": difference.tolerance,
         "differences": [_item_json(item) for item in difference.items],

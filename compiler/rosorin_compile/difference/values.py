@@ -7,12 +7,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
+from ..diagnostic import Diagnostic
 from ..emit import Format
 from ..model import Robot
+from ..project import ENDINGS
 from .printing import EXACT, Printing
 
 # A description has a word for everything, and is no artifact.
-YAML = Format(name="yaml", word="description", article="a", endings=(".yaml", ".yml"), takes_arguments=True)
+YAML = Format(name="yaml", word="description", article="a", endings=ENDINGS, takes_arguments=True)
 DEFAULT_TOLERANCE = 1e-9
 
 
@@ -64,16 +66,39 @@ class Item:
 
 
 class Difference(NamedTuple):
-    """How two robots differ by meaning; ``notes`` say what is written differently and means the same."""
+    """How two robots differ by meaning; ``notes`` say what is written differently and means the same.
 
-    a: Side
-    b: Side
+    ``a`` and ``b`` are None where they could not be read, or not be compared: then ``diagnostics`` has errors.
+    """
+
+    a: Side | None
+    b: Side | None
     items: tuple[Item, ...]
     notes: tuple[str, ...]
     not_compared: tuple[str, ...]
     tolerance: float
+    diagnostics: tuple[Diagnostic, ...] = ()
+
+    @property
+    def sides(self) -> tuple[Side, Side]:
+        """The two robots that were compared. Raises ValueError if one of them could not be read."""
+        if self.a is None or self.b is None:
+            raise ValueError("one of the two could not be read: see diagnostics")
+        return self.a, self.b
 
     @property
     def same(self) -> bool:
-        """Whether nothing that was compared differs."""
-        return not self.items
+        """Whether both could be read, and nothing that was compared differs."""
+        return not self.items and self.a is not None and self.b is not None
+
+    def __str__(self) -> str:
+        """Return the lines that the command line prints; what keeps from comparing, if anything does."""
+        from .text import lines
+
+        return "\n".join(lines(self, full=True))
+
+    def __repr__(self) -> str:
+        """Return the answer alone."""
+        from .text import summary
+
+        return f"<Difference: {summary(self)}>"

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 
 from ..model import Robot
-from .edges import publishers, rows
+from ..model.frame_tree import lines, publishers, rows
 from .graphs import dot, markdown, mermaid
 from .letters import colours
 from .reading import Shown, read_graph, read_svg
 from .situations import Situation
 from .svg import Panel, svg
-from .tree import lines
 
 # Each kind of picture by the end of its file name.
 _WRITERS: Mapping[str, Callable[[str, Sequence[Panel], Mapping[str, str]], str]] = {

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..bounded import json_of
 from ..elements_text import tree_of
 from ..emit import Fact, Facts, Value
-from .edges import NO_TOPIC, NOBODY, Row
+from ..model.frame_tree import NO_TOPIC, NOBODY, Row
 
 _NODE = re.compile(r'n(\d+) ?\[(?:label=)?"(.*)"\];?')
 _EDGE = re.compile(r'n(\d+) (?:->|==>|-->|-\.->) ?(?:\|"(.*)"\| )?n(\d+)(?: \[label="(.*?)(?<!\\)", color=.*)?;?')

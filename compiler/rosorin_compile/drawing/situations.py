@@ -8,8 +8,8 @@ from itertools import product
 from typing import NamedTuple
 
 from ..model import Robot
+from ..model.frame_tree import Row, rows
 from ..rules.conditions import MAX_MODES, holds
-from .edges import Row, rows
 
 MAX_SITUATIONS = 32  # more trees than that are no picture
 

@@ -9,11 +9,10 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
+from ..model.frame_tree import NOBODY, Line, Row
 from ..wording import plural
-from .edges import NOBODY, Row
 from .letters import GREY, escape, quoted, width
 from .svg_parts import FAINT, INK, QUIET, Legend, arrow, footnotes, legend, number, text
-from .tree import Line
 
 _SIZE = 12.0  # of letters, in pixels
 _ROW, _BOX, _INDENT, _PAD = 27.0, 20.0, 32.0, 8.0

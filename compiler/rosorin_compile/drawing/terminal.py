@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from .edges import Row
+from ..model.frame_tree import Line, Row
 from .letters import cells
-from .tree import Line
 
 HEADS = ("frame", "published by", "topic", "joint", "")
 FLAT_HEADS = ("from", "to", "published by", "topic", "joint", "")

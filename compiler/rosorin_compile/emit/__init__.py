@@ -9,10 +9,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib import import_module
-from typing import cast
+from typing import TYPE_CHECKING, cast
 
 from ..model import ROBOT_STATE_PUBLISHER
 from .record import Artifact, Fact, Facts, Format, Opened, Value
+
+if TYPE_CHECKING:
+    from ..diagnostic import Diagnostic
+    from .plugged import Plugged
 
 __all__ = [
     "FORMATS",
@@ -26,6 +30,7 @@ __all__ = [
     "endings",
     "feeds",
     "names_meshes",
+    "plugged_diagnostics",
     "published",
 ]
 
@@ -73,10 +78,20 @@ def _built_in(name: str) -> Format:
     return cast(Format, import_module(_homes()[name], __name__).FORMAT)
 
 
-@cache
 def _of_others() -> Mapping[str, Format]:
     """Return the formats of other packages."""
-    return {}
+    return _plugged().formats
+
+
+def _plugged() -> Plugged:
+    from .plugged import plugged
+
+    return plugged(frozenset(_homes()))
+
+
+def plugged_diagnostics() -> tuple[Diagnostic, ...]:
+    """Return what is wrong with the formats of other packages."""
+    return _plugged().diagnostics
 
 
 def endings(*, include: bool = False) -> tuple[str, ...]:

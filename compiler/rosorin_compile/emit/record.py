@@ -30,6 +30,10 @@ class Artifact(NamedTuple):
     backend: str
     output: str
 
+    def __repr__(self) -> str:
+        """Return all but the text, which may be long."""
+        return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
+
 
 class Fact(NamedTuple):
     """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""

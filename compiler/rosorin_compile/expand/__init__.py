@@ -16,7 +16,7 @@ from ..data import data_folder
 from ..diagnostic import Diagnostic, did_you_mean, error
 from ..load import plain_scalar
 from ..paths import shown
-from ..tree import Map, Place
+from ..tree import Map, Place, Seq
 from .files import Reader
 from .forms import ENTRIES, SECTIONS, check_controls
 from .ledger import Ledger
@@ -45,14 +45,19 @@ class Expanded(NamedTuple):
 
 
 def expand(
-    path: Path, arguments: Mapping[str, Any], robots: ForeignReader | None, tell: Tell | None = None
+    path: Path,
+    arguments: Mapping[str, Any],
+    robots: ForeignReader | None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
 ) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
     ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
     ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
     (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
-    that are included; without it they are left out, and nothing is run.
+    that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
+    name, asked before those that an include names.
     """
     reader = Reader(path, robots)
     root = reader.read(path, shown(path), None, None, ())
@@ -64,7 +69,7 @@ def expand(
     for name, value, place, said in reader.lets:
         scope.define(name, value, place, said)
     _declare_arguments(root, arguments, reader, scope)
-    included = list(Robots(reader, robots, scope, tell).fragments()) if robots else []
+    included = list(Robots(reader, robots, scope, tell, packages or {}).fragments()) if robots else []
     tree = _evaluate(root, scope, reader, included)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
@@ -133,12 +138,27 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
             message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
             scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
             continue
-        given[name] = _scalar(value, declared[name]) if type(value) is str else value
         places[name] = Place(values.get(name, declared.key_spans[name]), None)
+        given[name] = _given(value, declared[name], places[name])
     declare(scope, declared, given, places, "the description", "-a {}=VALUE")
 
 
-def _scalar(text: str, declaration: Any) -> Any:
-    """Return the value of a text on the command line: as in YAML, but where a text is wanted "007" is one."""
-    wanted = declaration.get("type") if isinstance(declaration, Map) else None
-    return text if wanted == "text" else plain_scalar(text)
+def _given(value: Any, declaration: Any, place: Place) -> Any:
+    """Return the value of an argument as the tree has it; what a list or a table of Python holds is at the same place.
+
+    A text is read as in YAML, but where a text is wanted "007" is one.
+    """
+    if type(value) is str:
+        wanted = declaration.get("type") if isinstance(declaration, Map) else None
+        return value if wanted == "text" else plain_scalar(value)
+    if type(value) is list:
+        items = Seq(place.span)
+        for item in value:
+            items.put(_given(item, None, place), place.span)
+        return items
+    if type(value) is dict:
+        table = Map(place.span)
+        for key, item in value.items():
+            table.put(key, _given(item, None, place), place.span, place.span)
+        return table
+    return value

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 from ..diagnostic import NOTE, WARNING, Diagnostic, Related, Span, error
 from ..expression.functions import FUNCTIONS
 from ..paths import shown
+from ..project import ENDINGS
 from ..registry import FILES, Rule
 from ..tree import Instance, Map, Place
 from ..wording import first_of
@@ -44,7 +45,6 @@ RULES = (
 
 Tell = Callable[[Diagnostic], None]
 
-_OURS = (".yaml", ".yml")
 _OF_ATTACHMENT = ("xyz", "rpy", "joint", "publisher")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses")
 # What the readers say to somebody at a command line, and what it is called here.
@@ -95,7 +95,7 @@ class Asked(NamedTuple):
 def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, ...]]) -> Asked | None:
     """Return an entry of ``include`` that is about a foreign robot, whose file has one of ``endings``; else None."""
     name = item.get("file") if isinstance(item, Map) else item
-    is_foreign = isinstance(name, str) and not name.endswith(_OURS) and name.lower().endswith(endings())
+    is_foreign = isinstance(name, str) and not name.endswith(ENDINGS) and name.lower().endswith(endings())
     if isinstance(item, Map):
         return Asked(item, place, by) if is_foreign or "package" in item else None
     if not is_foreign:
@@ -108,11 +108,19 @@ def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, 
 class Robots:
     """Reads the foreign robots that a description includes; each file once, however often it is included."""
 
-    def __init__(self, reader: Reader, robots: ForeignReader, scope: Scope, tell: Tell | None) -> None:
+    def __init__(
+        self,
+        reader: Reader,
+        robots: ForeignReader,
+        scope: Scope,
+        tell: Tell | None,
+        packages: Mapping[str, Path],
+    ) -> None:
         self.reader = reader
         self.robots = robots
         self.scope = scope
         self.tell = tell
+        self.packages = packages
         self.known: dict[tuple[Any, ...], Map | None] = {}
         self.places: dict[tuple[Any, ...], Place] = {}
 
@@ -163,7 +171,8 @@ class Robots:
 
     def _read(self, entry: Map, scope: Scope, include: Asked, via: Instance) -> Map:
         """Return the tree of a robot; what there is to say of its file is said once. Raises Failed."""
-        packages = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
+        own = {name: include.by.parent / folder for name, folder in (entry.get("packages") or {}).items()}
+        packages = {**own, **self.packages}
         path = self._file(entry, scope, include, packages)
         texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
         lenient = bool(entry.get("lenient"))

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from ..diagnostic import NOTE, Diagnostic, Source, Span, error
 from ..emit import FORMATS, Format, Opened
+from ..project import ENDINGS
 from ..registry import READING, Rule
 from .complaints import RULE as SYNTAX
 from .files import read_source
@@ -45,7 +46,7 @@ _OTHER_FORMATS = {
 def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
     """Return the robot of a file (see ``read_robot``)."""
     suffix = path.suffix.lower()
-    if suffix in (".yaml", ".yml"):
+    if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
         return _refused(error("wrong-format", message, asked, f"import reads {known()}"), path)
     format = next((one for one in _readable() if suffix in one.endings and not _is_xml(one)), None)

@@ -45,11 +45,10 @@ class Sweep(NamedTuple):
 
 def pose_of(robot: Robot, name: str) -> dict[str, float]:
     """Return the positions of a named pose. Raises NoState."""
-    for pose in robot.poses:
-        if pose.name == name:
-            return dict(pose.positions)
-    known = [pose.name for pose in robot.poses]
-    raise NoState(f'there is no pose "{name}"; {did_you_mean(name, known) or "the robot has none"}')
+    try:
+        return dict(robot.positions(name))
+    except KeyError as problem:
+        raise NoState(str(problem.args[0])) from None
 
 
 def split(text: str, example: str) -> tuple[str, str]:

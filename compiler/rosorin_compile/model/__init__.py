@@ -1,4 +1,4 @@
-"""The model of a robot: frozen values in SI units that import nothing else of this package."""
+"""The model of a robot: frozen values in SI units. They import nothing above: only the words of an error."""
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (

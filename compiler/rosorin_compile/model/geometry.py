@@ -87,12 +87,18 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
     )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Transform:
     """A rigid transform: ``rows`` is the 3x3 rotation, ``xyz`` the translation in metres."""
 
     rows: Rows = _UNIT_ROWS
     xyz: Vector = _ORIGIN
+
+    def __repr__(self) -> str:
+        """Return the translation and the rotation as people read them, to six digits."""
+        x, y, z = (f"{value + 0.0:.6g}" for value in self.xyz)
+        roll, pitch, yaw = (f"{round(math.degrees(angle), 9) + 0.0:.6g}" for angle in self.rpy())
+        return f"<Transform xyz {x} {y} {z} m, rpy {roll} {pitch} {yaw} deg>"
 
     def apply(self, point: Vector) -> Vector:
         """Return a point of the child frame in the parent frame (metres)."""

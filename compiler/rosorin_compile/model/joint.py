@@ -89,7 +89,7 @@ class Publisher:
     stamps: tuple[str, ...] = ()
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Joint:
     """How the child link is attached to the parent link; ``origin`` is the child in the parent at position zero.
 
@@ -111,6 +111,10 @@ class Joint:
     calibration: Calibration | None = None
     safety: SafetyController | None = None
     urdf_elements: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return the name, the type and the links that it joins."""
+        return f"<Joint {self.name}: {self.type}, {self.parent} -> {self.child}>"
 
     @property
     def moves(self) -> bool:

@@ -34,7 +34,7 @@ class Inertial:
     iyz: float = 0.0
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Link:
     """A rigid part, or a mere frame if it has no inertial and no shape.
 
@@ -47,3 +47,10 @@ class Link:
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
     urdf_elements: tuple[str, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return the name, the mass and how many shapes there are."""
+        mass = [] if self.inertial is None else [f"{self.inertial.mass:.6g} kg"]
+        counts = {"visual": len(self.visual), "collision": len(self.collision)}
+        shapes = [f"{count} {word}" for word, count in counts.items() if count]
+        return f"<Link {self.name}: {', '.join(mass + shapes) or 'a frame'}>"

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
@@ -16,6 +16,32 @@ from .simulated import Simulated
 
 if TYPE_CHECKING:
     from ..kinematics import Kinematics
+
+Named = TypeVar("Named")
+
+
+class ByName(dict[str, Named]):
+    """A mapping by name; ``kind`` is the word for what it holds. What is not there raises a KeyError with a way out."""
+
+    __slots__ = ("kind",)
+
+    def __init__(self, kind: str, items: Mapping[str, Named]) -> None:
+        super().__init__(items)
+        self.kind = kind
+
+    def __missing__(self, name: object) -> NoReturn:
+        raise unknown(self.kind, name, self)
+
+    def __reduce__(self) -> tuple[object, ...]:
+        return (ByName, (self.kind, dict(self)))
+
+
+def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
+    """Return the KeyError about a name that is not there; ``more`` says what it is instead."""
+    from ..diagnostic import did_you_mean
+
+    way_out = more or did_you_mean(str(name), known) or "the robot has none"
+    return KeyError(f'there is no {kind} "{name}"; {way_out}')
 
 
 @dataclass(frozen=True)
@@ -90,7 +116,7 @@ class Output:
     options: Mapping[str, Any] = field(default_factory=dict)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description."""
 
@@ -109,15 +135,29 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
 
+    def __repr__(self) -> str:
+        """Return the name and what there is how often: a robot in full is pages long."""
+        moving = sum(not joint.is_fixed for joint in self.joints)
+        counts = {"link": len(self.links), "joint": len(self.joints), "sensor": len(self.sensors)}
+        said = [f"{count} {word}{'' if count == 1 else 's'}" for word, count in counts.items()]
+        said[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
+        return f"<Robot {self.name}: {', '.join(said)}>"
+
+    def _repr_html_(self) -> str:
+        """Return the tree of frames, for a notebook."""
+        from .notebook import html
+
+        return html(self)
+
     @cached_property
     def link(self) -> Mapping[str, Link]:
-        """The links by name."""
-        return {link.name: link for link in self.links}
+        """The links by name; a name that is not there raises a KeyError with a way out."""
+        return ByName("link", {link.name: link for link in self.links})
 
     @cached_property
     def joint(self) -> Mapping[str, Joint]:
-        """The joints by name."""
-        return {joint.name: joint for joint in self.joints}
+        """The joints by name; a name that is not there raises a KeyError with a way out."""
+        return ByName("joint", {joint.name: joint for joint in self.joints})
 
     @cached_property
     def joint_to(self) -> Mapping[str, Joint]:
@@ -206,9 +246,36 @@ class Robot:
         """The joints from the root down, each with its origin."""
         return tuple((joint, joint.origin.transform()) for joint in self.joints_down())
 
-    def transform(self, source: str, target: str, positions: Mapping[str, float]) -> Transform:
-        """Return where ``target`` sits in ``source``, as tf2_echo SOURCE TARGET does."""
-        return self.pose_in_root(source, positions).inverse().then(self.pose_in_root(target, positions))
+    def transform(
+        self, source: str, target: str, positions: Mapping[str, float] | None = None, *, pose: str = ""
+    ) -> Transform:
+        """Return where the link ``target`` sits in the link ``source``, as tf2_echo SOURCE TARGET does.
+
+        ``pose`` is a named pose; ``positions`` (radians or metres by joint) win over it. What neither names is at zero,
+        what mimics another joint is where that one puts it. Raises KeyError for names that are not there.
+        """
+        for name in (source, target):
+            if name not in self.link:
+                raise self._no_link(name)
+        for name in positions or ():
+            if name not in self.joint:
+                raise unknown("joint", name, self.joint)
+        state = {**(self.positions(pose) if pose else {}), **(positions or {})}
+        return self.pose_in_root(source, state).inverse().then(self.pose_in_root(target, state))
+
+    def positions(self, pose: str) -> Mapping[str, float]:
+        """Return the positions (radians or metres by joint) of a named pose. Raises KeyError if there is none."""
+        for known in self.poses:
+            if known.name == pose:
+                return known.positions
+        raise unknown("pose", pose, [known.name for known in self.poses])
+
+    def _no_link(self, name: str) -> KeyError:
+        """Return the KeyError about a name that is no link; a frame of another node says of which."""
+        owners = {edge.parent: edge.publisher.name for edge in self.edges}
+        owners |= {edge.child: edge.publisher.name for edge in reversed(self.edges)}
+        owner = owners.get(name)
+        return unknown("link", name, self.link, f"it is a frame of another node, {owner}" if owner else "")
 
     @cached_property
     def kinematics(self) -> Kinematics:

@@ -222,6 +222,7 @@ def test_text_shows_the_stack_of_an_expression_in_a_part(project: Path, capsys: 
     ), told
 
 
+@pytest.mark.slow
 def test_no_letter_of_a_name_stops_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     folder = tmp_path / "descriptions" / "größe"
     folder.mkdir(parents=True)

@@ -9,7 +9,7 @@ and ``<!-- continues: PAGE -->`` means that the files and commands of another pa
 each line that begins with "$ " is run in the folder of the page, and what it prints is compared with the lines below
 it; a line "..." there stands for any lines.
 
-    python tests/test_docs.py
+    python tests/renew.py docs
 
 writes into the pages what the commands print now. What a page shows with "..." is left to its author, and named.
 """
@@ -88,6 +88,7 @@ def rule_values(node: ast.AST) -> list[ast.expr]:
     return []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_page_holds(page: Path, tmp_path: Path) -> None:
     for ran in play(page, tmp_path):

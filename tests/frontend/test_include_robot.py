@@ -26,6 +26,8 @@ from support.engines import pose
 from support.paths import DATA
 from support.robots import compiled, texts
 
+pytestmark = pytest.mark.slow
+
 CASES = DATA / "include_robot"
 CELL, PACKAGED, SIMULATED = (CASES / "descriptions" / name for name in ("cell", "packaged", "simulated"))
 ARM = CELL / "vendor" / "arm.urdf"

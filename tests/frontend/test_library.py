@@ -18,6 +18,8 @@ from support.paths import DOCS, ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, emitted, load, no_warning, probe, written  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 LIBRARY = {path.stem: load_mapping(path, path.name) for path in sorted((ROOT / "parts").glob("*.yaml"))}
 PARTS = [(file, part) for file, tree in LIBRARY.items() for part in tree.get("parts", {})]
 NEEDED = {

@@ -14,6 +14,8 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.quantity import LENGTH, Quantity
 from support.paths import DATA
 
+pytestmark = pytest.mark.slow
+
 NAMES: dict[str, Any] = {"radius": 0.5, "length": Quantity(0.5, LENGTH), "words": ["a", "b"], "text": "abc"}
 NAMES |= {"table": {"a": 1}, "load()": lambda name: name}
 

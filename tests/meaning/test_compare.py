@@ -127,6 +127,7 @@ CHANGES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("edit", "said"), CHANGES)
 def test_a_change_of_the_description_is_named(edit: tuple[str, str, str], said: list[str], tmp_path: Path) -> None:
     comparison = described(tmp_path, edit)

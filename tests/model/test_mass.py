@@ -80,6 +80,7 @@ def test_mass_and_inertia_are_those_that_mujoco_takes_from_the_geoms(shapes: lis
     np.testing.assert_allclose(tensor(by_mass), tensor(ours), rtol=1e-9, atol=1e-12 * scale)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "solid", [Box((-0.1, -0.2, -0.3), (0.1, 0.2, 0.5)), Cylinder(0.2, 0.7), Capsule(0.2, 0.3), Sphere(0.3)]
 )

@@ -17,6 +17,8 @@ from rosorin_compile.output import exchange, read_set, write_set
 from support import output_child
 from support.output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages, state
 
+pytestmark = pytest.mark.slow
+
 STALE = ".rosorin-compile-0123456789abcdef"
 CHILD = [sys.executable, output_child.__file__]
 

@@ -158,6 +158,7 @@ def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     assert run.recall() is None
 
 
+@pytest.mark.slow
 def test_a_stamp_that_was_cut_off(remembered):
     path, data = remembered.stamp(), remembered.stamp().read_bytes()
     for length in range(len(data)):

@@ -1,6 +1,6 @@
 """docs/from-xacro.md, made from the cases in tests/xacro.
 
-    python tests/xacro_page.py
+    python tests/renew.py from-xacro
 
 writes the page. Of each file of a case it shows the lines between "show" and "end", both comments of their own.
 """
@@ -44,7 +44,7 @@ def page() -> str:
 _HEAD = """
 # From xacro
 
-<!-- Made by: python tests/xacro_page.py. Edit the cases in tests/xacro, or the head in tests/xacro_page.py. -->
+<!-- Made by: python tests/renew.py from-xacro, of the cases in tests/xacro and the head in tests/support/xacro_page.py. -->
 
 You have a robot as [xacro](https://github.com/ros/xacro) and want it here: `rosorin-compile import`
 [does that](bring-your-own-robot.md), and an include [takes it as it is](add-to-a-bought-robot.md). Both take the robot

@@ -205,6 +205,7 @@ def test_exit_codes(here: Path, capsys: pytest.CaptureFixture[str], monkeypatch:
     assert list((here / "descriptions").iterdir()) in ([], [here / "descriptions" / ".schema"])
 
 
+@pytest.mark.slow
 def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
     """Stop the program before each system call that changes the disk."""
     program = (

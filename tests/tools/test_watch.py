@@ -19,6 +19,8 @@ from rosorin_compile.starter import start
 from rosorin_compile.watch import Inputs, mark
 from support.robots import copy_of_rosorin
 
+pytestmark = pytest.mark.slow
+
 PATIENCE = 30.0  # seconds until a line that does not come fails a test; no test waits for as long otherwise
 
 

@@ -169,6 +169,7 @@ def test_an_artifact_of_ones_own_needs_a_template_and_one_line(project: Path) ->
     assert main(["all"]) == 1
 
 
+@pytest.mark.slow
 def test_output_goes_to_a_closed_pipe_without_a_traceback(project: Path) -> None:
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     read, write = os.pipe()

@@ -21,6 +21,7 @@ from support.robots import compiled, copy_of_rosorin, texts
 ORDERED = ("joints", "sensors", "use")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "locale", "zone"), [("0", "C", "UTC"), ("1", "de_DE.UTF-8", "Asia/Tokyo"), ("4711", "tr_TR.UTF-8", "UTC")]
 )

@@ -25,6 +25,8 @@ from support.paths import DOCS, ROOT
 from support.robots import compiled, texts
 from support.urdf_robots import differences, facts
 
+pytestmark = pytest.mark.slow
+
 EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("*/robot.yaml"))
 NAMES = [folder.name for folder in EXAMPLES]
 STATES = 200

@@ -18,6 +18,8 @@ from rosorin_compile.quantity import LENGTH, Quantity
 from support.fuzzing import VALUES, held, mutated, replaced, steps_of, whole, write
 from support.paths import TESTS
 
+pytestmark = pytest.mark.slow
+
 SECONDS, MEGABYTES = 20, 1_000
 
 ROBOT = "robot: bomb\nlinks:\n  base_link: {}\n"

@@ -20,6 +20,8 @@ from support.importing import robot
 from support.paths import ROUND_TRIP
 from support.round_trip import BOTH, comments, differences, judge, pinocchio, there_and_back
 
+pytestmark = pytest.mark.slow
+
 FOLDER = ROUND_TRIP
 CASES = sorted(FOLDER.glob("*.urdf"))
 # What an engine does not read, or reads wrongly; the other one and the comparer judge.

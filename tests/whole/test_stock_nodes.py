@@ -22,9 +22,12 @@ from support import stock_nodes
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled, texts
 
-pytestmark = pytest.mark.skipif(
-    not stock_nodes.installed() and "CI" not in os.environ, reason=f"apt-get install {stock_nodes.PACKAGES}"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not stock_nodes.installed() and "CI" not in os.environ, reason=f"apt-get install {stock_nodes.PACKAGES}"
+    ),
+]
 
 # A robot with what the others lack: a slide, followers, and the two joints that robot_state_publisher cannot move.
 CORNERS = DATA / "stock_nodes" / "corners.yaml"

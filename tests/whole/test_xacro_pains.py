@@ -167,6 +167,7 @@ def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str)
 # 4. Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.
 
 
+@pytest.mark.slow
 def test_work_grows_with_the_number_of_uses(make: Make) -> None:
     robot = """parts:
   peg:
@@ -242,6 +243,7 @@ EXTRAS = {"collada", "mujoco", "numpy", "rosbags", "scipy", "trimesh", "xacro"}
 EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
 
 
+@pytest.mark.slow
 def test_nothing_of_ros_is_imported() -> None:
     package = Path(rosorin_compile.__file__).parent
     roots: set[str] = set()
@@ -254,6 +256,7 @@ def test_nothing_of_ros_is_imported() -> None:
     assert roots - sys.stdlib_module_names <= CORE | EXTRAS
 
 
+@pytest.mark.slow
 def test_a_compilation_imports_no_extra(make: Make, tmp_path: Path) -> None:
     make("links: {base: {}}\n")
     program = """

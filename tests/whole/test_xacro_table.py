@@ -107,7 +107,7 @@ def test_name_has_the_same_value(name: Name) -> None:
 
 
 def test_page_is_up_to_date() -> None:
-    assert PAGE.read_text("utf-8") == page(), "python tests/xacro_page.py"
+    assert PAGE.read_text("utf-8") == page(), "python tests/renew.py from-xacro"
 
 
 def test_headings_of_the_page_are_each_there_once() -> None:

@@ -25,6 +25,8 @@ from support.paths import DATA, OUTPUTS, ROOT
 from support.robots import compiled
 from support.simulator import emit
 
+pytestmark = pytest.mark.slow
+
 MJCF = DATA / "mjcf"
 CORNERS = {path.stem: path for path in sorted(MJCF.glob("corners/*.xml"))}
 PUBLIC = {path.stem: path for path in sorted(MJCF.glob("public/*.xml"))}

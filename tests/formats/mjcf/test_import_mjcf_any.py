@@ -21,6 +21,8 @@ from rosorin_compile.importing.mjcf.process import Answer  # noqa: E402
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 finite = st.floats(allow_nan=False, allow_infinity=False, width=64)
 component = st.floats(-1, 1)
 quaternion = st.tuples(component, component, component, component)

@@ -16,6 +16,8 @@ from rosorin_compile.importing import ReadOptions, read_robot
 from rosorin_compile.importing.mjcf import process, read_mjcf
 from support.paths import DATA
 
+pytestmark = pytest.mark.slow
+
 MJCF = DATA / "mjcf"
 TOLD = sorted(MJCF.glob("told/*.xml"))
 BAD = sorted(MJCF.glob("bad/*.xml"))

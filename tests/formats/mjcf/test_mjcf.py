@@ -30,6 +30,7 @@ def pinocchio_at(model: pinocchio.Model, robot: Robot, state: dict[str, float]) 
     return q
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_every_frame_is_a_body_and_a_site_where_the_model_and_pinocchio_have_it(base):
     robot = machine()

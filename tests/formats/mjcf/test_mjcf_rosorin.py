@@ -14,6 +14,8 @@ from rosorin_compile.model import Robot  # noqa: E402
 from support.robots import RECORDED, compiled  # noqa: E402
 from support.simulator import BASES, contacts, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 STATES = 300
 MILLIMETRE, MILLIDEGREE = 0.5e-3, 0.5e-3  # half of what tf2_echo prints
 FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}

@@ -13,6 +13,8 @@ from support.paths import ROSORIN  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import GRAVITY, distance, emitted, frame, load, no_warning, probe, rays, room, said, sensor  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 MOUNTS = [(0.0, 0.0, 0.0), (0.0, 0.0, np.pi), (np.pi, 0.0, 0.0), (0.4, -0.9, 2.0), (-np.pi / 2, 0.0, np.pi / 2)]
 
 

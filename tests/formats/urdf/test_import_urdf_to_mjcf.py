@@ -27,6 +27,8 @@ from support.paths import OUTPUTS, ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import emit, load, pose, random_states  # noqa: E402
 
+pytestmark = pytest.mark.slow
+
 SETTINGS = '<mujoco><compiler fusestatic="false" strippath="false" discardvisual="false"/></mujoco>'
 EXAMPLES = sorted(ROOT.glob("examples/*/robot.yaml"))
 FOLDERS = ("tests/data", "tests/data/mjcf/urdf", "tests/imported/*", "tests/round_trip/*")

@@ -110,6 +110,7 @@ def worst_of(robot: Robot, text: str, path: Path) -> float:
     return worst
 
 
+@pytest.mark.slow
 def test_two_engines_place_every_frame_where_the_model_does(tmp_path: Path) -> None:
     assert worst_of(TESTER, emit(TESTER), tmp_path / "robot.urdf") < 1e-12
     assert 1e-8 < worst_of(TESTER, emit(TESTER, {"number_format": "six"}), tmp_path / "robot.urdf") < 5e-6

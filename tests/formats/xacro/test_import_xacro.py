@@ -14,6 +14,8 @@ from rosorin_compile.importing import Imported, ReadOptions, read_robot
 from rosorin_compile.importing.xacro import expanding as reader
 from rosorin_compile.report import text as report
 
+pytestmark = pytest.mark.slow
+
 HEAD = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r">\n'
 ARM = f"""<?xml version="1.0"?>
 {HEAD}  <xacro:arg name="prefix" default="left_"/>

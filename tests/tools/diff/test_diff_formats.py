@@ -37,6 +37,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
 def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
     found = compared(ROSORIN, OUTPUTS / file)
@@ -46,6 +47,7 @@ def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
     assert compared(OUTPUTS / file, ROSORIN)["differences"] == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("file", ["arm.urdf", "arm.xml", "arm.json"])
 def test_the_artifacts_of_the_arm_are_the_arm(arm: Path, file: str) -> None:
     assert told(DIFF / "arm.yaml", arm / file) == []
@@ -68,6 +70,7 @@ CARRIED = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("old", "new", "line", "files"), CARRIED, ids=[line for _, _, line, _ in CARRIED])
 def test_a_change_is_told_of_every_artifact_that_carries_it(
     arm: Path, tmp_path: Path, old: str, new: str, line: str, files: str

@@ -77,6 +77,7 @@ def test_box_that_would_be_hardly_smaller_is_not_turned() -> None:
     assert made["oriented_box"].pieces == made["box"].pieces
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_cylinder_and_capsule_of_round_bodies(axis: str) -> None:
     turn = {"x": (0, math.pi / 2, 0), "y": (math.pi / 2, 0, 0), "z": (0, 0, 0)}[axis]
@@ -197,6 +198,7 @@ def test_overlap_of_a_shape_that_is_too_small(cut: float) -> None:
     assert found.overhang == pytest.approx(0, abs=1e-5)
 
 
+@pytest.mark.slow
 def test_overlap_of_round_shapes_inside_a_brick() -> None:
     ruler = Ruler(BRICK)
     for angles in ((0, 0, 0), (0, math.pi / 2, 0), (0.4, 0.2, 0.1)):

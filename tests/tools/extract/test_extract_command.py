@@ -19,6 +19,8 @@ from rosorin_compile.pipeline import compile_robot
 from support.meshes import box
 from support.schemas import schema
 
+pytestmark = pytest.mark.slow
+
 SCHEMA = schema("robot_model")
 
 Said = pytest.CaptureFixture[str]

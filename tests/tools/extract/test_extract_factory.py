@@ -14,6 +14,8 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.report import text as report
 from support.paths import DATA
 
+pytestmark = pytest.mark.slow
+
 FACTORY = DATA / "factory_package"
 MAP = ["--heightmap-link", "base_link", "--frame", "base_footprint", "--cell", "1cm"]
 JOINTS = ["base_joint", "lidar_joint", "joint1", "joint2", "gripper_joint", "camera_joint"]

@@ -44,6 +44,7 @@ def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 COMMAND = ["extract", "heightmap", "base_link.stl", "block.stl", "--xyz", "0,0,25mm", "--into", CHASSIS]
 
 
+@pytest.mark.slow
 def test_stand_in_of_the_reference_robot_is_replaced_by_one_command(rosorin: Path, capsys: Said) -> None:
     before = Path(CHASSIS).read_text("utf-8")
     assert STAND_IN in "".join(

@@ -246,6 +246,7 @@ def altered(old: str, new: str) -> Callable[..., Any]:
     return wrong
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
@@ -280,6 +281,7 @@ def test_places_of_a_description_that_does_not_compile_are_those_of_its_folder(
     assert capsys.readouterr().err.startswith("x/robot.yaml:")
 
 
+@pytest.mark.slow
 def test_bytes_do_not_depend_on_the_machine(tmp_path: Path) -> None:
     made = []
     for number, (seed, language) in enumerate((("1", "C"), ("2", "C.UTF-8"))):

@@ -1,6 +1,6 @@
 """What import makes of whole robots: the files that a person would have written, committed and compared to the byte.
 
-    python tests/test_import_golden.py
+    python tests/renew.py imported
 
 writes them anew; read the difference.
 """

@@ -16,7 +16,11 @@ import time
 from pathlib import Path
 from typing import Any
 
+import pytest
+
 from support.paths import IMPORTED, TESTS
+
+pytestmark = pytest.mark.slow
 
 ROVER = IMPORTED / "rover"
 BEFORE = {"robot.yaml": "robot: before\n", "notes.txt": "mine\n"}

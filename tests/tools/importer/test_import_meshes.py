@@ -133,6 +133,7 @@ def test_relative_names_alone_get_the_folder(
     assert names(here / "outputs" / "arm" / "arm.urdf") == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output", [(), ("-o", "descriptions/other"), ("-o", "robots/deep/arm")])
 def test_mujoco_finds_the_meshes_with_what_the_warning_says(
     here: Path, capsys: pytest.CaptureFixture[str], output: tuple[str, ...]

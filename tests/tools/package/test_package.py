@@ -247,6 +247,7 @@ def test_what_was_said_once_holds_the_next_time(tmp_path: Path) -> None:
     assert '"/points"' in view
 
 
+@pytest.mark.slow
 def test_same_bytes_in_another_process(tmp_path: Path) -> None:
     here = written(tmp_path)
     there = tmp_path / "there"

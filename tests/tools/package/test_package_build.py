@@ -20,7 +20,10 @@ AMENT_CMAKE = Path("/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake")
 AMENT_PACKAGE = Path("/usr/lib/python3/dist-packages/ament_package")
 NAME = "rosorin_description"
 
-pytestmark = pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions"),
+]
 
 
 def build(folder: Path, kind: str, *more: str) -> Path:

@@ -172,6 +172,7 @@ outputs:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("slam", ["true", "1", "false", "Off"])
 @pytest.mark.parametrize("rviz", ["true", "false"])

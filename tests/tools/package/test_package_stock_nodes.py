@@ -14,7 +14,10 @@ from support.launch import read
 from support.paths import ROSORIN
 from support.robots import compiled
 
-pytestmark = pytest.mark.skipif(not stock_nodes.installed(), reason=f"apt-get install {stock_nodes.PACKAGES}")
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(not stock_nodes.installed(), reason=f"apt-get install {stock_nodes.PACKAGES}"),
+]
 
 STATE = {"joint1": 0.3, "joint2": -0.5, "joint3": 0.8, "joint4": 1.1, "joint5": -1.4}
 

@@ -25,6 +25,8 @@ from rosorin_compile.model import Joint, Link, Pose, Robot
 from rosorin_compile.tf_echo import text
 from support.robots import compiled
 
+pytestmark = pytest.mark.slow
+
 COMPILER = shutil.which("g++")
 TF2 = Path(os.environ.get("TF2_INCLUDE", "/usr/include"))
 HAS_TF2 = (TF2 / "tf2" / "LinearMath" / "Matrix3x3.h").is_file()

@@ -156,6 +156,7 @@ def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None
     ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
 def test_half_written_and_damaged_recordings_end_in_an_error(
     clean: dict[str, Path], tmp_path: Path, storage: str

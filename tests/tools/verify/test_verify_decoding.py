@@ -104,6 +104,7 @@ def facts(verdict: Verdict) -> dict[str, Any]:
     return found
 
 
+@pytest.mark.slow
 def test_what_is_kept_does_not_grow_with_the_recording(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Counted, not measured: the arrays that are kept after four times the length are not larger."""
     monkeypatch.setattr(reading, "BATCH", 500)

@@ -45,6 +45,7 @@ def said(name: str, verdict: Verdict) -> str:
     return f"{name}\n{report([finding.diagnostic() for finding in verdict.findings])}"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FAULTS)
 def test_a_planted_fault_is_found_and_no_other(tmp_path: Path, name: str) -> None:
     scene, expected = FAULTS[name]

@@ -140,6 +140,7 @@ def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
     assert ran.stdout.strip() == "[]"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("absent", "source", "code", "message"),
     [

@@ -236,6 +236,7 @@ HABITS: dict[str, tuple[dict[str, Any], list[str]]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", HABITS)
 def test_what_real_robots_record(tmp_path: Path, name: str) -> None:
     scene, expected = HABITS[name]

@@ -16,9 +16,12 @@ from support import bags, stock_nodes
 from support.bags import TYPES, Message, judged, rules
 from support.robots import texts
 
-pytestmark = pytest.mark.skipif(
-    not stock_nodes.installed() and "CI" not in os.environ, reason=f"apt-get install {stock_nodes.PACKAGES}"
-)
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(
+        not stock_nodes.installed() and "CI" not in os.environ, reason=f"apt-get install {stock_nodes.PACKAGES}"
+    ),
+]
 OTHERS = frozenset({"ekf", "slam_toolbox", "amcl", "deptrum"})
 STATES = [{name: 0.1 * step * (number - 2) for number, name in enumerate(bags.ARM)} for step in range(6)]
 

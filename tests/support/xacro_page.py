@@ -44,7 +44,7 @@ def page() -> str:
 _HEAD = """
 # From xacro
 
-<!-- Made by: python tests/renew.py from-xacro, of the cases in tests/xacro and the head in tests/support/xacro_page.py. -->
+<!-- Made by: python tests/renew.py from-xacro. Edit tests/xacro, or the head in tests/support/xacro_page.py. -->
 
 You have a robot as [xacro](https://github.com/ros/xacro) and want it here: `rosorin-compile import`
 [does that](bring-your-own-robot.md), and an include [takes it as it is](add-to-a-bought-robot.md). Both take the robot

@@ -107,7 +107,7 @@ def _stopped(problem: Exception) -> int:
         raise problem
     from .report import text
 
-    sys.stderr.write(text([problem.diagnostic]) + "\n")
+    sys.stderr.write(text([problem.diagnostic]))
     return PROBLEMS
 
 

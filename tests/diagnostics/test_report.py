@@ -1,0 +1,255 @@
+"""The forms of diagnostics for people and programs: each says the place, the way out, and how one came there."""
+
+from __future__ import annotations
+
+import json
+import re
+import subprocess
+import sys
+from pathlib import Path
+from urllib.parse import unquote
+
+import jsonschema
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostic import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
+from rosorin_compile.report import FORMATS, text
+
+ROBOT = """\
+robot: cart
+include: [parts.yaml]
+links: {base_link: {}}
+use:
+  "wheel_${i}":
+    for: {i: [1, 2]}
+    part: wheel
+    parent: base_link
+"""
+PARTS = """\
+parts:
+  wheel:
+    links: {link: {inertial: {mass: -1, inertia: {ixx: 1, iyy: 1, izz: 1}}}}
+    joints:
+      joint: {type: fixed, parent: mount, child: link, xyz: [0, 0, "${3*kg}"]}
+"""
+
+# What SARIF 2.1.0 asks of the objects that are used here: sections 3.13, 3.14, 3.18, 3.19, 3.49, 3.27, 3.28, 3.29, 3.30
+# and 3.4 of https://docs.oasis-open.org/sarif/sarif/v2.1.0/os/sarif-v2.1.0-os.html; no other property is allowed.
+MESSAGE = {
+    "type": "object",
+    "properties": {"text": {"type": "string", "minLength": 1}},
+    "required": ["text"],
+    "additionalProperties": False,
+}
+POSITIVE = {"type": "integer", "minimum": 1}
+REGION = {
+    "type": "object",
+    "properties": {"startLine": POSITIVE, "startColumn": POSITIVE, "endColumn": POSITIVE},
+    "required": ["startLine"],
+    "additionalProperties": False,
+}
+LOCATION = {
+    "type": "object",
+    "properties": {
+        "physicalLocation": {
+            "type": "object",
+            "properties": {
+                "artifactLocation": {
+                    "type": "object",
+                    # RFC 3986: a reference without space and with complete escapes
+                    "properties": {
+                        "uri": {"type": "string", "pattern": r"^([A-Za-z0-9/._~!$&'()*+,;=:@-]|%[0-9A-F]{2})+$"}
+                    },
+                    "required": ["uri"],
+                    "additionalProperties": False,
+                },
+                "region": REGION,
+            },
+            "required": ["artifactLocation"],
+            "additionalProperties": False,
+        },
+        "message": MESSAGE,
+    },
+    "additionalProperties": False,
+}
+RESULT = {
+    "type": "object",
+    "properties": {
+        "ruleId": {"type": "string"},
+        "ruleIndex": {"type": "integer", "minimum": 0},
+        "level": {"enum": ["none", "note", "warning", "error"]},
+        "message": MESSAGE,
+        "locations": {"type": "array", "items": LOCATION},
+        "relatedLocations": {"type": "array", "items": LOCATION, "uniqueItems": True},
+    },
+    "required": ["message"],
+    "additionalProperties": False,
+}
+RULE = {
+    "type": "object",
+    "properties": {
+        "id": {"type": "string"},
+        "shortDescription": MESSAGE,
+        "help": {**MESSAGE, "properties": {**MESSAGE["properties"], "markdown": {"type": "string"}}},
+        # an absolute URI, says 3.49.12
+        "helpUri": {"type": "string", "pattern": "^https://[a-z.-]+/([A-Za-z0-9._~/-])+(#[a-z0-9-]+)?$"},
+    },
+    "required": ["id"],
+    "additionalProperties": False,
+}
+DRIVER = {
+    "type": "object",
+    "properties": {
+        "name": {"type": "string"},
+        "semanticVersion": {"type": "string", "pattern": r"^\d+\.\d+\.\d+"},
+        "rules": {"type": "array", "items": RULE, "uniqueItems": True},
+    },
+    "required": ["name"],
+    "additionalProperties": False,
+}
+RUN = {
+    "type": "object",
+    "properties": {
+        "tool": {
+            "type": "object",
+            "properties": {"driver": DRIVER},
+            "required": ["driver"],
+            "additionalProperties": False,
+        },
+        "columnKind": {"enum": ["utf16CodeUnits", "unicodeCodePoints"]},
+        "results": {"type": "array", "items": RESULT},
+    },
+    "required": ["tool"],
+    "additionalProperties": False,
+}
+SARIF = {
+    "type": "object",
+    "properties": {
+        "$schema": {"type": "string"},
+        "version": {"const": "2.1.0"},
+        "runs": {"type": "array", "items": RUN},
+    },
+    "required": ["version", "runs"],
+    "additionalProperties": False,
+}
+PROJECT = {
+    "descriptions/my cart#1/robot.yaml": ROBOT,
+    "descriptions/my cart#1/parts.yaml": PARTS.replace('"${3*kg}"', "0"),
+}
+
+
+def printed(capsys: pytest.CaptureFixture[str], form: str) -> str:
+    capsys.readouterr()
+    assert main(["check", "--format", form]) == 1
+    return capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("project")
+def test_sarif_has_the_shape_of_the_standard(capsys: pytest.CaptureFixture[str]) -> None:
+    log = json.loads(printed(capsys, "sarif"))
+    jsonschema.validate(log, SARIF)
+    (run,) = log["runs"]
+    (result,) = run["results"]
+    assert run["tool"]["driver"]["rules"][result["ruleIndex"]]["id"] == result["ruleId"] == "mass-not-positive"
+    place = result["locations"][0]["physicalLocation"]
+    assert unquote(place["artifactLocation"]["uri"]) == "descriptions/my cart#1/parts.yaml"
+    assert place["region"] == {"startLine": 3, "startColumn": 37, "endColumn": 39}
+    assert "and 1 more" in result["message"]["text"]
+    stack = [location["message"]["text"] for location in result["relatedLocations"]]
+    assert stack == ['part "wheel" used here as "wheel_1"', "i = 1"]
+
+
+def test_sarif_of_every_kind_of_diagnostic() -> None:
+    source = Source("/abs olute/größe%.yaml", "robot: a\n")
+    span = Span(source, 1, 8, 1)
+    made = [
+        Diagnostic(
+            "a", ERROR, "b", span, (Related("twice", span), Related("twice", span), Related("no place", None)), "c"
+        ),
+        Diagnostic("a", WARNING, "b"),
+        Diagnostic("b-c", NOTE, "line\nline", span),
+    ]
+    log = json.loads(FORMATS["sarif"](made))
+    jsonschema.validate(log, SARIF)
+    levels = [result["level"] for result in log["runs"][0]["results"]]
+    assert levels == ["error", "warning", "note"]
+    uri = log["runs"][0]["results"][0]["locations"][0]["physicalLocation"]["artifactLocation"]["uri"]
+    assert uri == "file:///abs%20olute/gr%C3%B6%C3%9Fe%25.yaml"
+
+
+def test_sarif_without_problems_is_a_run_without_results() -> None:
+    log = json.loads(FORMATS["sarif"]([]))
+    jsonschema.validate(log, SARIF)
+    assert log["runs"][0]["results"] == []
+
+
+@pytest.mark.usefixtures("project")
+def test_a_github_annotation_carries_the_stack(capsys: pytest.CaptureFixture[str]) -> None:
+    (line,) = printed(capsys, "github").splitlines()
+    found = re.fullmatch(r"::error file=(.+?),line=(\d+),col=(\d+),title=(.+?)::(.*)", line)
+    assert found is not None
+    assert found.groups()[:4] == ("descriptions/my cart#1/parts.yaml", "3", "37", "mass-not-positive")
+    message = found[5].replace("%0A", "\n").replace("%25", "%").splitlines()
+    assert message[0].startswith('the mass of link "wheel_1_link" is -1 kg')
+    assert message[1].startswith("and 1 more")
+    assert message[2:] == [
+        'descriptions/my cart#1/robot.yaml:5:3: part "wheel" used here as "wheel_1"',
+        "descriptions/my cart#1/robot.yaml:6:14: i = 1",
+    ]
+
+
+def test_github_escapes_what_would_end_the_annotation() -> None:
+    source = Source("a,b:c%.yaml", "x\n")
+    (line,) = FORMATS["github"]([Diagnostic("r", ERROR, "50%\nnext", Span(source, 1, 1))]).splitlines()
+    assert line == "::error file=a%2Cb%3Ac%25.yaml,line=1,col=1,title=r::50%25%0Anext"
+
+
+@pytest.mark.usefixtures("project")
+def test_json_carries_the_stack(capsys: pytest.CaptureFixture[str]) -> None:
+    (found,) = json.loads(printed(capsys, "json"))
+    assert (found["file"], found["line"], found["column"]) == ("descriptions/my cart#1/parts.yaml", 3, 37)
+    assert [note["message"] for note in found["related"]][1:] == ['part "wheel" used here as "wheel_1"', "i = 1"]
+
+
+def test_text_shows_the_stack_of_an_expression_in_a_part(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "descriptions" / "my cart#1" / "parts.yaml").write_text(PARTS.replace("mass: -1", "mass: 1"), "utf-8")
+    capsys.readouterr()
+    assert main(["check"]) == 1
+    told = capsys.readouterr().err
+    assert re.search(
+        r"parts\.yaml:5:68: error\[wrong-unit\]: .*\n"
+        r"    5 \| .*\n"
+        r"      \| .*\n"
+        r"(      and 1 more .*\n)?"
+        r'      descriptions/my cart#1/robot\.yaml:5:3: part "wheel" used here as "wheel_1"\n'
+        r"      descriptions/my cart#1/robot\.yaml:6:14: i = 1\n",
+        told,
+    ), told
+
+
+@pytest.mark.slow
+def test_no_letter_of_a_name_stops_a_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = tmp_path / "descriptions" / "größe"
+    folder.mkdir(parents=True)
+    (folder / "robot.yaml").write_text("robot: größe\nlinks: {größe: {}}\noutputs: {urdf: {file: a.urdf}}\n", "utf-8")
+    monkeypatch.setenv("PYTHONIOENCODING", "ascii")
+    for words in (
+        ["all"],
+        ["args"],
+        ["explain", "größe"],
+        ["check", "--format", "json"],
+        ["explain", "größe", "--json"],
+    ):
+        command = [sys.executable, "-X", "utf8", "-m", "rosorin_compile", *words]
+        ran = subprocess.run(command, cwd=tmp_path, capture_output=True, check=False)
+        assert b"Traceback" not in ran.stderr, ran.stderr
+        assert ran.returncode == 0
+        if words[-1] in ("json", "--json"):
+            json.loads(ran.stdout)
+
+
+def test_control_characters_do_not_reach_the_terminal() -> None:
+    source = Source("a.yaml", "x: \x1b[31m\n")
+    shown = text([Diagnostic("r", ERROR, "bad \x1b[0m", Span(source, 1, 4, 5))])
+    assert "\x1b" not in shown

@@ -1,0 +1,173 @@
+"""The documentation holds: its files compile, its commands print what the page shows, its links lead somewhere.
+
+How a page is read. An HTML comment on the line above a block says what to do with the block:
+
+    <!-- file: PATH -->       it is written to PATH
+    <!-- edit: PATH -->       it is a diff: in PATH, its lines with "-" become those with "+"
+
+and ``<!-- continues: PAGE -->`` means that the files and commands of another page come before. In a ``console`` block
+each line that begins with "$ " is run in the folder of the page, and what it prints is compared with the lines below
+it; a line "..." there stands for any lines. A ``python`` block that begins with ">>> " is a session: it is run at the
+top of the project, with what the sessions above it on the page have defined.
+
+    python tests/renew.py docs
+
+writes into the pages what the commands print now. What a page shows with "..." is left to its author, and named.
+"""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.diagnostic import Source
+from rosorin_compile.expression import CONSTANTS
+from rosorin_compile.expression.functions import BUILT_IN
+from rosorin_compile.load import parse_yaml
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.quantity import UNITS
+from rosorin_compile.reference import language, reference
+from rosorin_compile.registry import every_rule
+from rosorin_compile.report import text as report
+from rosorin_compile.rules_reference import page as page_of_rules
+from support.pages import ELLIPSIS, FENCED, README, blocks, is_session, play
+from support.paths import BAD, DOCS, ROOT
+
+HEAD = DOCS / "_language_head.md"
+RULES_HEAD = DOCS / "_rules_head.md"
+PAGES = sorted(path for path in DOCS.glob("*.md") if path not in (HEAD, RULES_HEAD))
+
+LINK = re.compile(r"\[[^\]]*\]\(([^)\s]+)\)")
+HEADING = re.compile(r"^#{1,6} (.+)$", re.MULTILINE)
+
+
+def links(text: str) -> list[str]:
+    """Return the targets of the links of a page; what looks like one in code is none."""
+    return LINK.findall(re.sub(r"`[^`\n]*`", "", FENCED.sub("", text)))
+
+
+def anchors(text: str) -> set[str]:
+    """Return the anchors of a page: those that GitHub gives to its headings, and those that it has itself."""
+    headings = HEADING.findall(FENCED.sub("", text))
+    own = set(re.findall(r'<a id="([^"]+)"></a>', text))
+    return own | {re.sub(r"[^\w\- ]", "", title.lower()).replace(" ", "-") for title in headings}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_page_holds(page: Path, tmp_path: Path) -> None:
+    for ran in play(page, tmp_path):
+        shown = "\n".join(ran.shown)
+        printed = "\n".join(ran.printed)
+        assert ran.holds, f"{page.name}:{ran.start}: $ {ran.command}\nshown:\n{shown}\nprinted:\n{printed}"
+    for path in sorted(tmp_path.glob("descriptions/*/robot.yaml")):
+        made = compile_robot(path)
+        assert made.robot is not None, report(made.diagnostics)
+
+
+def checkout(folder: Path) -> Path:
+    """Return a folder with what the commands of the README read."""
+    for name in ("descriptions", "outputs", "tests/imported", "tests/data/recordings"):
+        shutil.copytree(ROOT / name, folder / name)
+    return folder
+
+
+def test_readme_holds(tmp_path: Path) -> None:
+    pytest.importorskip("numpy")  # the extra [verify]
+    ran = play(README, checkout(tmp_path))
+    assert len(ran) >= 3
+    for one in ran:
+        assert one.holds, f"$ {one.command}\nprinted:\n" + "\n".join(one.printed)
+
+
+def test_there_are_pages_with_files_and_commands() -> None:
+    found = [block for page in PAGES for block in blocks(page.read_text("utf-8"))]
+    assert sum(block.mark[0] == "file" and block.language == "yaml" for block in found) >= 5
+    assert sum(block.language == "console" for block in found) >= 5
+    assert sum(map(is_session, found)) >= 5
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_every_yaml_block_is_yaml(page: Path) -> None:
+    for block in blocks(page.read_text("utf-8")):
+        if block.language == "yaml":
+            parse_yaml(Source(page.name, "\n".join(block.lines)))
+
+
+@pytest.mark.parametrize("page", [*PAGES, README], ids=lambda page: page.stem)
+def test_links_lead_somewhere(page: Path) -> None:
+    for target in links(page.read_text("utf-8")):
+        if target.startswith("https://"):
+            continue
+        name, _, anchor = target.partition("#")
+        path = (page.parent / name).resolve() if name else page
+        assert path.exists(), f"{page.name}: {target}"
+        assert not anchor or anchor in anchors(path.read_text("utf-8")), f"{page.name}: {target}"
+
+
+def test_every_page_is_in_the_index() -> None:
+    assert {page.name for page in PAGES} <= {"README.md", *links((DOCS / "README.md").read_text("utf-8"))}
+
+
+def test_reference_is_what_the_generator_gives() -> None:
+    made = reference(language(), HEAD.read_text("utf-8"))
+    assert (DOCS / "language.md").read_text("utf-8") == made, "python -m rosorin_compile.reference > docs/language.md"
+
+
+def test_python_on_a_page_runs(tmp_path: Path) -> None:
+    pytest.importorskip("mujoco")
+    page = DOCS / "artifacts.md"
+    play(page, tmp_path)
+    (block,) = [block for block in blocks(page.read_text("utf-8")) if block.language == "python"]
+    subprocess.run([sys.executable, "-c", "\n".join(block.lines)], cwd=tmp_path, check=True, capture_output=True)
+
+
+def test_reference_has_every_unit_and_function() -> None:
+    made = reference({"$defs": {}, "properties": {}, "description": ""}, HEAD.read_text("utf-8"))
+    assert all(f"`{name}`" in made for name in [*UNITS, *(one.name for one in BUILT_IN), *CONSTANTS])
+
+
+def test_reference_has_every_key_of_the_schema() -> None:
+    made = reference(language())
+    fragments = [language()]
+    while fragments:
+        fragment = fragments.pop()
+        assert all(f"| `{key}` |" in made for key in fragment.get("properties", {})), fragment
+        inner = [fragment.get("items"), fragment.get("additionalProperties")]
+        inner += [*fragment.get("properties", {}).values(), *fragment.get("$defs", {}).values()]
+        fragments += [value for value in inner if isinstance(value, dict)]
+
+
+def test_page_of_rules_is_what_the_modules_declare() -> None:
+    made = page_of_rules(RULES_HEAD.read_text("utf-8"), every_rule().values())
+    assert (DOCS / "rules.md").read_text("utf-8") == made, "python tests/renew.py docs"
+    listed = re.findall(r'^\| <a id="([a-z0-9-]+)"></a>`\1` \|', made, re.MULTILINE)
+    assert sorted(listed) == sorted(every_rule())
+    bad = "".join(path.read_text("utf-8") for path in BAD.rglob("*.yaml"))
+    assert set(re.findall(r"\b(?:error|warning|note)\[([a-z0-9-]+)\]", bad)) <= set(listed)
+
+
+def rewrite(page: Path) -> None:
+    """Write into a page what its commands print."""
+    lines = page.read_text("utf-8").splitlines()
+    with tempfile.TemporaryDirectory() as folder:
+        ran = play(page, checkout(Path(folder)) if page == README else Path(folder))
+    for command in reversed(ran):
+        if ELLIPSIS not in command.shown:
+            lines[command.start : command.start + len(command.shown)] = command.printed
+        elif not command.holds:
+            sys.stderr.write(f"{page.name}:{command.start}: $ {command.command}\n" + "\n".join(command.printed) + "\n")
+    page.write_text("\n".join(lines) + "\n", "utf-8")
+
+
+if __name__ == "__main__":
+    for each in [HEAD, RULES_HEAD, README, *PAGES]:
+        rewrite(each)
+    (DOCS / "language.md").write_text(reference(language(), HEAD.read_text("utf-8")), "utf-8")
+    (DOCS / "rules.md").write_text(page_of_rules(RULES_HEAD.read_text("utf-8"), every_rule().values()), "utf-8")

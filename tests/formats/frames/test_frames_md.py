@@ -1,0 +1,242 @@
+"""frames.md: every edge once, its numbers as they are, in a table that holds whatever the names are."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.emit import Fact, Value, frames
+from rosorin_compile.model import (
+    NODE,
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Box,
+    Edge,
+    HeightMap,
+    Joint,
+    JointPose,
+    Limit,
+    Link,
+    Output,
+    Pose,
+    Publisher,
+    Robot,
+    Shape,
+    Source,
+)
+from rosorin_compile.templating import Templates
+from support.robots import compiled, texts
+
+EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")
+CAMERA = Publisher(NODE, "camera_driver")
+STAND_IN = Source("stand_in", "nobody measured | it")
+TESTER = Robot(
+    "tester",
+    (
+        *map(Link, ("base", "arm", "slide", "claw", "depth_optical")),
+        Link("laser", collision=(Shape(Box((0, 0, 0), (1, 1, 1)), name="housing", stand_in="no drawing"),)),
+        Link("floor", collision=(Shape(HeightMap((0, 0), 1, ((1,),), 1), stand_in="no mesh"),)),
+    ),
+    (
+        Joint(
+            "floor_joint", "fixed", "floor", "base", Pose((0, 0, 0.1)), publisher=Publisher(UNPUBLISHED, about="odom")
+        ),
+        Joint(
+            "arm_joint", "revolute", "base", "arm", Pose((0.1, -0.2, 7.5e-05), (0, 0, math.pi / 2)), limit=Limit(-1, 1)
+        ),
+        Joint("slide_joint", "prismatic", "arm", "slide", limit=Limit(0, 1), source=STAND_IN),
+        Joint("claw_joint", "revolute", "arm", "claw", publisher=Publisher(UNPUBLISHED)),
+        Joint(
+            "laser_joint",
+            "fixed",
+            "base",
+            "laser",
+            Pose((1 / 3, 0, 0), (-0.0, 0, math.pi)),
+            publisher=Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_laser"),
+            source=STAND_IN,
+        ),
+        Joint("optical_joint", "fixed", "laser", "depth_optical", Pose(rpy=(-3.1416, -1.5, 3.1416))),
+    ),
+    edges=(
+        Edge("odom", "base", EKF, moving=True),
+        Edge("map", "odom", Publisher(NODE, "slam_toolbox"), moving=True, when="slam"),
+        Edge("map", "odom", Publisher(NODE, "amcl"), moving=True, when="not slam"),
+        Edge("depth_optical", "rgb", CAMERA, moving=False, pose=Pose((0.015, 0, 0))),
+        Edge("rgb", "lost", Publisher(UNPUBLISHED), moving=False),
+    ),
+    poses=(JointPose("tuck", {"arm_joint": 0.4, "slide_joint": 0.25}, {"arm_joint": 600}, source=Source("measured")),),
+    modes=("slam",),
+    source=Source("factory", "the maker", "2026-01-02"),
+)
+
+
+def emit(robot: Robot, number_format: str = "exact") -> str:
+    output = Output("frames", "frames", "frames.md", {"number_format": number_format})
+    text, diagnostics = frames.write(robot, output, Templates())
+    assert diagnostics == []
+    return text
+
+
+def rows(text: str) -> list[list[str]]:
+    """Return the cells of the lines of the first table, as anybody would cut them."""
+    lines = text[text.index("| parent") :].split("\n\n")[0].splitlines()
+    return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in lines[2:]]
+
+
+def test_each_edge_is_a_row_in_the_order_of_the_description() -> None:
+    found = rows(emit(TESTER))
+    children = ["base", "arm", "slide", "claw", "laser", "depth_optical", "base", "odom", "odom", "rgb", "lost"]
+    assert [row[1] for row in found] == children
+    assert found[1] == [
+        "base",
+        "arm",
+        "robot_state_publisher",
+        "moving",
+        "/tf",
+        "0.1                 -0.2  7.5e-05",
+        "0        0     1.5707963267948966",
+        "0          0         90",
+        "always",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("row", "who", "motion", "topic", "when"),
+    [
+        (0, "nobody: odom", "static", "none", "never"),
+        (2, "robot_state_publisher", "moving", "/tf", "always"),
+        (3, "nobody", "moving", "none", "never"),
+        (4, "tf_laser", "static", "/tf_static", "always"),
+        (5, "robot_state_publisher", "static", "/tf_static", "always"),
+        (6, "ekf", "moving", "/tf", "always"),
+        (7, "slam_toolbox", "moving", "/tf", "slam"),
+        (8, "amcl", "moving", "/tf", "not slam"),
+        (9, "camera_driver", "static", "/tf_static", "always"),
+        (10, "nobody", "static", "none", "never"),
+    ],
+)
+def test_who_publishes_a_frame_where_and_when(row: int, who: str, motion: str, topic: str, when: str) -> None:
+    found = rows(emit(TESTER))[row]
+    assert (found[2], found[3], found[4], found[8]) == (who, motion, topic, when)
+
+
+def test_numbers_that_only_a_node_knows() -> None:
+    found = rows(emit(TESTER))
+    assert found[6][5:8] == ["known to ekf alone", "", ""]
+    assert found[10][5:8] == ["not known", "", ""]
+    assert found[9][5].split() == ["0.015", "0", "0"]
+
+
+def test_columns_stand_below_each_other() -> None:
+    for robot in (TESTER, compiled().robot):
+        assert robot is not None
+        text = emit(robot)
+        assert not any(line != line.rstrip() for line in text.splitlines())
+        for table in (block.splitlines() for block in text.split("\n\n") if block.startswith("|")):
+            places = {tuple(i for i, c in enumerate(line) if c == "|" and line[i - 1] != "\\") for line in table}
+            assert len(places) == 1
+
+
+def test_stand_ins_are_listed_by_what_is_missing() -> None:
+    text = emit(TESTER)
+    assert "- joint slide_joint, joint laser_joint: nobody measured \\| it\n" in text
+    assert "- the box housing of link laser: no drawing\n" in text
+    assert "- the height map of link floor: no mesh\n" in text
+    assert "Source of the numbers, where nothing else is said: factory, 2026-01-02: the maker." in text
+    assert "is a stand-in as a whole" not in text
+    assert "is a stand-in as a whole" in emit(Robot("r", (Link("a"),), ()))
+
+
+def test_poses_with_angles_and_pulses() -> None:
+    lines = [line.split("|")[1:-1] for line in emit(TESTER).splitlines() if line.startswith("| tuck")]
+    assert [[cell.strip() for cell in line] for line in lines] == [
+        ["tuck", "arm_joint", "0.4 rad", "22.9183", "600"],
+        ["tuck", "slide_joint", "0.25 m", "", ""],
+    ]
+
+
+def test_nodes_with_their_package() -> None:
+    text = emit(TESTER)
+    assert "- ekf (package robot_localization): publish_tf: true\n" in text
+    assert "- camera_driver" not in text
+
+
+def test_a_robot_of_one_frame() -> None:
+    text = emit(Robot("block", (Link("block"),), ()))
+    assert "The robot has one frame, block." in text
+    assert "| parent" not in text
+    assert "## Named poses" not in text
+
+
+def test_reading_gives_back_the_rows() -> None:
+    facts = frames.read(emit(TESTER))
+    assert facts[Fact("frame", "laser", "origin x")] == Value(1 / 3, "m")
+    assert facts[Fact("frame", "laser", "yaw")] == Value(math.pi, "rad")
+    assert facts[Fact("frame", "laser", "parent")] == Value("base")
+    assert facts[Fact("frame", "laser", "publisher")] == Value("tf_laser")
+    assert facts[Fact("frame", "arm", "topic")] == Value("/tf")
+    assert facts[Fact("frame", "base", "parent")] == Value("floor")
+    assert facts[Fact("frame", "base", "publisher below odom")] == Value("ekf")
+    assert facts[Fact("frame", "odom", "publisher when slam")] == Value("slam_toolbox")
+    assert facts[Fact("frame", "odom", "publisher when not slam")] == Value("amcl")
+    assert facts[Fact("pose", "tuck", "arm_joint")] == Value(0.4, "rad")
+    assert facts[Fact("pose", "tuck", "slide_joint")] == Value(0.25, "m")
+    assert Fact("frame", "odom", "origin x when slam") not in facts
+    assert abs(float(facts[Fact("frame", "depth_optical", "roll")].value)) <= math.pi
+
+
+def test_what_was_printed_says_how_far_it_can_be_trusted() -> None:
+    exact, six = frames.read(emit(TESTER)), frames.read(emit(TESTER, "six"))
+    origin = Fact("frame", "laser", "origin x")
+    assert exact[origin] == Value(1 / 3, "m", 0.0)
+    assert six[origin] == Value(0.333333, "m", 0.5e-6)
+    assert six[Fact("frame", "arm", "origin z")] == Value(7.5e-05, "m", 0.5e-10)
+    assert six[Fact("frame", "arm", "roll")].tolerance == 0
+    for fact, value in exact.items():
+        if isinstance(value.value, float):
+            assert abs(value.value - float(six[fact].value)) <= six[fact].tolerance + 1e-15, fact
+
+
+names = st.from_regex(r"[^\s<>&\"'/\x00-\x1f\ud800-\udfff]{1,10}", fullmatch=True).filter(lambda n: not n.isspace())
+
+
+@given(names, names, names, st.tuples(*[st.floats(-10, 10)] * 3), st.text(max_size=20))
+@settings(max_examples=300, deadline=None)
+def test_any_name_survives_the_table(
+    parent: str, child: str, node: str, xyz: tuple[float, float, float], note: str
+) -> None:
+    joint = Joint("j", "fixed", parent, child + "2", Pose(xyz), publisher=Publisher(NODE, node), source=STAND_IN)
+    joint = replace(joint, source=Source("stand_in", note))
+    robot = Robot(parent, (Link(parent), Link(child + "2")), (joint,), poses=(JointPose(node, {"j": xyz[0]}),))
+    text = emit(robot)
+    facts = frames.read(text)
+    assert facts[Fact("frame", child + "2", "parent")] == Value(parent)
+    assert facts[Fact("frame", child + "2", "publisher")] == Value(node)
+    assert [facts[Fact("frame", child + "2", f"origin {a}")].value for a in "xyz"] == [c + 0.0 for c in xyz]
+    assert facts[Fact("pose", node, "j")] == Value(xyz[0] + 0.0, "rad", facts[Fact("pose", node, "j")].tolerance)
+
+
+@pytest.mark.parametrize("text", ["", "# Frames\n", "| parent |\n", emit(TESTER).replace("1.5707963267948966", "x")])
+def test_a_damaged_list_is_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
+        frames.read(text)
+
+
+def test_the_reference_robot() -> None:
+    text = texts(compiled())["frames.md"]
+    found = {row[1]: row for row in rows(text)}
+    assert found["laser"][2] == "tf_base_laser"
+    assert found["laser"][5].split() == ["0.048156", "7.5552e-05", "0.106748"]
+    assert found["laser"][7].split() == ["0", "0", "180"]
+    assert found["link1"][3:5] == ["moving", "/tf"]
+    assert found["rgb_camera_link"][5] == "known to deptrum alone"
+    publishers = {(row[0], row[1], row[8]): row[2] for row in rows(text)}
+    assert publishers["odom", "base_link", "always"] == "ekf"
+    assert publishers["map", "odom", "slam"] == "slam_toolbox"
+    assert publishers["map", "odom", "not slam"] == "amcl"
+    assert text.count("| tuck ") == 5
+    assert "the height map of link base_footprint" in text

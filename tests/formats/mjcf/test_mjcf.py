@@ -1,0 +1,274 @@
+"""The MJCF of small robots, judged by MuJoCo, and by pinocchio on the URDF of the same robot."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+pinocchio = pytest.importorskip("pinocchio")
+
+from rosorin_compile.emit import mjcf  # noqa: E402
+from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere  # noqa: E402
+from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
+from support.simulator import BASES, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+
+STATES = 200
+
+
+def pinocchio_at(model: pinocchio.Model, robot: Robot, state: dict[str, float]) -> np.ndarray:
+    q = pinocchio.neutral(model)
+    for index, name in enumerate(model.names):
+        if name in robot.joint:
+            at, start = robot.position(robot.joint[name], state), model.joints[index].idx_q
+            if model.joints[index].nq == 2:
+                q[start : start + 2] = np.cos(at), np.sin(at)
+            else:
+                q[start] = at
+    return q
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("base", BASES)
+def test_every_frame_is_a_body_and_a_site_where_the_model_and_pinocchio_have_it(base):
+    robot = machine()
+    model, data = load(emit(robot, base))
+    judge = pinocchio.buildModelFromXML(exact_urdf(robot))
+    judge_data = judge.createData()
+    assert model.nbody == model.nsite + 1 == len(robot.links) + 2
+    for state in random_states(robot, STATES):
+        pose(robot, model, data, state)
+        pinocchio.framesForwardKinematics(judge, judge_data, pinocchio_at(judge, robot, state))
+        for link in robot.links:
+            ours = matrix(robot.pose_in_root(link.name, state))
+            placed = judge_data.oMf[judge.getFrameId(link.name)]
+            for kind in ("body", "site"):
+                np.testing.assert_allclose(frame(data, kind, link.name), ours, atol=1e-12)
+                judged = np.column_stack((placed.rotation, placed.translation))
+                np.testing.assert_allclose(frame(data, kind, link.name), judged, atol=1e-12)
+
+
+def test_static_frames_of_other_nodes_are_there_once_if_their_numbers_are_known():
+    robot = machine()
+    model, data = load(emit(robot))
+    names = {model.body(i).name for i in range(model.nbody)}
+    assert "laser_optical" in names
+    assert not names & {"rgb", "odom", "drone"}
+    expected = robot.pose_in_root("laser", {}).then(robot.edges[0].pose.transform())
+    np.testing.assert_allclose(frame(data, "site", "laser_optical"), matrix(expected), atol=1e-12)
+
+
+def test_inertials_are_those_of_the_description():
+    robot = machine()
+    model, _ = load(emit(robot))
+    for link in robot.links:
+        body = model.body(link.name)
+        if link.inertial is None:
+            assert body.mass[0] == 0
+            continue
+        real = link.inertial
+        turn = np.array(real.pose.transform().rows)
+        tensor = np.array(
+            [[real.ixx, real.ixy, real.ixz], [real.ixy, real.iyy, real.iyz], [real.ixz, real.iyz, real.izz]]
+        )
+        principal = np.empty(9)
+        mujoco.mju_quat2Mat(principal, body.iquat)
+        axes = principal.reshape(3, 3)
+        assert body.mass[0] == real.mass
+        np.testing.assert_array_equal(body.ipos, real.pose.xyz)
+        np.testing.assert_allclose(axes @ np.diag(body.inertia) @ axes.T, turn @ tensor @ turn.T, rtol=1e-9, atol=1e-14)
+
+
+def test_mass_matrix_and_bias_forces_are_those_of_pinocchio_on_the_urdf():
+    robot = machine()
+    model, data = load(emit(robot))
+    model.dof_armature[:] = 0  # URDF has no armature
+    judge = pinocchio.buildModelFromXML(exact_urdf(robot))
+    judge_data = judge.createData()
+    order = [judge.joints[judge.getJointId(model.joint(i).name)].idx_v for i in range(model.njnt)]
+    generator = np.random.default_rng(1)
+    for state in random_states(robot, 20):
+        data.qvel[:] = generator.uniform(-1, 1, model.nv)
+        pose(robot, model, data, state)
+        full = np.empty((model.nv, model.nv))
+        mujoco.mj_fullM(model, data, full)
+        q, v = pinocchio_at(judge, robot, state), np.empty(model.nv)
+        v[order] = data.qvel
+        upper = np.triu(pinocchio.crba(judge, judge_data, q))
+        judged = upper + np.triu(upper, 1).T
+        np.testing.assert_allclose(full, judged[np.ix_(order, order)], rtol=1e-9, atol=1e-12)
+        bias = pinocchio.nonLinearEffects(judge, judge_data, q, v)
+        np.testing.assert_allclose(data.qfrc_bias, bias[order], rtol=1e-9, atol=1e-9)
+
+
+def test_geoms_never_bring_mass():
+    robot = machine()
+    for base in BASES:
+        model, _ = load(emit(robot, base))
+        assert model.body_mass.sum() == pytest.approx(sum(link.inertial.mass for link in robot.links if link.inertial))
+
+
+@pytest.mark.parametrize(
+    ("geometry", "reach"),
+    [
+        (Box((-0.1, -0.2, -0.3), (0.1, 0.2, 0.5)), (0.1, 0.2, 0.5)),
+        (Cylinder(0.1, 0.5), (0.1, 0.1, 0.25)),
+        (Capsule(0.1, 0.5), (0.1, 0.1, 0.35)),
+        (Sphere(0.3), (0.3, 0.3, 0.3)),
+        (HeightMap((-0.1, -0.1), 0.1, ((0.2, 0.2), (0.2, 0.2)), 0.05), (0.1, 0.1, 0.2)),
+    ],
+)
+def test_a_shape_reaches_as_far_as_it_is_long(geometry, reach):
+    """Rays from outside, along the axes of the shape, wherever and however turned it sits."""
+    at = Pose((0.3, -0.2, 0.1), (0.4, -0.9, 2.0))
+    for purpose in ("collision", "visual"):
+        link = Link("thing", **{purpose: (Shape(geometry, at),)})
+        model, data = load(emit(Robot("rays", (link,), ())))
+        for axis, extent in enumerate(reach):
+            inside = np.array([1e-3, 1e-3, 1e-3]) + np.eye(3)[axis]
+            start = np.array(at.transform().apply(tuple(inside)))
+            ray = np.array(at.transform().rotate(tuple(-np.eye(3)[axis])))
+            distance = mujoco.mj_ray(model, data, start, ray, None, True, -1, np.zeros(1, np.int32))
+            assert distance == pytest.approx(1 + 1e-3 - extent, abs=2e-5), (purpose, axis)
+
+
+def test_joints_say_what_the_description_says():
+    robot = machine()
+    model, _ = load(emit(robot))
+    kinds = {"revolute": mujoco.mjtJoint.mjJNT_HINGE, "continuous": mujoco.mjtJoint.mjJNT_HINGE}
+    for joint in (j for j in robot.joints if j.moves):
+        found, dynamics = model.joint(joint.name), joint.dynamics
+        assert found.type[0] == kinds.get(joint.type, mujoco.mjtJoint.mjJNT_SLIDE)
+        np.testing.assert_allclose(found.axis, np.array(joint.axis) / np.linalg.norm(joint.axis), atol=1e-15)
+        assert bool(model.jnt_limited[found.id]) == (joint.type != "continuous")
+        if joint.type != "continuous":
+            assert tuple(found.range) == (joint.limit.lower, joint.limit.upper)
+        assert tuple(model.jnt_actfrcrange[found.id]) == (-joint.limit.effort, joint.limit.effort)
+        assert model.jnt_actfrclimited[found.id]
+        dof = found.dofadr[0]
+        values = (model.dof_damping[dof], model.dof_frictionloss[dof], model.dof_armature[dof])
+        assert values == (dynamics.damping, dynamics.friction, dynamics.armature)
+
+
+def test_actuators_are_servos_clamped_once():
+    robot = machine()
+    model, _ = load(emit(robot))
+    actuated = {joint.name: joint for joint in robot.joints if joint.actuator}
+    assert [model.actuator(i).name for i in range(model.nu)] == list(actuated)
+    for name, joint in actuated.items():
+        servo = model.actuator(name)
+        assert servo.gainprm[0] == joint.actuator.kp
+        assert tuple(servo.biasprm[1:3]) == (-joint.actuator.kp, -joint.actuator.kv)
+        assert not model.actuator_forcelimited[servo.id]
+        limited = joint.type != "continuous"
+        assert bool(model.actuator_ctrllimited[servo.id]) == limited
+        if limited:
+            assert tuple(servo.ctrlrange) == (joint.limit.lower, joint.limit.upper)
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_keyframes_hold_every_pose_with_its_followers(base):
+    robot = machine()
+    model, data = load(emit(robot, base))
+    assert [model.key(i).name for i in range(model.nkey)] == ["home", "up"]
+    for named in robot.poses:
+        mujoco.mj_resetDataKeyframe(model, data, model.key(named.name).id)
+        mujoco.mj_forward(model, data)
+        for joint in (j for j in robot.joints if j.moves):
+            assert data.joint(joint.name).qpos[0] == robot.position(joint, named.positions)
+            if joint.actuator:
+                assert data.actuator(joint.name).ctrl[0] == robot.position(joint, named.positions)
+        for link in robot.links:
+            ours = matrix(robot.pose_in_root(link.name, named.positions))
+            np.testing.assert_allclose(frame(data, "body", link.name), ours, atol=1e-12)
+        equality = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
+        np.testing.assert_allclose(equality, 0, atol=1e-15)
+
+
+def test_followers_follow_in_simulation():
+    robot = machine()
+    model, data = load(emit(robot))
+    mujoco.mj_resetDataKeyframe(model, data, model.key("home").id)
+    data.actuator("shoulder").ctrl[0] = 0.9
+    with no_warning():
+        mujoco.mj_step(model, data, 2000)
+    at = {name: data.joint(name).qpos[0] for name in ("shoulder", "claw", "tip")}
+    assert at["shoulder"] == pytest.approx(0.9, abs=0.2)
+    assert at["claw"] == pytest.approx(-2 * at["shoulder"] + 0.25, abs=1e-2)
+    assert at["tip"] == pytest.approx(0.5 * at["claw"] - 0.1, abs=1e-2)
+
+
+@pytest.mark.parametrize("base", BASES)
+def test_jointed_links_do_not_collide_whatever_the_base(base):
+    touching = {("a", "c"), ("c", "lid"), ("b", "far")}
+    assert contacts(*load(emit(overlapping(), base))) == touching
+    fewer = overlapping(disabled_contacts=(("c", "a"), ("far", "b")))
+    assert contacts(*load(emit(fewer, base))) == {("c", "lid")}
+
+
+def test_without_the_excluded_contacts_a_fixed_base_collides_with_its_first_link():
+    """The reason for them: MuJoCo filters parent and child only where the parent can move."""
+    text = emit(overlapping())
+    start, end = text.index("<contact>"), text.index("</contact>") + len("</contact>")
+    assert ("a", "b") in contacts(*load(text[:start] + text[end:]))
+
+
+def test_excluded_contacts_are_the_jointed_groups_then_the_named_pairs():
+    robot = overlapping(disabled_contacts=(("b", "a"), ("a", "far")))
+    expected = [("a", "b"), ("lid", "b"), ("b", "c"), ("c", "far"), ("a", "far")]
+    assert mjcf.excluded_contacts(robot) == expected
+
+
+def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
+    box = Shape(Box((-1, -1, -1), (1, 1, 1)), rgba=(1, 0.5, 0.25, 1))
+    robot = overlapping()
+    model, _ = load(emit(robot))
+    assert set(model.geom_group) == {0}
+    robot = replace(robot, links=tuple(replace(link, visual=(box,)) for link in robot.links))
+    model, data = load(emit(robot))
+    assert contacts(model, data) == {("a", "c"), ("c", "lid"), ("b", "far")}
+    for index in range(model.ngeom):
+        geom = model.geom(index)
+        visual = geom.name.endswith("_visual_1")
+        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((1, 0, 0) if visual else (3, 1, 1))
+        assert not visual or tuple(geom.rgba) == (1, 0.5, 0.25, 1)
+
+
+def test_the_robot_can_be_included_and_attached_twice_into_a_scene(tmp_path):
+    (tmp_path / "robot.xml").write_text(emit(machine(), "free"), "utf-8")
+    ball = '<body><freejoint/><geom size="0.1"/></body>'
+    floor = f'<worldbody><geom name="floor" type="plane" size="1 1 1"/>{ball}</worldbody>'
+    (tmp_path / "scene.xml").write_text(f'<mujoco><include file="robot.xml"/>{floor}</mujoco>', "utf-8")
+    with no_warning():
+        assert mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml")).nkey == 2
+        scene = mujoco.MjSpec.from_string(f'<mujoco><option integrator="implicitfast"/>{floor}</mujoco>')
+        for prefix in ("left_", "right_"):
+            robot = mujoco.MjSpec.from_file(str(tmp_path / "robot.xml"))
+            scene.attach(robot, prefix=prefix, frame=scene.worldbody.add_frame())
+        model = scene.compile()
+    assert model.site("left_laser").id != model.site("right_laser").id
+
+
+def test_the_same_robot_is_the_same_text():
+    assert emit(machine()) == emit(machine())
+    assert "STAND-IN: not measured - - or - - - hardly - -" in emit(machine())
+
+
+def test_a_joint_may_have_the_name_of_the_free_joint():
+    robot = chain(child=BODY)
+    joints = (replace(robot.joints[0], name="root_free"), *robot.joints[1:])
+    model, _ = load(emit(replace(robot, joints=joints), "free"))
+    assert model.joint("root_free_").type[0] == mujoco.mjtJoint.mjJNT_FREE
+
+
+def test_warnings_of_the_engine_would_be_seen():
+    """The control of all the tests here."""
+    with pytest.raises(AssertionError):
+        load('<mujoco><compiler settotalmass="3"/><worldbody><body><geom size="1"/></body></worldbody></mujoco>')
+    unstable = '<worldbody><body><joint type="slide" axis="1 0 0"/><geom size="1"/></body></worldbody>'
+    model = mujoco.MjModel.from_xml_string(f'<mujoco><option gravity="1e12 0 0"/>{unstable}</mujoco>')
+    data = mujoco.MjData(model)
+    with pytest.raises(AssertionError), no_warning():
+        mujoco.mj_step(model, data, 10)

@@ -1,0 +1,131 @@
+"""What the MJCF says is read back as facts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.emit import mjcf, urdf  # noqa: E402
+from rosorin_compile.emit.xml_facts import angles  # noqa: E402
+from rosorin_compile.model import Pose  # noqa: E402
+from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
+from support.machines import exact_urdf, machine  # noqa: E402
+from support.simulator import BASES, emit, frame, load, matrix, pose, random_states  # noqa: E402
+
+
+def test_facts_are_what_was_emitted():
+    robot = machine()
+    for base in BASES:
+        facts = mjcf.read(emit(robot, base))
+        number = {tuple(fact): value.value for fact, value in facts.items()}
+        assert all(value.tolerance <= 1e-10 for value in facts.values())
+        assert number["joint", "lift", "type"] == "prismatic"
+        assert number["joint", "roll", "type"] == "continuous"
+        assert facts["joint", "lift", "upper"] == (0.3, "m", 0.0)
+        assert facts["joint", "shoulder", "effort"] == (3.0, "N*m", 0.0)
+        assert [number["joint", "shoulder", f"axis {axis}"] for axis in "xyz"] == [-0.01, 0.02, -0.999]
+        assert [number["joint", "claw", f"mimic {what}"] for what in ("joint", "multiplier", "offset")] == [
+            "shoulder",
+            -2,
+            0.25,
+        ]
+        assert facts["link", "torso", "mass"] == (0.7, "kg", 0.0)
+        assert number["link", "torso", "inertia xz"] == -2e-4
+        assert [number["link", "torso", f"collision 1 size {axis}"] for axis in "xyz"] == pytest.approx([0.2, 0.2, 0.2])
+        assert number["link", "upper", "collision 1 length"] == 0.21234567891
+        assert number["link", "mat", "collision shapes"] == 3
+        assert facts["pose", "up", "lift"] == (0.1, "m", 0.0)
+        assert number["pose", "up", "claw"] == -0.75
+        assert number["frame", "laser", "parent"] == "wheel"
+        assert number["frame", "laser", "yaw"] == pytest.approx(np.pi, abs=1e-12)
+        assert number.get(("link", "base", "base")) == ("free" if base == "free" else None)
+        for joint in robot.joints:
+            for name, value in zip(("roll", "pitch", "yaw"), joint.origin.rpy, strict=True):
+                assert number["frame", joint.child, name] == pytest.approx(value, abs=1e-12)
+            for axis, value in zip("xyz", joint.origin.xyz, strict=True):
+                assert number["frame", joint.child, f"origin {axis}"] == value
+
+
+@pytest.mark.parametrize(
+    ("transform", "same"),
+    [
+        (Pose(rpy=(0, 0, -np.pi)).transform(), (0, 0, np.pi)),
+        (Pose(rpy=(0.3, 2.0, 0.1)).transform(), (0.3 - np.pi, np.pi - 2, 0.1 - np.pi)),
+        (transform_of_quaternion((0, 0, 0), (-1e-17, 0, 0, 1)), (0, 0, np.pi)),
+        (transform_of_quaternion((0, 0, 0), (1e-17, 0, 0, 2)), (0, 0, np.pi)),
+    ],
+)
+def test_one_rotation_has_one_form(transform, same):
+    assert angles(transform) == pytest.approx(same, abs=1e-12)
+
+
+def test_facts_of_the_urdf_and_of_the_mjcf_agree():
+    robot = machine()
+    ours, theirs = mjcf.read(emit(robot)), urdf.read(exact_urdf(robot))
+    compared = 0
+    for fact, value in ours.items():
+        turned = fact.name == "upper" and fact.quantity.startswith("inertia")  # along other axes in the URDF
+        reshaped = fact.name == "upper" and fact.quantity.startswith("collision 1")  # a capsule is a cylinder there
+        if fact not in theirs or turned or reshaped:
+            continue
+        compared += 1
+        other = theirs[fact]
+        if isinstance(value.value, str):
+            assert value.value == other.value, fact
+        else:
+            assert value.value == pytest.approx(other.value, abs=max(value.tolerance + other.tolerance, 1e-12)), fact
+            assert value.unit == other.unit, fact
+    assert compared > 150
+
+
+def test_tolerances_cover_what_six_digits_lose():
+    robot = machine()
+    exact, six = mjcf.read(emit(robot)), mjcf.read(emit(robot, number_format="six"))
+    assert exact.keys() == six.keys()
+    wide = 0
+    for fact, value in six.items():
+        if isinstance(value.value, str):
+            continue
+        assert abs(value.value - exact[fact].value) <= value.tolerance + exact[fact].tolerance, fact
+        wide += value.tolerance > 0
+    assert wide > 100
+    model, data = load(emit(robot, number_format="six"))
+    for state in random_states(robot, 20):
+        pose(robot, model, data, state)
+        for link in robot.links:
+            expected = matrix(robot.pose_in_root(link.name, state))
+            np.testing.assert_allclose(frame(data, "site", link.name), expected, atol=1e-5)
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "",
+        "<mujoco>",
+        "<robot/>",
+        "<mujoco/>",
+        '<!DOCTYPE mujoco [<!ENTITY a "b">]><mujoco><worldbody/></mujoco>',
+        "<mujoco><worldbody><body/></worldbody></mujoco>",
+        '<mujoco><worldbody><body name="a" pos="0 0"/></worldbody></mujoco>',
+        '<mujoco><worldbody><body name="a" pos="0 0 x"/></worldbody></mujoco>',
+        '<mujoco><worldbody><body name="a"><inertial mass="nan"/></body></worldbody></mujoco>',
+        '<mujoco><worldbody><body name="a"><inertial mass="1_0"/></body></worldbody></mujoco>',
+        '<mujoco><worldbody><body name="a"><body name="b" quat="0 0 0 0"/></body></worldbody></mujoco>',
+        '<mujoco><worldbody/><keyframe><key name="k" qpos="1"/></keyframe></mujoco>',
+        '<mujoco><worldbody/><equality><joint joint1="a" joint2="b"/></equality></mujoco>',
+        '<mujoco><worldbody/><actuator><position joint="a" kp="1"/></actuator></mujoco>',
+        '<mujoco><worldbody><body name="a"><geom class="x_visual" type="mesh" mesh="m"/></body></worldbody></mujoco>',
+    ],
+)
+def test_damaged_text_is_a_value_error(text):
+    with pytest.raises(ValueError, match=r"."):
+        mjcf.read(text)
+
+
+def test_cutting_an_artifact_anywhere_is_a_value_error():
+    text = emit(machine())
+    for end in range(0, len(text.rstrip()) - 1, 37):
+        with pytest.raises(ValueError, match=r"."):
+            mjcf.read(text[:end])

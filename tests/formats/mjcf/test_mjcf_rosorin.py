@@ -1,0 +1,174 @@
+"""The MJCF of the reference robot in MuJoCo, held in the world and free."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.diagnostic import ERROR, WARNING  # noqa: E402
+from rosorin_compile.model import Robot  # noqa: E402
+from support.robots import RECORDED, compiled  # noqa: E402
+from support.simulator import BASES, contacts, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+
+pytestmark = pytest.mark.slow
+
+STATES = 300
+MILLIMETRE, MILLIDEGREE = 0.5e-3, 0.5e-3  # half of what tf2_echo prints
+FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}
+
+
+@pytest.fixture(scope="module", params=BASES)
+def made(request) -> tuple[Robot, str]:
+    """The robot and its MJCF with one kind of base."""
+    result = compiled(arguments={"base": request.param})
+    assert [d for d in result.diagnostics if d.severity in (ERROR, WARNING)] == []
+    assert result.robot is not None
+    (text,) = [artifact.text for artifact in result.artifacts if artifact.file == "rosorin.xml"]
+    assert ("<freejoint" in text) == (request.param == "free")
+    return result.robot, text
+
+
+def test_it_compiles_without_a_warning_and_has_every_frame(made):
+    robot, text = made
+    model, _ = load(text)
+    for link in robot.links:
+        assert model.body(link.name).id
+        assert model.site(link.name).bodyid[0] == model.body(link.name).id
+    frames = {"laser", "imu_link", "camera_link", "depth_camera_link", "end_effector_link", "base_footprint"}
+    assert frames <= {model.site(i).name for i in range(model.nsite)}
+    joints = {model.joint(i).name for i in range(model.njnt)}
+    assert joints - {"base_footprint_free"} == {f"joint{n}" for n in range(1, 6)} | FINGERS
+
+
+def test_every_frame_is_where_the_model_has_it(made):
+    robot, text = made
+    model, data = load(text)
+    for state in random_states(robot, STATES):
+        pose(robot, model, data, state)
+        for link in robot.links:
+            expected = matrix(robot.pose_in_root(link.name, state))
+            for kind in ("body", "site"):
+                np.testing.assert_allclose(frame(data, kind, link.name), expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("check", RECORDED["tf"], ids=lambda check: f"{check['from']}-{check['to']}")
+@pytest.mark.parametrize("kind", ["body", "site"])
+def test_what_was_recorded_on_the_robot_comes_out_of_the_keyframe(made, check, kind):
+    _, text = made
+    model, data = load(text)
+    if "pose" in check:
+        mujoco.mj_resetDataKeyframe(model, data, model.key(check["pose"]).id)
+        mujoco.mj_forward(model, data)
+    source, target = (np.vstack((frame(data, kind, check[end]), [0, 0, 0, 1])) for end in ("from", "to"))
+    found = np.linalg.inv(source) @ target
+    np.testing.assert_allclose(found[:3, 3], check["translation"], atol=MILLIMETRE)
+    if "rpy_deg" in check:
+        (_, _, _), (_, _, _), (g, h, i) = found[:3, :3]
+        angles = np.degrees([np.arctan2(h, i), np.arctan2(-g, np.hypot(h, i)), np.arctan2(found[1, 0], found[0, 0])])
+        off = (angles - check["rpy_deg"] + 180) % 360 - 180
+        assert np.abs(off).max() <= MILLIDEGREE, angles
+
+
+def test_the_keyframe_is_what_the_driver_reported(made):
+    _, text = made
+    model, data = load(text)
+    mujoco.mj_resetDataKeyframe(model, data, model.key("tuck").id)
+    arm = [f"joint{n}" for n in range(1, 6)]
+    assert [data.joint(name).qpos[0] for name in arm] == RECORDED["tuck"]["positions_rad"]
+    assert [data.actuator(name).ctrl[0] for name in arm] == RECORDED["tuck"]["positions_rad"]
+
+
+def test_mass_and_boxes_are_those_of_the_description(made):
+    robot, text = made
+    model, _ = load(text)
+    masses = {link.name: link.inertial.mass for link in robot.links if link.inertial}
+    assert {model.body(i).name: model.body_mass[i] for i in range(1, model.nbody) if model.body_mass[i]} == masses
+    boxes = Counter(model.body(model.geom_bodyid[i]).name for i in range(model.ngeom))
+    expected = {name: count for name, count in RECORDED["urdf"]["collision_boxes"].items() if name != "base_link"}
+    expected |= {"base_footprint": RECORDED["urdf"]["chassis_boxes"], "laser": 1}
+    assert boxes == expected
+    assert sum(boxes.values()) == sum(RECORDED["urdf"]["collision_boxes"].values())
+    assert {int(kind) for kind in model.geom_type} == {int(mujoco.mjtGeom.mjGEOM_BOX)}
+
+
+def test_stand_ins_are_named(made):
+    robot, text = made
+    (remark,) = {shape.stand_in for link in robot.links for shape in link.collision if shape.stand_in}
+    assert f"<!-- STAND-IN: {remark} -->" in text
+
+
+def test_nothing_touches_at_the_zero_pose_and_no_pair_touches_always(made):
+    robot, text = made
+    model, data = load(text)
+    assert contacts(model, data) == set()
+    seen: Counter[tuple[str, str]] = Counter()
+    for state in random_states(robot, STATES):
+        pose(robot, model, data, state)
+        seen.update(contacts(model, data))
+    assert seen, "boxes that never touch would make this test blind"
+    assert max(seen.values()) < STATES / 2, seen.most_common(3)
+
+
+def test_excluded_contacts_hide_no_more_than_links_that_a_joint_connects(made):
+    """What is left out is what MuJoCo itself leaves out where the base is free: the turntable sits in the chassis."""
+    robot, text = made
+    start, end = text.index("<contact>"), text.index("</contact>") + len("</contact>")
+    model, data = load(text)
+    bare, bare_data = load(text[:start] + text[end:])
+    hidden: set[tuple[str, str]] = set()
+    for state in random_states(robot, 100):
+        pose(robot, model, data, state)
+        pose(robot, bare, bare_data, state)
+        hidden |= contacts(bare, bare_data) - contacts(model, data)
+    assert hidden == (set() if "<freejoint" in text else {("base_footprint", "link1")})
+
+
+def outside_limits(model, data) -> float:
+    """Return by how much the worst joint is beyond its limit (rad); negative within."""
+    limited = model.jnt_limited.astype(bool)
+    at = data.qpos[model.jnt_qposadr[limited]]
+    lower, upper = model.jnt_range[limited].T
+    return float(np.maximum(lower - at, at - upper).max())
+
+
+def servo_errors(model, data) -> np.ndarray:
+    joints = model.actuator_trnid[:, 0]
+    return np.abs(data.qpos[model.jnt_qposadr[joints]] - data.ctrl)
+
+
+@pytest.mark.parametrize("timestep", [0.002, 0.005])
+@pytest.mark.parametrize("gravity", [-9.81, 0.0])
+def test_a_second_from_the_tuck_pose_stays_finite_and_within_limits(made, timestep, gravity):
+    _, text = made
+    model, data = load(text)
+    model.opt.timestep, model.opt.gravity[2] = timestep, gravity
+    mujoco.mj_resetDataKeyframe(model, data, model.key("tuck").id)
+    assert outside_limits(model, data) < 0
+    with no_warning():
+        for _ in range(round(1.0 / timestep)):
+            mujoco.mj_step(model, data)
+            assert np.isfinite(data.qpos).all()
+            assert outside_limits(model, data) <= 0
+    assert not any(warning.number for warning in data.warning)
+    assert np.abs(data.qvel[-11:]).max() < 0.01, "the servos have not come to rest"
+    assert servo_errors(model, data).max() < 0.1
+
+
+def test_servos_reach_their_targets_and_the_fingers_follow(made):
+    robot, text = made
+    model, data = load(text)
+    data.ctrl[:] = [1.5, 0.5, 0.5, -0.5, 1.5, 1.2]
+    with no_warning():
+        for _ in range(2000):
+            mujoco.mj_step(model, data)
+            assert outside_limits(model, data) < 0.01
+            for joint in robot.joints:
+                if joint.mimic:
+                    leader = data.joint(joint.mimic.joint).qpos[0]
+                    follower = data.joint(joint.name).qpos[0]
+                    assert follower == pytest.approx(joint.mimic.multiplier * leader, abs=0.05)
+    assert servo_errors(model, data).max() < 0.02

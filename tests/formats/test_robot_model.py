@@ -1,0 +1,298 @@
+"""The driver's model: one line, the fields that its reader knows, full precision, and nothing left out in silence."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import jsonschema
+import pytest
+
+from rosorin_compile.diagnostic import Diagnostic
+from rosorin_compile.emit import Fact, Value, robot_model
+from rosorin_compile.model import (
+    Box,
+    Cylinder,
+    HeightMap,
+    Inertial,
+    Joint,
+    Limit,
+    Link,
+    Mimic,
+    Output,
+    Pose,
+    Robot,
+    ServoGroup,
+    Shape,
+    Source,
+)
+from rosorin_compile.templating import Templates
+from support.robots import compiled, texts
+from support.schemas import schema
+
+SCHEMA = schema("robot_model")
+BOX = Box((-0.1, -0.2, -0.3), (0.1, 0.2, 0.4))
+MAP = HeightMap((-0.5, -0.25), 0.5, ((0.1, 0.0), (0.2, 0.3)), 0.1, "by hand")
+SERVOS = ServoGroup("arm", ("shoulder",), math.radians(0.24), 500, True, (0, 1000))
+TESTER = Robot(
+    "tester",
+    (
+        Link("floor", collision=(Shape(MAP, stand_in="the mesh is missing"),)),
+        Link("base"),
+        Link("upper", Inertial(1.0, Pose(), 1.0, 1.0, 1.0), collision=(Shape(BOX),)),
+        Link("eye", collision=(Shape(BOX, Pose((1.0, 0.0, -0.0), (0.0, 0.0, math.pi / 2))),)),
+        Link("rail"),
+        Link("wheel"),
+    ),
+    (
+        Joint("floor_joint", "fixed", "floor", "base", Pose((0.0, -0.0, 0.1))),
+        Joint("shoulder", "revolute", "base", "upper", Pose((0.1, 0.2, 1 / 3)), (0.0, 1.0, -0.0), Limit(-1, 2, 3, 4)),
+        Joint("eye_joint", "fixed", "upper", "eye", Pose(rpy=(0.0, 0.0, math.pi)), axis=(1.0, 0.0, 0.0)),
+        Joint("rail_joint", "prismatic", "base", "rail", limit=Limit(0.0, 0.5, 1.0, 1.0)),
+        Joint("wheel_joint", "continuous", "base", "wheel", limit=Limit(effort=1.0, velocity=1.0)),
+    ),
+    servos=(SERVOS,),
+    source=Source("measured", "measured by hand"),
+)
+
+
+def emit(robot: Robot, options: Mapping[str, Any] | None = None) -> tuple[dict[str, Any], list[Diagnostic]]:
+    """Return the model that a robot gets, valid by its schema, and what is said about it."""
+    text, diagnostics = robot_model.write(
+        robot, Output("robot_model", "robot_model", "m.json", options or {}), Templates()
+    )
+    assert text.count("\n") == 1
+    assert text.endswith("\n")
+    assert "-0.0," not in text
+    assert "-0.0]" not in text
+    model = json.loads(text)
+    jsonschema.validate(model, SCHEMA)
+    return model, diagnostics
+
+
+def said(robot: Robot, options: Mapping[str, Any] | None = None) -> list[str]:
+    """Return the rules and messages of what is said about the model of a robot."""
+    return [f"{d.rule}: {d.message}" for d in emit(robot, options)[1]]
+
+
+def with_collision(name: str, *shapes: Shape) -> Robot:
+    links = tuple(replace(link, collision=shapes) if link.name == name else link for link in TESTER.links)
+    return replace(TESTER, links=links)
+
+
+def test_everything_in_its_place() -> None:
+    model, diagnostics = emit(TESTER)
+    assert diagnostics == []
+    assert list(model) == ["source", "pulse_to_rad", "joints", "boxes", "chassis_heightmap"]
+    assert model["source"] == "measured by hand"
+    pulses = {"joints": ["shoulder"], "rad_per_pulse": 0.0041887902047863905, "zero": 500, "flipped": True}
+    assert model["pulse_to_rad"] == pulses
+    assert list(model["joints"]) == ["floor_joint", "shoulder", "eye_joint", "rail_joint", "wheel_joint"]
+    shoulder = model["joints"]["shoulder"]
+    assert list(shoulder) == ["type", "parent", "child", "xyz", "rpy", "axis", "limit"]
+    assert shoulder["xyz"] == [0.1, 0.2, 1 / 3]
+    assert (shoulder["axis"], shoulder["limit"]) == ([0.0, 1.0, 0.0], [-1.0, 2.0])
+    eye = model["joints"]["eye_joint"]
+    assert (eye["axis"], eye["limit"], eye["rpy"]) == ([0.0, 0.0, 0.0], None, [0.0, 0.0, math.pi])
+    assert model["joints"]["rail_joint"]["limit"] == [0.0, 0.5]
+    assert model["joints"]["wheel_joint"]["limit"] is None
+
+
+def test_boxes_are_along_the_axes_of_their_link() -> None:
+    boxes = emit(TESTER)[0]["boxes"]
+    assert list(boxes) == ["upper", "eye"]
+    assert boxes["upper"] == {"min": [-0.1, -0.2, -0.3], "max": [0.1, 0.2, 0.4]}
+    assert boxes["eye"] == {"min": [0.8, -0.1, -0.3], "max": [1.2, 0.1, 0.4]}
+
+
+def test_a_height_map_stands_in_its_frame_and_says_what_is_missing() -> None:
+    found = emit(TESTER)[0]["chassis_heightmap"]
+    assert list(found) == ["frame", "origin_xy", "cell", "method", "stand_in", "z"]
+    assert found == {
+        "frame": "floor",
+        "origin_xy": [-0.5, -0.25],
+        "cell": 0.5,
+        "method": "by hand",
+        "stand_in": "the mesh is missing",
+        "z": [[0.1, 0.0], [0.2, 0.3]],
+    }
+    known = with_collision("floor", Shape(MAP))
+    assert "stand_in" not in emit(known)[0]["chassis_heightmap"]
+    assert "chassis_heightmap" not in emit(with_collision("floor"))[0]
+
+
+def test_numbers_are_floats_also_where_whole_numbers_were_written() -> None:
+    whole = replace(TESTER.joints[1], origin=Pose((1, 2, 3)), axis=(0, 0, 1), limit=Limit(-1, 1, 1, 1))  # type: ignore[arg-type]
+    text = robot_model.write(replace(TESTER, joints=(whole,)), Output("m", "robot_model", "m"), Templates())[0]
+    assert '"xyz": [1.0, 2.0, 3.0], "rpy": [0.0, 0.0, 0.0], "axis": [0.0, 0.0, 1.0], "limit": [-1.0, 1.0]' in text
+
+
+def test_joints_are_chosen_and_ordered_and_links_renamed() -> None:
+    options = {"joints": ["eye_joint", "shoulder"], "rename": {"eye": "camera", "base": "body"}, "source": "elsewhere"}
+    model, diagnostics = emit(TESTER, options)
+    assert diagnostics == []
+    assert model["source"] == "elsewhere"
+    assert list(model["joints"]) == ["eye_joint", "shoulder"]
+    assert (model["joints"]["eye_joint"]["parent"], model["joints"]["eye_joint"]["child"]) == ("upper", "camera")
+    assert model["joints"]["shoulder"]["parent"] == "body"
+    assert list(model["boxes"]) == ["camera", "upper"]
+    assert "chassis_heightmap" not in model
+
+
+def test_the_height_map_is_renamed_too() -> None:
+    assert emit(TESTER, {"rename": {"floor": "ground"}})[0]["chassis_heightmap"]["frame"] == "ground"
+
+
+def test_a_robot_of_one_link() -> None:
+    model, diagnostics = emit(Robot("block", (Link("block", collision=(Shape(BOX),)),), ()))
+    assert diagnostics == []
+    assert model == {
+        "source": "",
+        "joints": {},
+        "boxes": {"block": {"min": [-0.1, -0.2, -0.3], "max": [0.1, 0.2, 0.4]}},
+    }
+
+
+def test_one_of_several_servo_groups_is_named() -> None:
+    other = replace(SERVOS, name="hand", zero_pulse=400)
+    two = replace(TESTER, servos=(SERVOS, other))
+    assert said(two) == ["robot-model-servos: pulse_to_rad has room for one servo group, the robot has arm, hand"]
+    model, diagnostics = emit(two, {"servos": "hand"})
+    assert diagnostics == []
+    assert model["pulse_to_rad"]["zero"] == 400
+    assert "pulse_to_rad" not in emit(replace(TESTER, servos=()))[0]
+
+
+def test_unknown_names_are_errors() -> None:
+    options = {"joints": ["sholder"], "rename": {"ey": "x"}, "servos": "leg"}
+    _, diagnostics = emit(TESTER, options)
+    assert {d.severity for d in diagnostics} == {"error"}
+    assert [d.message for d in diagnostics] == [
+        'there is no joint "sholder"',
+        'there is no link "ey"',
+        'there is no servo group "leg"',
+    ]
+    assert [d.help for d in diagnostics] == ['did you mean "shoulder"?', 'did you mean "eye"?', "known: arm"]
+
+
+def test_two_links_never_share_a_name() -> None:
+    assert said(TESTER, {"rename": {"eye": "upper"}}) == [
+        'robot-model-same-name: links upper and eye would both be called "upper" in this artifact'
+    ]
+
+
+LEFT_OUT = "robot-model-cannot-say: the collision of link {} is not in robot_model: {}"
+ONE_BOX = "the format has room for one box along the axes"
+
+
+@pytest.mark.parametrize(
+    ("link", "shapes", "message"),
+    [
+        ("upper", [Shape(Cylinder(0.1, 0.2))], f"a cylinder: {ONE_BOX}"),
+        ("upper", [Shape(BOX), Shape(BOX)], f"2 shapes: {ONE_BOX}"),
+        ("upper", [Shape(BOX, Pose(rpy=(0.1, 0.0, 0.0)))], f"a box that is turned: {ONE_BOX}"),
+        ("floor", [Shape(MAP, Pose((0.0, 0.0, 0.1)))], "a height map that is not in the frame of its link"),
+        ("floor", [Shape(MAP), Shape(MAP)], "a second height map: the format has room for one"),
+    ],
+)
+def test_what_the_format_cannot_say_is_said(link: str, shapes: list[Shape], message: str) -> None:
+    changed = with_collision(link, *shapes)
+    assert said(changed) == [LEFT_OUT.format(link, message)]
+    assert link not in emit(changed)[0]["boxes"]
+
+
+def test_a_mimic_is_said() -> None:
+    joints = [replace(j, mimic=Mimic("shoulder")) if j.name == "rail_joint" else j for j in TESTER.joints]
+    follower = replace(TESTER, joints=tuple(joints))
+    assert said(follower) == [
+        "robot-model-cannot-say: robot_model has no word for mimic: "
+        "joint rail_joint stands there as if it moved by itself"
+    ]
+    assert said(follower, {"joints": ["shoulder"]}) == []
+
+
+def test_reading_gives_back_every_number() -> None:
+    text = robot_model.write(TESTER, Output("m", "robot_model", "m", {"rename": {"eye": "camera"}}), Templates())[0]
+    facts = robot_model.read(text)
+    assert facts[Fact("frame", "upper", "origin z")] == Value(1 / 3, "m")
+    assert facts[Fact("frame", "camera", "yaw")] == Value(math.pi, "rad")
+    assert facts[Fact("frame", "camera", "parent")] == Value("upper")
+    assert facts[Fact("joint", "shoulder", "upper")] == Value(2.0, "rad")
+    assert facts[Fact("joint", "rail_joint", "upper")] == Value(0.5, "m")
+    assert facts[Fact("joint", "shoulder", "axis y")] == Value(1.0)
+    assert facts[Fact("joint", "eye_joint", "type")] == Value("fixed")
+    assert Fact("joint", "eye_joint", "axis x") not in facts
+    assert facts[Fact("link", "camera", "box min x")] == Value(0.8, "m")
+    assert facts[Fact("height map", "floor", "cell 1 0")] == Value(0.2, "m")
+    assert facts[Fact("height map", "floor", "stand_in")] == Value("the mesh is missing")
+    assert facts[Fact("servo", "pulse_to_rad", "zero")] == Value(500.0)
+    assert facts[Fact("servo", "pulse_to_rad", "rad_per_pulse")] == Value(0.0041887902047863905, "rad")
+    assert facts[Fact("servo", "pulse_to_rad", "flipped")] == Value("true")
+    assert facts[Fact("servo", "pulse_to_rad", "joints")] == Value("shoulder")
+    assert all(value.tolerance == 0 for value in facts.values())
+
+
+@pytest.mark.parametrize("place", ["xyz", "rpy", "axis", "limit", "box", "cell", "rad_per_pulse", "zero"])
+def test_any_changed_number_is_one_fact(place: str) -> None:
+    text = robot_model.write(TESTER, Output("m", "robot_model", "m"), Templates())[0]
+    model = json.loads(text)
+    joint = model["joints"]["shoulder"]
+    holder, key = {
+        "box": (model["boxes"]["upper"]["max"], 1),
+        "cell": (model["chassis_heightmap"]["z"][1], 1),
+        "rad_per_pulse": (model["pulse_to_rad"], "rad_per_pulse"),
+        "zero": (model["pulse_to_rad"], "zero"),
+    }.get(place) or (joint[place], 1)
+    holder[key] += 1
+    before, after = robot_model.read(text), robot_model.read(json.dumps(model))
+    assert before.keys() == after.keys()
+    changed = [fact for fact in before if before[fact] != after[fact]]
+    assert len(changed) == 1
+
+
+GOOD = robot_model.write(TESTER, Output("m", "robot_model", "m"), Templates())[0]
+DAMAGED = {
+    "cut off": GOOD[:-20],
+    "a list": "[]",
+    "a number": "1",
+    "no joints": GOOD.replace('"joints": {"floor', '"joint": {"floor'),
+    "two numbers": GOOD.replace("[0.1, 0.2, 0.3333333333333333]", "[0.1, 0.2]"),
+    "text for a number": GOOD.replace("0.3333333333333333", '"high"'),
+    "deep": "[" * 100000,
+}
+
+
+@pytest.mark.parametrize("text", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_model_is_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
+        robot_model.read(text)
+
+
+ARM = [*(f"joint{n}" for n in range(1, 6)), "gripper_joint", "end_effector_joint", "camera_connect_joint"]
+
+
+def test_the_reference_robot() -> None:
+    model = json.loads(texts(compiled())["robot_model.json"])
+    jsonschema.validate(model, SCHEMA)
+    assert list(model) == ["source", "pulse_to_rad", "joints", "boxes", "chassis_heightmap"]
+    assert list(model["joints"]) == [*ARM, "camera_joint", "lidar_joint", "base_joint"]
+    boxes = [*(f"link{n}" for n in range(1, 6)), "gripper_link", "camera_link0", "camera_link", "lidar_frame"]
+    assert list(model["boxes"]) == boxes
+    assert json.dumps(model["joints"]["joint1"]) == (
+        '{"type": "revolute", "parent": "base_link", "child": "link1", "xyz": [0.04662, 7.5437e-05, 0.16044], '
+        '"rpy": [0.0087266, 0.0, 0.0], "axis": [-5.4513e-05, -0.0087266, -0.99996], "limit": [-2.09, 2.09]}'
+    )
+    assert json.dumps(model["joints"]["lidar_joint"]) == (
+        '{"type": "fixed", "parent": "base_link", "child": "lidar_frame", "xyz": [0.048156, 7.5552e-05, 0.106748], '
+        '"rpy": [0.0, 0.0, 3.141592653589793], "axis": [0.0, 0.0, 0.0], "limit": null}'
+    )
+    assert model["pulse_to_rad"]["rad_per_pulse"] == 0.0041887902047863905
+    chassis = model["chassis_heightmap"]
+    assert (chassis["frame"], chassis["origin_xy"], chassis["cell"]) == ("base_footprint", [-0.14266, -0.106], 0.01)
+    assert (len(chassis["z"]), {len(row) for row in chassis["z"]}) == (30, {23})
+    heights = [height for row in chassis["z"] for height in row if height]
+    assert (min(heights), max(heights)) == (0.014, 0.208)
+    assert chassis["stand_in"]

@@ -1,0 +1,300 @@
+"""The launch file and its arguments as data: run with stand-ins for launch, read by the rules of the node."""
+
+from __future__ import annotations
+
+import ast
+import json
+import math
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import jsonschema
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.emit import Fact, Value, static_tf, static_tf_json
+from rosorin_compile.model import (
+    NODE,
+    ROBOT_STATE_PUBLISHER,
+    STATIC_TRANSFORM_PUBLISHER,
+    Joint,
+    Limit,
+    Link,
+    Output,
+    Pose,
+    Publisher,
+    Robot,
+    Source,
+)
+from rosorin_compile.templating import Templates
+from support.launch import ParameterValue, command_line, run
+from support.robots import compiled, texts
+from support.schemas import schema
+
+SCHEMA = schema("static_tf")
+OUTPUT = Output("static_tf", "static_tf", "static_tf.launch.py")
+URDF = Output("urdf", "urdf", "robot.urdf")
+LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
+TILTED = Pose((-0.027258, -5.6404e-05, 0.048046), (0.0, -0.0087266, 1.5707))
+# What the schema of descriptions lets pass as a name, and more than one format might trip over.
+ODD_NAMES = ["a|b", "x\\y", "weiß", "🤖", "{{x}}", "{%x%}", "$(x)", "#x", "coding:latin-1", "%s", "--x", "`a`", "\\"]
+
+
+def static(name: str, parent: str, child: str, pose: Pose, node: str, **more: Any) -> Joint:
+    return Joint(name, "fixed", parent, child, pose, publisher=Publisher(STATIC_TRANSFORM_PUBLISHER, node), **more)
+
+
+def robot(*joints: Joint, outputs: tuple[Output, ...] = (URDF,), name: str = "tester") -> Robot:
+    frames = dict.fromkeys(frame for joint in joints for frame in (joint.parent, joint.child))
+    return Robot(name, tuple(map(Link, frames)) or (Link("base_link"),), joints, outputs=outputs)
+
+
+TWO = robot(
+    static("lidar_joint", "base_link", "laser", LASER, "tf_base_laser", source=Source("factory", "a\nnote", "2026")),
+    static("imu_joint", "base_link", "imu_link", TILTED, "tf_base_imu"),
+    Joint("arm_joint", "revolute", "base_link", "arm", limit=Limit(-1, 1, 1, 1)),
+)
+
+
+def launch(made: Robot, output: Output = OUTPUT) -> str:
+    text, diagnostics = static_tf.write(made, output, Templates())
+    assert diagnostics == []
+    return text
+
+
+def nodes_of(made: Robot) -> list[dict[str, Any]]:
+    """Return the nodes that the list of arguments names."""
+    document = json.loads(static_tf_json.write(made, OUTPUT, Templates())[0])
+    jsonschema.validate(document, SCHEMA)
+    return list(document["static_transform_publisher"])
+
+
+def test_the_arguments_are_those_that_the_robot_runs_on() -> None:
+    laser, imu = (node["arguments"] for node in nodes_of(TWO))
+    flags = "--x --y --z --roll --pitch --yaw --frame-id --child-frame-id"
+    assert " ".join(laser[::2]) == " ".join(imu[::2]) == flags
+    assert " ".join(laser[1::2]) == "0.048156 0.0000756 0.106748 0 0 3.14159265 base_link laser"
+    assert " ".join(imu[1::2]) == "-0.027258 -0.0000564 0.048046 0 -0.0087266 1.5707 base_link imu_link"
+
+
+def test_the_launch_file_starts_what_it_says(tmp_path: Path) -> None:
+    urdf = '<?xml version="1.0"?>\n<!-- a: comment: that is no YAML -->\n<robot name="é"/>\n'
+    (tmp_path / "robot.urdf").write_text(urdf, "utf-8")
+    publisher, *nodes = run(launch(TWO), tmp_path / "static_tf.launch.py")
+    assert (publisher.package, publisher.executable, publisher.name) == (ROBOT_STATE_PUBLISHER,) * 3
+    assert publisher.parameters == [{"robot_description": ParameterValue(urdf, value_type=str)}]
+    assert [node.name for node in nodes] == ["tf_base_laser", "tf_base_imu"]
+    assert {(node.package, node.executable) for node in nodes} == {("tf2_ros", "static_transform_publisher")}
+    assert all(isinstance(argument, str) for node in nodes for argument in node.arguments)
+    assert [(n.name, n.arguments) for n in nodes] == [(n["name"], n["arguments"]) for n in nodes_of(TWO)]
+
+
+def test_the_urdf_is_found_in_the_same_set_or_where_the_argument_says(tmp_path: Path) -> None:
+    for folder in ("urdf", "launch"):
+        (tmp_path / folder).mkdir()
+    (tmp_path / "urdf" / "it's.urdf").write_text("<robot name='here'/>")
+    (tmp_path / "other.urdf").write_text("<robot name='other'/>")
+    made = replace(TWO, outputs=(replace(URDF, file="urdf/it's.urdf"),))
+    text = launch(made, replace(OUTPUT, file="launch/static_tf.launch.py"))
+    path = tmp_path / "launch" / "static_tf.launch.py"
+    parameter = "robot_description"
+    assert run(text, path)[0].parameters[0][parameter].value == "<robot name='here'/>"
+    chosen = run(text, path, urdf_file=str(tmp_path / "other.urdf"))
+    assert chosen[0].parameters[0][parameter].value == "<robot name='other'/>"
+
+
+def test_a_urdf_from_a_template_counts_where_there_is_no_other() -> None:
+    own = Output("aaa", "template", "own.urdf", {"template": "own.urdf.jinja"})
+    assert "'own.urdf'" in launch(replace(TWO, outputs=(own,)))
+    assert "'robot.urdf'" in launch(replace(TWO, outputs=(own, URDF)))
+
+
+def test_without_a_urdf_nobody_publishes_the_joints() -> None:
+    text, diagnostics = static_tf.write(replace(TWO, outputs=()), OUTPUT, Templates())
+    assert [d.rule for d in diagnostics] == ["static-tf-no-urdf"]
+    assert [node.name for node in run(text, Path("x.launch.py"))] == ["tf_base_laser", "tf_base_imu"]
+    for unused in ("pathlib", "OpaqueFunction", "ParameterValue", ROBOT_STATE_PUBLISHER):
+        assert unused not in text
+
+
+def test_without_a_urdf_and_without_joints_there_is_nothing_to_say() -> None:
+    made = robot(static("j", "base_link", "laser", LASER, "tf"), outputs=())
+    assert [node.name for node in run(launch(made), Path("x.launch.py"))] == ["tf"]
+    assert run(launch(robot(outputs=())), Path("x.launch.py")) == []
+
+
+def test_what_moves_is_not_static() -> None:
+    turning = replace(static("j", "base_link", "arm", LASER, "tf_arm"), type="revolute")
+    for backend in (static_tf, static_tf_json):
+        text, diagnostics = backend.write(robot(turning), OUTPUT, Templates())
+        assert [(d.rule, d.severity) for d in diagnostics] == [("static-tf-moves", "error")]
+        assert "joint j is revolute" in diagnostics[0].message
+        assert "tf_arm" not in text
+
+
+def test_other_publishers_are_left_alone() -> None:
+    other = replace(static("j", "base_link", "rgb", LASER, ""), publisher=Publisher(NODE, "camera_driver"))
+    assert "rgb" not in launch(robot(other))
+
+
+def test_a_stand_in_says_so() -> None:
+    made = robot(static("j", "base_link", "gps", LASER, "tf_gps", source=Source("stand_in", "not measured\n\x00yet")))
+    assert "# stand-in: not measured ?yet\n" in launch(made)
+    assert nodes_of(made)[0]["stand_in"] == "stand-in: not measured ?yet"
+
+
+LONG = Source("factory", "a long note about where the numbers come from, " * 10)
+SHAPES_OF_FILE = [
+    TWO,
+    replace(TWO, outputs=()),
+    robot(outputs=()),
+    robot(*(replace(joint, source=LONG) for joint in TWO.joints)),
+]
+
+
+def test_the_launch_file_is_clean_python(tmp_path: Path) -> None:
+    for number, made in enumerate(SHAPES_OF_FILE):
+        text = static_tf.write(made, OUTPUT, Templates())[0]
+        ast.parse(text, feature_version=(3, 10))
+        assert text.endswith("    ])\n")
+        assert all(len(line) <= 99 and line == line.rstrip() for line in text.splitlines())
+        (tmp_path / f"made{number}.launch.py").write_text(text, "utf-8")
+    ruff = shutil.which("ruff")
+    if ruff is None:
+        pytest.skip("ruff is not installed")
+    # What ament_flake8 asks of a ROS 2 package: 99 columns and single quotes.
+    house = ["--line-length=99", "--config=lint.flake8-quotes.inline-quotes='single'"]
+    rules = ["--select=E,F,W,I,D,B,UP,N,Q,PTH", "--ignore=D203,D213"]
+    command = [ruff, "check", "--isolated", *house, *rules, str(tmp_path)]
+    checked = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert checked.returncode == 0, checked.stdout
+
+
+@pytest.mark.parametrize("name", ODD_NAMES)
+def test_any_legal_name(name: str, tmp_path: Path) -> None:
+    made = robot(static("j", name, f"{name}2", LASER, name, source=Source("factory", name)), name=name)
+    (tmp_path / "robot.urdf").write_text("<robot/>")
+    path = tmp_path / "odd.launch.py"
+    path.write_text(launch(made), "utf-8")
+    compile(path.read_bytes(), str(path), "exec")  # bytes: a comment must not be taken for the encoding
+    node = run(launch(made), path)[1]
+    assert node.name == name
+    parent, child, _ = command_line(node.arguments)
+    assert (parent, child) == (name, f"{name}2")
+    facts = static_tf.read(launch(made))
+    assert facts[Fact("frame", child, "publisher")] == Value(name)
+
+
+names = st.from_regex(r"[^\s<>&\"'/\x00-\x1f\ud800-\udfff]{1,12}", fullmatch=True)
+metres = st.floats(-100, 100)
+radians = st.floats(-math.pi, math.pi)
+poses = st.builds(Pose, st.tuples(metres, metres, metres), st.tuples(radians, radians, radians))
+
+
+@given(names, poses, names, names)
+@settings(max_examples=200, deadline=None)
+def test_every_edge_arrives_within_what_was_printed(node: str, pose: Pose, parent: str, source: str) -> None:
+    child = parent + "_child"
+    made = robot(static("j", parent, child, pose, node, source=Source("factory", source)), outputs=(), name=node)
+    text = launch(made)
+    (started,) = run(text, Path("x.launch.py"))
+    assert started.name == node
+    assert command_line(started.arguments)[:2] == (parent, child)
+    said = command_line(started.arguments)[2]
+    for value, printed in zip((*pose.xyz, *pose.rpy), (*said.xyz, *said.rpy), strict=True):
+        assert abs(value - printed) <= 0.5e-7 * 1.001
+    for number in started.arguments[1:12:2]:
+        assert "e" not in number
+        assert number != "-0"
+    assert static_tf.read(text) == static_tf_json.read(static_tf_json.write(made, OUTPUT, Templates())[0])
+    assert nodes_of(made)[0]["arguments"] == started.arguments
+    assert farthest(pose, said) < 1e-5
+
+
+def farthest(one: Pose, other: Pose) -> float:
+    """Return how far apart two poses put the three points that are one metre away along the axes."""
+    points = [(1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)]
+    return max(math.dist(one.transform().apply(point), other.transform().apply(point)) for point in points)
+
+
+def test_facts_carry_half_of_the_last_digit() -> None:
+    facts = static_tf.read(launch(TWO))
+    assert facts[Fact("frame", "laser", "origin y")] == Value(7.56e-05, "m", 0.5e-7)
+    assert facts[Fact("frame", "imu_link", "yaw")] == Value(1.5707, "rad", 0.5e-8)
+    assert facts[Fact("frame", "laser", "parent")] == Value("base_link")
+    assert facts[Fact("frame", "laser", "publisher")] == Value("tf_base_laser")
+    assert len(facts) == 16
+
+
+def test_angles_have_one_form() -> None:
+    turned = Pose((0.0, 0.0, 0.0), (-3.1416, -1.5, 3.1416))
+    facts = static_tf.read(launch(robot(static("j", "a", "b", turned, "tf"))))
+    roll, pitch, yaw = (float(facts[Fact("frame", "b", angle)].value) for angle in ("roll", "pitch", "yaw"))
+    assert max(map(abs, (roll, pitch, yaw))) <= math.pi + 2e-6
+    assert farthest(Pose(rpy=(roll, pitch, yaw)), turned) < 1e-7
+
+
+def test_reading_runs_nothing(tmp_path: Path) -> None:
+    mark = tmp_path / "mark"
+    text = f"open({str(mark)!r}, 'w')\n" + launch(TWO)
+    assert len(static_tf.read(text)) == 16
+    assert not mark.exists()
+
+
+GOOD = launch(TWO)
+GOOD_JSON = static_tf_json.write(TWO, OUTPUT, Templates())[0]
+DAMAGED = {
+    "cut off": GOOD[:-20],
+    "zero byte": "\0" + GOOD,
+    "deep": "(" * 100000,
+    "no name": GOOD.replace("name='tf_base_laser',", ""),
+    "no arguments": GOOD.replace("arguments=[", "argument=["),
+    "a flag of ours is missing": GOOD.replace("'--yaw', '3.14159265',", ""),
+    "a flag is unknown": GOOD.replace("--yaw", "--jaw"),
+    "an odd number of arguments": GOOD.replace("'3.14159265',", ""),
+    "not a number": GOOD.replace("3.14159265", "3.14159265abc"),
+    "not finite": GOOD.replace("3.14159265", "nan"),
+    "not literal": GOOD.replace("'3.14159265'", "str(pi)"),
+    "not text": GOOD.replace("'3.14159265'", "3.14159265"),
+    "unhashable": GOOD.replace("name='tf_base_laser'", "name={[]: 1}"),
+    "name is a number": GOOD.replace("name='tf_base_laser'", "name=1"),
+}
+DAMAGED_JSON = {
+    "cut off": GOOD_JSON[:-20],
+    "empty": "",
+    "a list": "[]",
+    "no list": '{"static_transform_publisher": 1}',
+    "no name": GOOD_JSON.replace('"name"', '"nam"'),
+    "not finite": GOOD_JSON.replace("3.14159265", "inf"),
+    "deep": "[" * 100000,
+}
+
+
+@pytest.mark.parametrize("text", DAMAGED.values(), ids=DAMAGED)
+def test_a_damaged_launch_file_is_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
+        static_tf.read(text)
+
+
+@pytest.mark.parametrize("text", DAMAGED_JSON.values(), ids=DAMAGED_JSON)
+def test_a_damaged_list_is_a_value_error(text: str) -> None:
+    with pytest.raises(ValueError):  # noqa: PT011
+        static_tf_json.read(text)
+
+
+def test_the_reference_robot(tmp_path: Path) -> None:
+    files = texts(compiled())
+    (tmp_path / "rosorin.urdf").write_text(files["rosorin.urdf"], "utf-8")
+    publisher, *nodes = run(files["static_tf.launch.py"], tmp_path / "static_tf.launch.py")
+    assert publisher.parameters[0]["robot_description"].value == files["rosorin.urdf"]
+    document = json.loads(files["static_tf.json"])
+    jsonschema.validate(document, SCHEMA)
+    assert document["robot"] == "rosorin"
+    listed = document["static_transform_publisher"]
+    assert [(n.name, n.arguments) for n in nodes] == [(n["name"], n["arguments"]) for n in listed]
+    expected = nodes_of(TWO)
+    assert [(n["name"], n["arguments"]) for n in listed] == [(n["name"], n["arguments"]) for n in expected]

@@ -1,0 +1,384 @@
+"""What only a URDF has: materials, textures, names of shapes, kept elements, calibration, capsules; any names."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+
+import pytest
+import yourdfpy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.compare import compare, lines
+from rosorin_compile.elements_text import damage, indented
+from rosorin_compile.emit import FORMATS, Fact
+from rosorin_compile.pipeline import compile_robot
+from support.robots import compiled_text, sound
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+OUTPUTS = "outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml}, frames: {file: a.md}, static_tf: {file: a.launch.py}}\n"
+ROBOT = """
+robot: carrier
+materials:
+  "Light Grey": {rgba: [0.7, 0.7, 0.7, 1]}
+  wood: {texture: "package://carrier/wood.png"}
+  empty: {}
+links:
+  "base link":
+    inertial: {mass: 2, inertia: {ixx: 1, iyy: 1, izz: 1}}
+    visual:
+      - {box: {size: [1, 1, 1]}, name: top, material: Light Grey}
+      - {box: {size: [1, 1, 1]}, material: wood}
+      - {sphere: {radius: 1}, rgba: [1, 0, 0, 1], texture: a.png}
+      - {sphere: {radius: 1}, rgba: [0, 1, 0, 1], material: green}
+      - {sphere: {radius: 1}, material: green, urdf_elements: ["<verbose value='1'/>"]}
+    collision:
+      - {capsule: {radius: 0.1, length: 0.5}, name: "c 1", urdf_elements: ["<verbose value='1'/>", "<contact/>"]}
+    urdf_elements:
+      - <controller:x a="1"/>
+  "ns/arm":
+    inertial: {mass: 2, inertia: {ixx: 1, iyy: 1, izz: 1}}
+joints:
+  "joint 1/a":
+    type: revolute
+    parent: base link
+    child: ns/arm
+    axis: [0, 0, 1]
+    limit: {lower: -10 deg, upper: 1, effort: 1, velocity: 1}
+    calibration: {rising: 10 deg, reference_position: 0.5}
+    safety_controller: {soft_lower_limit: -0.1, k_position: 15, k_velocity: 10}
+    urdf_elements: [<x/>]
+poses: {"at rest": {positions: {joint 1/a: 0.3}}}
+urdf_elements:
+  - |
+    <gazebo reference="base link">
+      <!-- kept -->
+      <mu1>0.2</mu1>
+
+      <plugin name="p" filename="x.so">
+        <text>two
+      lines</text>
+      </plugin>
+    </gazebo>
+  - <transmission name="t"><type>a/B</type></transmission>
+"""
+
+
+def test_the_urdf_word_for_word(tmp_path):
+    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
+    assert artifacts["urdf"].splitlines()[2:] == GOLDEN.splitlines()
+
+
+GOLDEN = """\
+<robot name="carrier">
+  <material name="Light Grey"><color rgba="0.7 0.7 0.7 1"/></material>
+  <material name="empty"></material>
+  <material name="wood"><texture filename="package://carrier/wood.png"/></material>
+  <link name="base link">
+    <inertial>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <mass value="2"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+    </inertial>
+    <visual name="top">
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><box size="1 1 1"/></geometry>
+      <material name="Light Grey"></material>
+    </visual>
+    <visual>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><box size="1 1 1"/></geometry>
+      <material name="wood"></material>
+    </visual>
+    <visual>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><sphere radius="1"/></geometry>
+      <material name="base link_3"><color rgba="1 0 0 1"/><texture filename="a.png"/></material>
+    </visual>
+    <visual>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><sphere radius="1"/></geometry>
+      <material name="green"><color rgba="0 1 0 1"/></material>
+    </visual>
+    <visual>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><sphere radius="1"/></geometry>
+      <material name="green"></material>
+      <verbose value='1'/>
+    </visual>
+    <collision name="c 1">
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <geometry><cylinder radius="0.1" length="0.7"/></geometry>
+      <verbose value='1'/>
+      <contact/>
+    </collision>
+    <controller:x a="1"/>
+  </link>
+  <link name="ns/arm">
+    <inertial>
+      <origin xyz="0 0 0" rpy="0 0 0"/>
+      <mass value="2"/>
+      <inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/>
+    </inertial>
+  </link>
+  <joint name="joint 1/a" type="revolute">
+    <parent link="base link"/><child link="ns/arm"/>
+    <origin xyz="0 0 0" rpy="0 0 0"/>
+    <axis xyz="0 0 1"/>
+    <calibration rising="0.17453292519943295" reference_position="0.5"/>
+    <limit lower="-0.17453292519943295" upper="1" effort="1" velocity="1"/>
+    <safety_controller soft_lower_limit="-0.1" k_position="15" k_velocity="10"/>
+    <x/>
+  </joint>
+  <gazebo reference="base link">
+  <!-- kept -->
+  <mu1>0.2</mu1>
+
+  <plugin name="p" filename="x.so">
+    <text>two
+  lines</text>
+  </plugin>
+</gazebo>
+  <transmission name="t"><type>a/B</type></transmission>
+</robot>
+"""
+
+
+def test_mujoco_has_the_colours_and_the_names(tmp_path):
+    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
+    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
+    colours = [model.geom(f"base link_visual_{n}").rgba.tolist() for n in range(1, 6)]
+    grey, unsaid = [pytest.approx(c, abs=1e-6) for c in ([0.7, 0.7, 0.7, 1], [0.5, 0.5, 0.5, 1])]
+    assert colours == [grey, unsaid, [1, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 1]]
+    assert model.joint("joint 1/a").range == pytest.approx([-0.17453292519943295, 1])
+    assert model.site("ns/arm").bodyid == model.body("ns/arm").id
+    assert model.key("at rest").qpos == pytest.approx([0.3])
+
+
+def test_yourdfpy_has_the_materials(tmp_path):
+    text = ROBOT.replace("<controller:x", "<controller")  # lxml knows no prefix that nothing declares
+    _, artifacts, _ = sound(compiled_text(tmp_path, text + OUTPUTS))
+    (tmp_path / "a.urdf").write_text(artifacts["urdf"])
+    read = yourdfpy.URDF.load(tmp_path / "a.urdf", load_meshes=False, build_scene_graph=False)
+    found = {material.name: material for material in read.robot.materials}
+    assert found["Light Grey"].color.rgba.tolist() == [0.7, 0.7, 0.7, 1]
+    assert found["wood"].texture.filename == "package://carrier/wood.png"
+    link = read.link_map["base link"]
+    assert [v.name for v in link.visuals] == ["top", None, None, None, None]
+    assert link.collisions[0].name == "c 1"
+    joint = read.joint_map["joint 1/a"]
+    assert (joint.calibration.rising, joint.safety_controller.k_position) == (pytest.approx(0.17453293), 15)
+
+
+def test_what_the_reader_tells(tmp_path):
+    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
+    facts = {fact: value.value for fact, value in FORMATS["urdf"].facts(artifacts["urdf"]).items()}
+    expected = {
+        Fact("material", "Light Grey", "red"): 0.7,
+        Fact("material", "wood", "texture"): "package://carrier/wood.png",
+        Fact("link", "base link", "visual 1 name"): "top",
+        Fact("link", "base link", "visual 1 blue"): 0.7,
+        Fact("link", "base link", "visual 2 texture"): "package://carrier/wood.png",
+        Fact("link", "base link", "collision 1 name"): "c 1",
+        Fact("link", "base link", "collision 1 element 2 contact"): "<contact></contact>",
+        Fact("link", "base link", "element 1 controller:x"): '<controller:x a="1"></controller:x>',
+        Fact("joint", "joint 1/a", "calibration reference_position"): 0.5,
+        Fact("joint", "joint 1/a", "safety k_velocity"): 10.0,
+        Fact("joint", "joint 1/a", "element 1 x"): "<x></x>",
+        Fact("robot", "carrier", "element 2 transmission"): ('<transmission name="t"><type>a/B</type></transmission>'),
+    }
+    assert {fact: facts.get(fact) for fact in expected} == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        (
+            "rgba: [0.7,",
+            "rgba: [0.6,",
+            "material Light Grey red 0.6 -> 0.7 (and therefore the shapes of base link): urdf, mjcf",
+        ),
+        (
+            '{texture: "package://carrier/wood.png"}',
+            "{texture: b.png}",
+            "material wood texture b.png -> package://carrier",
+        ),
+        ("  empty: {}\n", "", "material"),
+        ("name: top", "name: lid", "base link visual: 1 of 5 shapes changed: urdf"),
+        ("rising: 10 deg", "rising: 0.2", "joint 1/a calibration rising 0.2 -> 0.174533 rad"),
+        ("k_velocity: 10", "k_velocity: 11", "joint 1/a safety k_velocity 11 -> 10 N*m*s/rad"),
+        ("<mu1>0.2</mu1>", "<mu1>0.3</mu1>", "robot carrier element 1 gazebo"),
+        ('<controller:x a="1"/>', '<controller:x a="2"/>', "base link element 1 controller:x"),
+        ("[<x/>]", "[]", "joint 1/a element 1 x: new"),
+    ],
+)
+def test_check_compares_them_by_meaning(tmp_path, old, new, told):
+    robot, _, made = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
+    assert ROBOT.count(old) >= 1
+    _, _, other = sound(compiled_text(tmp_path, ROBOT.replace(old, new) + OUTPUTS))
+    committed = {artifact.file: artifact.text.encode() for artifact in other.artifacts}
+    said = lines(compare(robot, made.artifacts, committed))
+    if told == "material":  # one that says nothing is not compared by meaning
+        assert said[0].startswith("a.urdf: different text; nothing that is compared by meaning differs")
+    else:
+        assert told in said[0], said[0]
+
+
+def test_white_space_in_kept_elements_is_no_change_of_meaning(tmp_path):
+    robot, _, made = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
+    committed = {a.file: a.text.replace("<type>a/B</type>", "<type> a/B </type>").encode() for a in made.artifacts}
+    comparison = compare(robot, made.artifacts, committed)
+    assert comparison.changes == ()
+
+
+@pytest.mark.parametrize("version", ["1.2", '"1.2"'])
+def test_a_capsule_in_urdf_1_2(tmp_path, version):
+    _, artifacts, made = sound(
+        compiled_text(tmp_path, f"{ROBOT}outputs: {{urdf: {{file: a.urdf, version: {version}}}}}\n")
+    )
+    assert '<robot name="carrier" version="1.2">' in artifacts["urdf"]
+    assert '<geometry><capsule radius="0.1" length="0.5"/></geometry>' in artifacts["urdf"]
+    assert not [d for d in made.diagnostics if d.rule == "urdf-cannot-say"]
+    facts = FORMATS["urdf"].facts(artifacts["urdf"])
+    assert facts[Fact("link", "base link", "collision 1 length")].value == 0.5
+
+
+def test_elements_can_be_left_out(tmp_path):
+    outputs = "outputs: {urdf: {file: a.urdf, elements: [collision]}}\n"
+    _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + outputs))
+    root = ET.fromstring(artifacts["urdf"])
+    assert {element.tag for element in root.iter()} == {
+        *("robot", "link", "collision", "origin", "geometry", "cylinder"),
+        *("joint", "parent", "child", "axis", "limit", "calibration", "safety_controller"),
+    }
+
+
+def test_elements_of_links_that_are_not_carried_are_named(tmp_path):
+    text = """
+robot: a
+publishers: {node: {}}
+links: {base: {}, arm: {}, hand: {urdf_elements: [<x/>]}}
+joints:
+  shoulder: {type: fixed, parent: base, child: arm}
+  wrist: {type: fixed, parent: arm, child: hand, publisher: node, urdf_elements: [<y/>]}
+outputs: {urdf: {file: a.urdf}}
+"""
+    _, artifacts, made = sound(compiled_text(tmp_path, text))
+    assert "<x/>" not in artifacts["urdf"]
+    assert [d.message for d in made.diagnostics] == [
+        "not in the URDF, because robot_state_publisher does not publish them:"
+        " hand (urdf_elements), wrist (urdf_elements)"
+    ]
+
+
+def test_materials_of_included_files_are_joined(tmp_path):
+    (tmp_path / "more.yaml").write_text(
+        "materials: {red: {rgba: [1, 0, 0, 1]}}\nurdf_elements: [<b/>]\naccept: []\n", "utf-8"
+    )
+    text = """
+robot: a
+include: [more.yaml]
+materials: {blue: {rgba: [0, 0, 1, 1]}}
+links: {base: {}}
+urdf_elements: [<a/>]
+outputs: {urdf: {file: a.urdf}}
+"""
+    robot, _, _ = sound(compiled_text(tmp_path, text))
+    assert [material.name for material in robot.materials] == ["blue", "red"]
+    assert robot.urdf_elements == ("<b/>", "<a/>")
+
+
+# --- texts of elements
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["<a/>", "<a/><b/>", "<!-- x --><a>text</a>", "<x:y z:a='1'/>", "<a><![CDATA[ <b> ]]></a>", "<a>&lt;&#228;</a>"],
+)
+def test_whole_elements(text):
+    assert damage(text) == ""
+
+
+NOT_WHOLE = ["", "text", "<a>", "</a>", "<a/>tail", "<!-- -->", "<a>&b;</a>", "</robot><robot>", "<!DOCTYPE a><a/>"]
+NOT_WHOLE += ["<?xml?><a/>", "<a b=1/>", "<a a='1' a='2'/>", "<a>\x01</a>", "\ud800<a/>", "<a b='<'/>"]
+NOT_WHOLE += ["<a/></robot><b/><robot>"]
+
+
+@pytest.mark.parametrize("text", NOT_WHOLE)
+def test_what_is_no_whole_element(text):
+    assert damage(text) != ""
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("<a/>", "  <a/>"),
+        ("<a>\n  <b/>\n</a>\n", "  <a>\n    <b/>\n  </a>"),
+        ("<a>\n        <b/>\n      </a>", "  <a>\n    <b/>\n  </a>"),
+        ("<a>\r\n  <b/>\r\n</a>", "  <a>\n    <b/>\n  </a>"),
+        ("<a\n  b='1'/>", "  <a\n  b='1'/>"),
+        ("<a>\n  two\n  lines\n</a>", "  <a>\n  two\n  lines\n</a>"),
+        ("<a b='1\n  2'>\n <c/>\n</a>", "  <a b='1\n  2'>\n <c/>\n</a>"),
+        ("<a><![CDATA[\n x]]>\n <c/>\n</a>", "  <a><![CDATA[\n x]]>\n <c/>\n</a>"),
+        ("<a>\n<!-- one\n two -->\n</a>", "  <a>\n<!-- one\n two -->\n</a>"),
+        ("<a>\n  <b c='\x85 \u2028'/>\n</a>", "  <a>\n    <b c='\x85 \u2028'/>\n  </a>"),
+        ("<a>\n\t<b/>\n  <c/></a>", "  <a>\n  \t<b/>\n    <c/></a>"),
+        ("<a>\n\n  <b/>\n</a>", "  <a>\n\n    <b/>\n  </a>"),
+    ],
+)
+def test_indentation(text, expected):
+    assert indented(text, "  ") == expected
+    assert indented(indented(text, "  "), "  ") == expected
+
+
+_TEXTS = st.text("ab \n<&'\"", max_size=6)
+
+
+@st.composite
+def _elements(draw, depth=2):
+    inner = draw(st.lists(_TEXTS if depth == 0 else st.one_of(_TEXTS, _elements(depth - 1)), max_size=3))
+    element = ET.Element(draw(st.sampled_from("abc")), {"k": draw(_TEXTS)})
+    for part in inner:
+        if isinstance(part, str):
+            if len(element):
+                element[-1].tail = part
+            else:
+                element.text = part
+        else:
+            element.append(part)
+    return element
+
+
+@settings(max_examples=200, deadline=None)
+@given(_elements())
+def test_indentation_changes_no_meaning(element):
+    """Text and attributes stay as they were, but for space that stands between elements alone."""
+    element.tail = None
+    text = ET.tostring(element, encoding="unicode")
+    assert damage(text) == ""
+    again = ET.fromstring(indented(text, "    "))
+    for one, other in zip(element.iter(), again.iter(), strict=True):
+        assert (one.tag, one.attrib) == (other.tag, other.attrib) or "\n" in str(one.attrib)
+        for a, b in ((one.text, other.text), (one.tail, other.tail)):
+            assert (a or "") == (b or "") or not ((a or "").strip() or (b or "").strip())
+
+
+def test_parts_have_no_such_sections(tmp_path):
+    text = """
+robot: a
+links: {base: {}}
+parts: {leg: {links: {foot: {}}, materials: {}, accept: [], urdf_elements: []}}
+use: {left: {part: leg}}
+"""
+    (tmp_path / "robot.yaml").write_text(text, "utf-8")
+    told = [d.message for d in compile_robot(tmp_path / "robot.yaml").diagnostics]
+    assert told == [f'part "leg" has no key "{key}"' for key in ("materials", "accept", "urdf_elements")]
+
+
+def test_the_schema_knows_the_rules_that_may_be_accepted():
+    from rosorin_compile.rules import acceptable
+    from rosorin_compile.schema import schema
+
+    ids = schema("authoring")["definitions"]["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
+    assert ids == sorted(acceptable())

@@ -1,0 +1,234 @@
+"""What a type of sensor brings to a simulation: types of your own in YAML, templates, mistakes, and reading back."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.emit import mjcf  # noqa: E402
+from rosorin_compile.model import Pose  # noqa: E402
+from rosorin_compile.pipeline import compile_robot  # noqa: E402
+from rosorin_compile.report import text as report  # noqa: E402
+from support.robots import compiled  # noqa: E402
+from support.simulator import distance, emitted, load, probe, rays, room, said, sensor, written  # noqa: E402
+
+SONAR_RING = """links: {base_link: {}}
+sensor_types:
+  sonar_ring:
+    help: sonars all around
+    params:
+      count: {type: integer, default: 8, min: 2, max: 64, help: number of sonars}
+      radius: {type: length, default: 0.1 m}
+    mjcf:
+      - sensor: rangefinder
+        name: beam
+        xyz: ["${radius}", 0, 0]
+        rpy: [0, 90 deg, 0]
+        replicate: {count: "${count}", rpy: [0, 0, "${360*deg / count}"]}
+        attributes: {cutoff: 4}
+  magnetometer:
+    mjcf:
+      - sensor: magnetometer
+      - {sensor: clock, name: time, attributes: {site: }}
+sensors:
+  ring: {type: sonar_ring, parent: base_link, frame: ring, rpy: [0, 0, 30 deg], with: {count: 12, radius: 200 mm}}
+  compass: {type: magnetometer, parent: base_link, frame: compass, rpy: [0, 0, 90 deg]}
+"""
+
+
+def test_a_type_of_your_own_is_yaml_alone(tmp_path):
+    found = probe(tmp_path, SONAR_RING, room())
+    readings = rays(found, "ring_beam")
+    for index, reading in enumerate(readings):
+        angle = np.radians(30 + 30 * index)
+        direction = np.array([np.cos(angle), np.sin(angle), 0])
+        assert reading == pytest.approx(distance(0.2 * direction, direction), abs=1e-9)
+    field = found[0].opt.magnetic
+    np.testing.assert_allclose(said(found, "compass"), [field[1], -field[0], field[2]], atol=1e-12)
+    assert said(found, "compass_time")[0] == 0
+
+
+TEMPLATED = """sensor_types:
+  whiskers:
+    params: {count: 3}
+    mjcf:
+      - {template: whiskers.xml.jinja, name: hair, frame: parent, attributes: {count: "${count}"}}
+      - {template: reading.xml.jinja, section: sensor, name: hair, attributes: {count: "${count}"}}
+sensors:
+  snout: {type: whiskers, parent: base_link, frame: snout, with: {count: 2}}
+"""
+WHISKERS = """{% for i in range(element.attributes.count | int) %}
+<site name="{{ element.name }}_{{ i }}" pos="{{ vector([0.1 * i, 0, 0]) }}" quat="0 1 0 0" size="{{ number(0.01) }}"/>
+{% endfor %}
+"""
+READING = """{% for i in range(element.attributes.count | int) %}
+<rangefinder name="{{ sensor.name }}_{{ i }}" site="{{ element.name }}_{{ i }}"/>
+{% endfor %}
+"""
+
+
+def test_a_type_may_bring_text_of_its_own_by_a_template(tmp_path):
+    path = written(tmp_path, TEMPLATED)
+    (path.parent / "whiskers.xml.jinja").write_text(WHISKERS, "utf-8")
+    (path.parent / "reading.xml.jinja").write_text(READING, "utf-8")
+    made = compiled(path)
+    assert {file.name for file in made.inputs} >= {"whiskers.xml.jinja", "reading.xml.jinja"}
+    model, data = load(made.artifacts[0].text.replace("<worldbody>", f"<worldbody>{room()}"))
+    np.testing.assert_allclose(rays((model, data), "snout"), [0.7, 0.7], atol=1e-12)
+    assert model.body(model.site("snout_hair_1").bodyid[0]).name == "base_link"
+
+
+@pytest.mark.parametrize(
+    ("template", "words"),
+    [
+        ("<site", "is no XML"),
+        ('<body name="x"><joint/></body>', "has a joint"),
+        ("<body/>", "has a body without a name"),
+        ("{{ nothing }}", "'nothing' is undefined"),
+        ("{% if %}", "Expected an expression"),
+        (None, "there is no template whiskers.xml.jinja"),
+    ],
+)
+def test_a_template_that_would_spoil_the_file_is_an_error(tmp_path, template, words):
+    path = written(tmp_path, TEMPLATED.replace("      - {template: reading", "      #- {template: reading"))
+    if template is not None:
+        (path.parent / "whiskers.xml.jinja").write_text(template, "utf-8")
+    made = compile_robot(path)
+    assert not made.artifacts
+    assert words in report(made.diagnostics)
+
+
+@pytest.mark.parametrize("rpy", [(0.3, 0, 0), (0, -0.5, 0), (0, 0, 0.9), (0, 0, 0)])
+def test_copies_turn_as_the_description_says(tmp_path, rpy):
+    text = f"""sensor_types:
+  fan:
+    mjcf:
+      - {{body: site, name: blade, xyz: [0.1, 0, 0], replicate: {{count: 3, xyz: [0, 0.2, 0], rpy: {list(rpy)}}}}}
+sensors:
+  fan: {{type: fan, parent: base_link, frame: fan}}
+"""
+    _, data = probe(tmp_path, text)
+    step, at = Pose((0, 0.2, 0), rpy).transform(), Pose((0.1, 0, 0)).transform()
+    for index in range(3):
+        np.testing.assert_allclose(data.site(f"fan_blade_{index}").xpos, at.xyz, atol=1e-12)
+        np.testing.assert_allclose(data.site(f"fan_blade_{index}").xmat.reshape(3, 3), at.rows, atol=1e-12)
+        at = step.then(at)
+
+
+USED = 'sensor type "{}" of "probe" used here'
+
+
+@pytest.mark.parametrize(
+    ("kind", "given", "message", "at"),
+    [
+        ("lidar_2d", "rais: 3", 'sensor type "lidar_2d" has no argument "rais"', "rais"),
+        ("lidar_2d", "rays: many", '"rays" of sensor type "lidar_2d" is an integer, not the text "many"', "many"),
+        ("lidar_2d", "rays: 0", '"rays" of sensor type "lidar_2d" is from 1 to 100000, not 0', "0}"),
+        (
+            "lidar_2d",
+            "fov: 361 deg",
+            '"fov" of sensor type "lidar_2d" is from 0 deg to 360 deg, not 361 deg',
+            "361 deg",
+        ),
+        ("lidar_2d", "max_range: 3 kg", '"max_range" of sensor type "lidar_2d" is a length, not a mass (kg)', "3 kg"),
+        ("lidar_2d", "rate: -1 Hz", '"rate" of sensor type "lidar_2d" is at least 0 Hz, not -1 Hz', "-1 Hz"),
+        ("camera", "hfov: 60", '"hfov" of sensor type "camera" is from 1 deg to 170 deg, not 60', "60}"),
+        ("camera", 'hfov: "${1/0}"', "division by zero", "1/0}"),
+        ("contact", "surface: floor", '"floor" is not a value of the argument "surface"', "floor"),
+    ],
+)
+def test_a_mistake_in_with_is_told_where_it_stands(tmp_path, kind, given, message, at):
+    path = written(tmp_path, sensor(kind, more=f", with: {{{given}}}"))
+    (found, *more) = compile_robot(path).diagnostics
+    assert message in found.message
+    assert not more
+    line = path.read_text("utf-8").splitlines()[3]
+    assert (found.span.source.path.endswith("robot.yaml"), found.span.line) == (True, 4)
+    assert found.span.column == line.rindex(at) + 1
+    if "1/0" not in given:
+        assert [related.message for related in found.related] == [USED.format(kind)]
+
+
+@pytest.mark.parametrize(
+    ("element", "words"),
+    [
+        ("{}", "an element of mjcf has one of sensor, body, template; this one has none"),
+        ("{sensor: gyro, body: site}", "this one has sensor and body"),
+        ("{sensor: gyro, section: x}", "only a template has a section"),
+        ("{sensor: gyro, frame: optical}", "the sensor has no optical frame"),
+        ("{sensor: gyro, frame: mount}", 'mjcf[0] frame cannot be "mount"'),
+        ("{sensor: gyro, rpy: [0, 0, 0], replicate: {count: 0}}", "a count is 1 to 100,000, not 0"),
+        ("{sensor: gyro, replicate: {count: 2, rpy: [1, 0, 1]}}", "copies turn about one axis"),
+        ("{sensor: gy ro}", 'mjcf[0] sensor cannot be "gy ro"'),
+        ('{sensor: gyro, attributes: {"a b": 1}}', '"a b" cannot be a name'),
+        (
+            "{sensor: gyro, attributes: {a: {}}}",
+            "attributes a is true or false or a number or text or a list, not a mapping",
+        ),
+        ("{sensor: gyro, attribute: {}}", 'has no key "attribute"'),
+        ("{sensor: gyro, xyz: [1 kg, 0, 0]}", "is a length (m), but 1 kg is a mass (kg)"),
+        ("{sensor: gyro, name: a b}", 'name cannot be "a b"'),
+        ("{sensor: gyro}\n      - {sensor: gyro}", 'the MuJoCo gyro "it" is defined twice'),
+        (
+            "{sensor: gyro, rpy: [1, 0, 0]}\n      - {body: site, name: site}",
+            'the MuJoCo site "it_site" is defined twice',
+        ),
+    ],
+)
+def test_a_mistake_in_a_type_is_told_where_it_stands(tmp_path, element, words):
+    path = written(tmp_path, own_type(element))
+    made = compile_robot(path)
+    (found, *more) = made.diagnostics
+    assert words in found.message
+    assert not more
+    assert found.span.line in (6, 7)
+    assert any('sensor type "own" of "it" used here' in related.message for related in found.related)
+
+
+def test_what_mujoco_does_not_know_is_left_to_mujoco(tmp_path):
+    """The form of the names is checked here, what they mean there."""
+    for element in ("{sensor: girot}", "{sensor: gyro, attributes: {colour: red}}"):
+        text = emitted(tmp_path, own_type(element))
+        with pytest.raises(ValueError, match=r"girot|colour"):
+            mujoco.MjModel.from_xml_string(text)
+
+
+@pytest.mark.parametrize("element", ["{body: site}", "{sensor: gyro, rpy: [1, 0, 0], name: arm}"])
+def test_a_site_may_not_have_the_name_of_a_link(tmp_path, element):
+    text = own_type(element).replace("sensors:", "links: {base_link: {}, it_arm_site: {}}\nsensors:")
+    joint = "\njoints: {j: {type: fixed, parent: base_link, child: it_arm_site}}"
+    (found,) = compile_robot(written(tmp_path, text + joint)).diagnostics
+    assert found.message.startswith('sensor "it" brings a site called "it')
+
+
+def own_type(element: str) -> str:
+    """Return a description with a type of one element, or of several with their own dashes, and a sensor of it."""
+    used = "sensors:\n  it: {type: own, parent: base_link, frame: it}"
+    return f"sensor_types:\n  own:\n    mjcf:\n      - {element}\n{used}"
+
+
+def facts(folder: Path, text: str) -> dict[tuple[str, str, str], float | str]:
+    return {tuple(fact): value.value for fact, value in mjcf.read(emitted(folder, text)).items()}
+
+
+def test_sensors_are_facts_of_the_link_that_they_sit_in(tmp_path):
+    found = facts(tmp_path, sensor("lidar_2d", more=", with: {rays: 72, max_range: 9 m}"))
+    assert found["link", "probe_link", "rangefinder probe cutoff"] == 9
+    assert found["link", "probe_link", "replicate probe_site count"] == 72
+    assert found["link", "probe_link", "site"] == "probe_link"
+    assert ("link", "probe_link", "site probe_site quat 2") in found
+    found = facts(tmp_path, sensor("camera"))
+    assert found["link", "probe_link_optical", "camera probe resolution 2"] == 480
+    found = facts(tmp_path, SONAR_RING)
+    assert found["sensor", "compass_time", "clock"] == "clock"
+    assert found["link", "compass", "magnetometer compass site"] == "compass"
+
+
+def test_the_order_of_keys_means_nothing(tmp_path):
+    first = emitted(tmp_path, own_type("{sensor: gyro, attributes: {noise: 1, cutoff: 2}}"))
+    assert emitted(tmp_path, own_type("{attributes: {cutoff: 2, noise: 1}, sensor: gyro}")) == first
+    assert 'site="it" cutoff="2" noise="1"' in first

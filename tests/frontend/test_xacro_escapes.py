@@ -1,0 +1,69 @@
+"""Expressions reach nothing but values, and end. The guard of xacro's ``eval`` looks at the outermost code only."""
+
+from __future__ import annotations
+
+import re
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.expression import ExpressionError, evaluate
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.quantity import LENGTH, Quantity
+from support.paths import DATA
+
+pytestmark = pytest.mark.slow
+
+NAMES: dict[str, Any] = {"radius": 0.5, "length": Quantity(0.5, LENGTH), "words": ["a", "b"], "text": "abc"}
+NAMES |= {"table": {"a": 1}, "load()": lambda name: name}
+
+ESCAPES = (DATA / "escapes.txt").read_text("utf-8").splitlines()
+ESCAPES = [line for line in ESCAPES if not line.startswith("# ")]
+LONG = {
+    "parentheses": "(" * 5_000 + "1" + ")" * 5_000,
+    "signs": "-" * 1_500 + "1",
+    "terms": "1" + "+1" * 900,
+    "brackets": "[" * 1_900,
+    "powers": "1" + "**1" * 600,
+    "choices": "1 if 1 else " * 150 + "1",
+    "a text": f"'{'x' * 10**6}'",
+    "a number": "9" * 1_900,
+    "NUL": "1\0",
+    "half a letter": "'\ud800' + 1",
+}
+
+
+@pytest.mark.parametrize("escape", [*ESCAPES, *(pytest.param(text, id=name) for name, text in LONG.items())])
+def test_expression_does_not_escape(escape: str) -> None:
+    with pytest.raises(ExpressionError) as raised:
+        evaluate(escape, NAMES.__getitem__)
+    assert raised.value.message
+    assert not re.search(r"<[a-z_. ]+ at 0x|Traceback", raised.value.message)
+
+
+def test_there_are_escapes() -> None:
+    assert len(ESCAPES) > 120
+
+
+@pytest.mark.parametrize("name", ["/etc/passwd", "../secret.yaml", "link.yaml", "~/secret.yaml", "a/../../secret.yaml"])
+def test_table_stands_in_the_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    monkeypatch.chdir(tmp_path)
+    secret = tmp_path.parent / "secret.yaml"
+    secret.write_text("radius: 1\n", "utf-8")
+    (tmp_path / "link.yaml").symlink_to(secret)
+    text = f"robot: r\nlinks: {{b: {{}}}}\nlet: {{t: \"${{load('{name}')}}\"}}\n"
+    Path("robot.yaml").write_text(text, "utf-8")
+    (found,) = compile_robot(Path("robot.yaml")).diagnostics
+    assert found.rule == "expression"
+    assert "outside the folder" in found.message or "cannot read" in found.message
+
+
+def test_xacro_lets_out_what_is_refused_here() -> None:
+    xacro = pytest.importorskip("xacro")
+    escape = "[x.__class__.__name__ for x in [1]][0]"
+    if sys.version_info < (3, 12):  # where a comprehension has code of its own, the guard does not look into it
+        assert xacro.safe_eval(escape, dict(xacro._global_symbols)) == "int"
+    with pytest.raises(ExpressionError):
+        evaluate(escape, NAMES.__getitem__)

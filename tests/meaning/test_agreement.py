@@ -1,0 +1,147 @@
+"""The compiled artifacts hold against the model; one that a faulty template spoiled does not."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from rosorin_compile.compare import agreement
+from rosorin_compile.emit import FORMATS, Artifact
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.templating import Templates
+from support.comparing import BASE, COMMITTED
+from support.machines import machine
+from support.robots import compiled
+
+
+def emitted(robot: Robot, number_format: str) -> tuple[Robot, list[Artifact]]:
+    """Return a robot with every output, and its artifacts."""
+    files = {"urdf": "m.urdf", "mjcf": "m.xml", "static_tf": "tf.launch.py", "static_tf_json": "tf.json"}
+    files |= {"robot_model": "model.json", "frames": "frames.md"}
+    options = {name: {"number_format": number_format} for name in ("urdf", "mjcf", "frames")}
+    outputs = tuple(Output(name, name, file, options.get(name, {})) for name, file in files.items())
+    robot = replace(robot, outputs=outputs)
+    texts = [(output, FORMATS[output.backend].write(robot, output, Templates())[0]) for output in outputs]
+    return robot, [Artifact(output.file, text, output.backend, output.name) for output, text in texts]
+
+
+@pytest.mark.parametrize("number_format", ["exact", "six"])
+def test_a_robot_with_every_shape_and_joint_agrees(number_format: str) -> None:
+    robot, artifacts = emitted(machine(), number_format)
+    assert agreement(robot, artifacts) == []
+
+
+def test_the_reference_robot_agrees() -> None:
+    assert BASE.robot is not None
+    assert agreement(BASE.robot, BASE.artifacts) == []
+
+
+def spoiled(name: str, old: str, new: str) -> list[str]:
+    """Return what is said if one artifact has another text in the first place where the old one stands."""
+    assert old in COMMITTED[name].decode(), f"{old!r} is not in {name}"
+    artifacts = [a._replace(text=a.text.replace(old, new, 1)) if a.file == name else a for a in BASE.artifacts]
+    assert BASE.robot is not None
+    found = agreement(BASE.robot, artifacts)
+    assert {(d.rule, d.severity) for d in found} == {("artifacts-disagree", "error")}
+    assert all("please report it" in d.help for d in found)
+    return [d.message for d in found]
+
+
+SPOILED = [
+    pytest.param(
+        *("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.0852"),
+        "link3 origin z: rosorin.urdf says 0.0852 m, rosorin.xml and the model say 0.08513 m",
+        id="urdf",
+    ),
+    pytest.param(
+        *("rosorin.xml", 'pos="0.048156 7.5552e-05 0.106748"', 'pos="0.048156 7.5552e-05 0.106749"'),
+        "laser origin z: rosorin.xml says 0.106749 m, static_tf.launch.py and the model say 0.106748 m",
+        id="mjcf",
+    ),
+    pytest.param(
+        *("static_tf.launch.py", "'--yaw', '3.14159265'", "'--yaw', '3.14159255'"),
+        "laser roll pitch yaw: static_tf.launch.py says 0 0 3.14159255 rad,"
+        " rosorin.xml and the model say 0 0 3.14159265 rad",
+        id="static_tf",
+    ),
+    pytest.param(
+        *("static_tf.json", '"--x",\n        "0.048156"', '"--x",\n        "0.0481561"'),
+        "laser origin x: static_tf.json says 0.0481561 m, rosorin.xml and the model say 0.048156 m",
+        id="static_tf_json",
+    ),
+    pytest.param(
+        *("robot_model.json", '"limit": [-2.09, 2.09]', '"limit": [-2.09, 2.1]'),
+        "joint1 upper: robot_model.json says 2.1 rad, rosorin.urdf and the model say 2.09 rad",
+        id="robot_model",
+    ),
+    pytest.param(
+        *("frames.md", "0.00074282   0.08513", "0.00074282   0.08512"),
+        "link3 origin z: frames.md says 0.08512 m, rosorin.urdf and the model say 0.08513 m",
+        id="frames",
+    ),
+    pytest.param(
+        *("rosorin.xml", 'axis="0 1 0"', 'axis="0 1.5 0"'),
+        "joint3 axis y: rosorin.xml says 1.5, rosorin.urdf and the model say 1",
+        id="axis",
+    ),
+    pytest.param(
+        *("rosorin.xml", 'mass="0.010597277181335"', 'mass="0.0106"'),
+        "link1 mass: rosorin.xml says 0.0106 kg, the model says 0.0105973 kg",
+        id="mass",
+    ),
+    pytest.param(
+        *("rosorin.xml", 'joint2="r_joint"', 'joint2="joint1"'),
+        "l_joint mimic joint: rosorin.xml says joint1, the model says r_joint",
+        id="mimic",
+    ),
+    pytest.param(
+        *("rosorin.urdf", '<box size="0.05377', '<box size="0.06377'),
+        "base_link collision: 1 of 149 shapes in rosorin.urdf are not in the model",
+        id="box",
+    ),
+    pytest.param(
+        *("rosorin.xml", 'type="box" size="0.0239', 'type="box" size="0.0479'),
+        "link1 collision: 1 of 1 shapes in rosorin.xml are not in the model",
+        id="half-sizes",
+    ),
+    pytest.param(
+        *("static_tf.json", '"imu_link"\n      ]', '"imu"\n      ]'),
+        "static_tf.json does not carry the frame imu_link, which it should",
+        id="frame-missing",
+    ),
+    pytest.param(
+        *("rosorin.urdf", '<parent link="link2"/>', '<parent link="link1"/>'),
+        "link3 parent: rosorin.urdf says link1, rosorin.xml and the model say link2",
+        id="parent",
+    ),
+    pytest.param(
+        *("rosorin.xml", "</mujoco>", ""),
+        "rosorin.xml cannot be read back: no element found: line 297, column 0",
+        id="damaged",
+    ),
+]
+
+
+@pytest.mark.parametrize(("name", "old", "new", "message"), SPOILED)
+def test_an_artifact_that_says_something_else_is_an_error(name: str, old: str, new: str, message: str) -> None:
+    assert spoiled(name, old, new) == [message]
+
+
+def test_shapes_that_are_left_out_are_missed() -> None:
+    geom = next(line for line in COMMITTED["rosorin.xml"].decode().splitlines() if "link5_collision_1" in line)
+    message = "link5 collision: rosorin.xml has 0 shapes, the model 1"
+    assert spoiled("rosorin.xml", geom, "") == [message]
+
+
+def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
+    made = compiled()
+    artifacts = [
+        artifact._replace(text=artifact.text.replace('"zero": 500', '"zero": 500, "spare": 1'))
+        if artifact.backend == "robot_model"
+        else artifact
+        for artifact in made.artifacts
+    ]
+    assert made.robot is not None
+    (found,) = [d.message for d in agreement(made.robot, artifacts)]
+    assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: pulse_to_rad")

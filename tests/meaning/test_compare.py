@@ -1,0 +1,223 @@
+"""What a change of the description does to the artifacts is said by meaning, in exact words."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from support.comparing import block, described, meaning
+
+ALL = "urdf, mjcf, static_tf, static_tf_json, robot_model, frames"
+
+PICTURES = "frames_amcl, frames_slam"
+
+CHANGES = [
+    pytest.param(
+        ("arm.yaml", "0.00074282, 0.08513]", "0.00074282, 0.08613]"),
+        ["joint3 origin z 0.08513 -> 0.08613 m (+1.0 mm): urdf, mjcf, robot_model, frames"],
+        id="origin",
+    ),
+    pytest.param(
+        ("arm.yaml", "lower: -2.09", "lower: -1.57"),
+        [f"joint{n} lower -2.09 -> -1.57 rad (+29.8 deg): urdf, mjcf, robot_model" for n in range(1, 6)],
+        id="limit",
+    ),
+    pytest.param(
+        ("arm.yaml", "mass: 0.0136322197327749", "mass: 0.015"),
+        ["link2 mass 0.0136322 -> 0.015 kg (+1.4 g): mjcf"],
+        id="mass",
+    ),
+    pytest.param(
+        ("arm.yaml", "ixx: 3.65656868148961e-06", "ixx: 3.65656868149e-06"),
+        ["link2 inertia xx 3.6565686814896e-06 -> 3.65656868149e-06 kg*m^2 (+1.1e-11 %): mjcf"],
+        id="tiny",
+    ),
+    pytest.param(
+        ("arm.yaml", "max: [0.02398, 0.02399, 0.03955]", "max: [0.02398, 0.02399, 0.04]"),
+        ["link1 box max z 0.03955 -> 0.04 m (+0.45 mm): urdf, mjcf, robot_model"],
+        id="box",
+    ),
+    pytest.param(
+        ("arm.yaml", "axis: [0, 0, -1]", "axis: [0, 0, 1]"),
+        ["joint5 axis z -1 -> 1: urdf, mjcf, robot_model"],
+        id="axis",
+    ),
+    pytest.param(
+        ("lidar_and_imu.yaml", "7.5552e-05, 0.106748]", "7.5552e-05, 0.116748]"),
+        [f"lidar_joint origin z 0.106748 -> 0.116748 m (+10.0 mm; and therefore the shapes of base_link): {ALL}"],
+        id="lidar-mount",
+    ),
+    pytest.param(
+        ("lidar_and_imu.yaml", "180 deg", "170 deg"),
+        [f"lidar_joint yaw 3.14159 -> 2.96706 rad (-10.0 deg; and therefore the shapes of base_link): {ALL}"],
+        id="lidar-turned",
+    ),
+    pytest.param(
+        ("lidar_and_imu.yaml", "max: [0.02695, 0.02684, 0]", "max: [0.02695, 0.02684, 0.01]"),
+        ["laser box max z 0 -> 0.01 m (+10.0 mm; and therefore the shapes of base_link): urdf, mjcf, robot_model"],
+        id="lidar-box",
+    ),
+    pytest.param(
+        ("gripper.yaml", "rpy: [-3.1416, -1.5681, 3.1416]", "rpy: [-3.1, -1.5681, 3.1416]"),
+        ["gripper_joint roll -3.1416 -> -3.1 rad (+2.4 deg): urdf, mjcf, robot_model, frames"],
+        id="angle-as-written",
+    ),
+    pytest.param(
+        ("gripper.yaml", "rpy: [-0.0038422, 1.5647, -0.012569]", "rpy: [-0.0038422, 1.5, -0.012569]"),
+        ["r_joint pitch 1.5647 -> 1.5 rad (-3.7 deg): mjcf, frames"],
+        id="angle-of-quaternion",
+    ),
+    pytest.param(
+        ("lidar_and_imu.yaml", "tf_base_laser", "tf_laser"),
+        [f"laser: publisher tf_base_laser -> tf_laser: static_tf, static_tf_json, frames, {PICTURES}"],
+        id="publisher",
+    ),
+    pytest.param(
+        ("poses.yaml", "joint2: 981", "joint2: 980"),
+        ["pose tuck joint2 -2.01481 -> -2.01062 rad (+0.24 deg): mjcf, frames"],
+        id="pose",
+    ),
+    pytest.param(
+        ("poses.yaml", "poses:\n", "poses:\n  home: {positions: {joint1: 0}}\n"),
+        ["pose home: new: mjcf, frames"],
+        id="new-pose",
+    ),
+    pytest.param(
+        ("chassis.yaml", "[0.061, 0.061, 0.061, 0.094", "[0.091, 0.062, 0.061, 0.094"),
+        [
+            "chassis height map: 2 cells changed, by up to 30.0 mm"
+            " (and therefore the shapes of base_footprint, base_link): urdf, mjcf, robot_model"
+        ],
+        id="height-map",
+    ),
+    pytest.param(
+        ("chassis.yaml", "[0.061, 0.061, 0.061, 0.094", "[0.062, 0.061, 0.061, 0.094"),
+        ["chassis height map: 1 cell changed, by 1.0 mm: robot_model"],
+        id="height-within-a-step",
+    ),
+    pytest.param(
+        ("chassis.yaml", "step: 10 mm", "step: 5 mm"),
+        [
+            "base_footprint collision: 66 of 148 shapes changed, up to 5.0 mm"
+            " (and therefore the shapes of base_link): urdf, mjcf"
+        ],
+        id="height-step",
+    ),
+    pytest.param(
+        ("chassis.yaml", "xyz: [0, 0, 0.025]", "xyz: [0, 0, 0.026]"),
+        [
+            "base_joint origin z 0.025 -> 0.026 m (+1.0 mm; and therefore the shapes of base_link):"
+            " urdf, mjcf, robot_model, frames"
+        ],
+        id="mount-of-the-chassis",
+    ),
+    pytest.param(
+        ("camera.yaml", "parent: link4", "parent: link5"),
+        [
+            f"camera_connect_joint parent link4 -> link5: urdf, mjcf, robot_model, frames, {PICTURES}",
+            "excluded contacts: 2 new (link4 camera_link0, link4 camera_link),"
+            " 6 removed (link3 camera_link0, link3 camera_link, camera_link0 link5, 3 more): mjcf",
+        ],
+        id="parent",
+    ),
+    pytest.param(
+        ("robot.yaml", "default: fixed", "default: free"), ["base_footprint base: new, free: mjcf"], id="base"
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("edit", "said"), CHANGES)
+def test_a_change_of_the_description_is_named(edit: tuple[str, str, str], said: list[str], tmp_path: Path) -> None:
+    comparison = described(tmp_path, edit)
+    assert meaning(comparison) == said
+    assert not comparison.same
+
+
+def test_several_changes_are_sorted_by_the_tree(tmp_path: Path) -> None:
+    comparison = described(
+        tmp_path,
+        ("poses.yaml", "joint5: 499", "joint5: 500"),
+        ("arm.yaml", "0.085147]", "0.085]"),
+        ("lidar_and_imu.yaml", "mass: 0.0222221884545253", "mass: 0.03"),
+        ("arm.yaml", "mass: 0.010597277181335", "mass: 0.02"),
+    )
+    assert meaning(comparison) == [
+        "link1 mass 0.0105973 -> 0.02 kg (+9.4 g): mjcf",
+        "joint4 origin z 0.085147 -> 0.085 m (-0.15 mm): urdf, mjcf, robot_model, frames",
+        "laser mass 0.0222222 -> 0.03 kg (+7.8 g): mjcf",
+        "pose tuck joint5 0.00418879 -> 0 rad (-0.24 deg): mjcf, frames",
+    ]
+
+
+def test_a_new_range_finder_is_one_line(tmp_path: Path) -> None:
+    sensor = """sensors:
+  rear:
+    type: range_finder
+    parent: base_link
+    frame: rear_range
+    xyz: [-0.14, 0, 0.05]
+    publisher: {static_transform_publisher: tf_base_rear}
+"""
+    comparison = described(tmp_path, ("lidar_and_imu.yaml", "sensors:\n", sensor))
+    new = "frame rear_range: new, on base_link, published by tf_base_rear: mjcf, static_tf, static_tf_json, frames"
+    assert meaning(comparison) == [f"{new}, {PICTURES}"]
+
+
+def test_a_second_camera_is_two_frames(tmp_path: Path) -> None:
+    sensor = """sensors:
+  wrist:
+    type: camera
+    parent: gripper_link
+    frame: wrist_camera
+    xyz: [0.01, 0, 0.03]
+    optical: {frame: wrist_optical}
+"""
+    comparison = described(tmp_path, ("camera.yaml", "sensors:\n", sensor))
+    assert meaning(comparison) == [
+        f"frame {frame}: new, on {parent}, published by robot_state_publisher: urdf, mjcf, frames, {PICTURES}"
+        for frame, parent in (("wrist_camera", "gripper_link"), ("wrist_optical", "wrist_camera"))
+    ]
+
+
+def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
+    edits = [
+        ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
+        ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
+    ]
+    said = f"joint camera_joint: now called camera_mount: urdf, robot_model, {PICTURES}"
+    assert meaning(described(tmp_path, *edits)) == [said]
+
+
+def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
+    assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
+        "frame r_out_link: removed, was on r_in_link by joint r_out_joint (revolute), published by nobody:"
+        f" mjcf, frames, {PICTURES}"
+    ]
+
+
+def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
+    moving = "type: revolute\n    axis: [0, 0, 1]\n    limit: {lower: -1, upper: 1, effort: 1, velocity: 1}"
+    said = meaning(described(tmp_path, ("camera.yaml", "type: fixed", moving)))
+    assert said[:2] == [
+        f"camera_link0: topic /tf_static -> /tf: frames, {PICTURES}",
+        f"camera_connect_joint type fixed -> revolute: urdf, mjcf, robot_model, {PICTURES}",
+    ]
+    assert len(said) == 3
+
+
+def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) -> None:
+    publisher = "    publisher: {static_transform_publisher: tf_base_laser}\n"
+    assert meaning(described(tmp_path, ("lidar_and_imu.yaml", publisher, ""))) == [
+        "frame laser: new, on base_link, published by robot_state_publisher (and therefore the shapes of base_link):"
+        " urdf",
+        "frame laser: removed, was on base_link, published by tf_base_laser: static_tf, static_tf_json",
+        f"laser: publisher tf_base_laser -> robot_state_publisher: frames, {PICTURES}",
+    ]
+
+
+def test_inertials_that_an_artifact_gets_are_a_line_a_link(tmp_path: Path) -> None:
+    comparison = described(tmp_path, ("robot.yaml", "elements: [collision]", "elements: [collision, inertial]"))
+    assert meaning(comparison)[:2] == ["base_link inertial: new: urdf", "link1 inertial: new: urdf"]
+    assert len(comparison.changes) == 9

@@ -1,0 +1,172 @@
+"""Mass and inertia of shapes, against MuJoCo, which takes them from its geoms, and against an integral by points."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.model import (  # noqa: E402
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    HeightMap,
+    Inertial,
+    Mesh,
+    Pose,
+    Shape,
+    Sphere,
+    inertial_of,
+    volume_of,
+)
+from rosorin_compile.pipeline import compile_robot  # noqa: E402
+from support.robots import compiled  # noqa: E402
+from support.simulator import written  # noqa: E402
+
+SIZES = st.floats(0.01, 2.0)
+SOLIDS = st.one_of(
+    st.builds(lambda x, y, z: Box((-x, -y, -z), (x, y / 2, z)), SIZES, SIZES, SIZES),
+    st.builds(Cylinder, SIZES, SIZES),
+    st.builds(Capsule, SIZES, SIZES),
+    st.builds(Sphere, SIZES),
+)
+ANGLES = st.floats(-3.0, 3.0)
+POSES = st.builds(lambda x, y, z, r, p, w: Pose((x, y, z), (r, p, w)), *[st.floats(-2.0, 2.0)] * 3, *[ANGLES] * 3)
+
+
+def geom(shape: Shape, density: float) -> str:
+    geometry: Any = shape.geometry
+    sizes = {
+        Box: lambda: [extent / 2 for extent in geometry.size],
+        Sphere: lambda: [geometry.radius],
+    }.get(type(geometry), lambda: [geometry.radius, geometry.length / 2])()
+    place = shape.origin()
+    quaternion = " ".join(map(repr, place.transform().quaternion()))
+    kind = type(geometry).__name__.lower()
+    at, size = " ".join(map(repr, place.xyz)), " ".join(map(repr, sizes))
+    return f'<geom type="{kind}" size="{size}" pos="{at}" quat="{quaternion}" density="{density}"/>'
+
+
+def tensor(inertial: Inertial) -> np.ndarray:
+    """Return an inertia along the axes of the link."""
+    i = inertial
+    own = np.array([[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]])
+    turn = np.array(i.pose.transform().rows)
+    return turn @ own @ turn.T
+
+
+@given(st.lists(st.builds(Shape, SOLIDS, POSES), min_size=1, max_size=4), st.floats(100, 8000))
+@settings(max_examples=80, deadline=None, derandomize=True)
+def test_mass_and_inertia_are_those_that_mujoco_takes_from_the_geoms(shapes: list[Shape], density: float) -> None:
+    geoms = "".join(geom(shape, density) for shape in shapes)
+    compiler = '<compiler inertiafromgeom="true"/>'
+    model = mujoco.MjModel.from_xml_string(f"<mujoco>{compiler}<worldbody><body>{geoms}</body></worldbody></mujoco>")
+    ours = inertial_of(shapes, density=density)
+    axes = np.empty(9)
+    mujoco.mju_quat2Mat(axes, model.body_iquat[1])
+    theirs = axes.reshape(3, 3) @ np.diag(model.body_inertia[1]) @ axes.reshape(3, 3).T
+    scale = np.abs(theirs).max()
+    assert ours.mass == pytest.approx(model.body_mass[1], rel=1e-9)
+    np.testing.assert_allclose(ours.pose.xyz, model.body_ipos[1], atol=1e-9)
+    np.testing.assert_allclose(tensor(ours), theirs, atol=1e-9 * scale)
+    by_mass = inertial_of(shapes, mass=ours.mass)
+    np.testing.assert_allclose(tensor(by_mass), tensor(ours), rtol=1e-9, atol=1e-12 * scale)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "solid", [Box((-0.1, -0.2, -0.3), (0.1, 0.2, 0.5)), Cylinder(0.2, 0.7), Capsule(0.2, 0.3), Sphere(0.3)]
+)
+def test_mass_and_inertia_are_those_of_many_points(solid: Geometry) -> None:
+    """The integral, by a grid of points, without any formula."""
+    points = np.stack(np.meshgrid(*[np.linspace(-0.6, 0.6, 161)] * 3, indexing="ij"), -1).reshape(-1, 3)
+    x, y, z = points.T
+    if isinstance(solid, Box):
+        inside = np.all((points >= solid.lower) & (points <= solid.upper), axis=1)
+    elif isinstance(solid, Sphere):
+        inside = (points**2).sum(1) <= solid.radius**2
+    else:
+        beyond = np.maximum(np.abs(z) - solid.length / 2, 0)
+        ends = beyond**2 if isinstance(solid, Capsule) else np.where(beyond > 0, np.inf, 0)
+        inside = x**2 + y**2 + ends <= solid.radius**2
+    found = points[inside]
+    volume = len(found) * (1.2 / 160) ** 3
+    centre = found.mean(0)
+    spread = (found - centre).T @ (found - centre) / len(found)
+    ours = inertial_of([Shape(solid)], mass=1.0)
+    assert volume_of(solid) == pytest.approx(volume, rel=0.05)
+    np.testing.assert_allclose(ours.pose.xyz, centre, atol=5e-3)
+    np.testing.assert_allclose(tensor(ours), np.trace(spread) * np.eye(3) - spread, rtol=0.05, atol=1e-3)
+
+
+def test_a_height_map_is_its_boxes_and_a_mesh_is_nothing() -> None:
+    boxes = HeightMap((0.0, 0.0), 0.1, ((0.2, 0.1), (0.3, 0.3)), 0.1)
+    assert volume_of(boxes) == pytest.approx(0.009)
+    assert inertial_of([Shape(boxes)], density=1000).mass == pytest.approx(9)
+    with pytest.raises(ValueError, match="a mesh"):
+        volume_of(Mesh("part.stl"))
+    with pytest.raises(ValueError, match="no shape"):
+        inertial_of([], mass=1)
+
+
+@pytest.mark.parametrize(
+    ("inertial", "message"),
+    [
+        ("mass: 1, of: collision", ""),
+        ("density: 1000 kg/m^3, of: collision", ""),
+        ("mass: 1, of: [box: {size: [1, 1, 1]}]", ""),
+        ("of: collision", "shapes have either a mass or a density"),
+        ("mass: 1, density: 1, of: collision", "shapes have either a mass or a density"),
+        ("mass: 1, of: visual", "the link has no visual shape to take the inertia of"),
+        ("mass: 1, of: colision", 'of cannot be "colision"'),
+        ("mass: 1, of: []", "of has 0 items, not at least 1"),
+        ("mass: 1, of: [mesh: {file: a.stl}]", "the volume of a mesh is not known"),
+        ("mass: 1, of: [box: {size: [1, 1, 0]}]", "box size 2 is 0 m"),
+        ("mass: 0, of: collision", "a mass is above zero"),
+        ("density: -1, of: collision", "a density is above zero"),
+        ("mass: 1, of: collision, xyz: [0, 0, 0]", "xyz is calculated from the shapes"),
+        ("mass: 1, of: collision, inertia: {ixx: 1, iyy: 1, izz: 1}", "inertia is calculated from the shapes"),
+        ("mass: 1, density: 1, inertia: {ixx: 1, iyy: 1, izz: 1}", "a density needs shapes to fill"),
+        ("density: 1 kg", "needs the key"),
+        ("density: 1 kg, of: collision", "is a density (kg/m^3), but 1 kg is a mass (kg)"),
+        ("mass: 1", 'inertial needs the key "inertia"'),
+    ],
+)
+def test_an_inertial_of_shapes_is_whole_and_said_once(tmp_path: Path, inertial: str, message: str) -> None:
+    text = f"links:\n  base_link: {{collision: [sphere: {{radius: 0.1}}], inertial: {{{inertial}}}}}"
+    made = compile_robot(written(tmp_path, text))
+    if message:
+        assert message in made.diagnostics[0].message
+        assert made.diagnostics[0].span.line == 3
+    else:
+        assert made.artifacts
+
+
+def test_the_mass_of_a_mirrored_part_is_mirrored(tmp_path: Path) -> None:
+    """Shapes of the link itself, and shapes that are listed for the mass alone."""
+    listed = "inertial: {mass: 1, of: [{box: {size: [1, 2, 3]}, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3]}]}"
+    own = listed[listed.index("[") : -1]
+    text = f"""links: {{base_link: {{}}}}
+parts:
+  body:
+    links:
+      a: {{{listed}}}
+      b: {{inertial: {{mass: 1, of: collision}}, collision: {own}}}
+    joints: {{ja: {{type: fixed, parent: mount, child: a}}, jb: {{type: fixed, parent: mount, child: b}}}}
+use: {{left: {{part: body, parent: base_link}}, right: {{part: body, parent: base_link, mirror: y}}}}"""
+    robot = compiled(written(tmp_path, text)).robot
+    assert robot is not None
+    flip = np.diag([1, -1, 1])
+    for name in ("a", "b"):
+        left, right = (robot.link[f"{side}_{name}"].inertial for side in ("left", "right"))
+        assert left is not None
+        assert right is not None
+        np.testing.assert_allclose(right.pose.xyz, flip @ left.pose.xyz, atol=1e-15)
+        np.testing.assert_allclose(tensor(right), flip @ tensor(left) @ flip, atol=1e-15)

@@ -1,0 +1,167 @@
+"""The Python API of pulses: both directions, and the driver's model gives the very numbers."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosorin_compile.model import Joint, Limit, Link, Robot, ServoGroup
+from rosorin_compile.pulses import (
+    Nearest,
+    NoModel,
+    NoPulse,
+    NoServo,
+    against_model,
+    nearest,
+    position_of,
+    servo_of,
+    to_pulses,
+    to_radians,
+    travel,
+    within,
+)
+from support.paths import OUTPUTS
+from support.robots import RECORDED, compiled, texts
+
+
+@pytest.fixture(scope="module")
+def rosorin() -> Robot:
+    robot = compiled().robot
+    assert robot is not None
+    return robot
+
+
+# The groups of the property tests: any resolution a servo can have, either way round, any zero inside the range.
+ranges = st.tuples(st.integers(-100, 5000), st.integers(1, 5000)).map(lambda ends: (ends[0], ends[0] + ends[1]))
+
+
+@st.composite
+def groups(draw: st.DrawFn) -> ServoGroup:
+    low, high = draw(ranges)
+    resolution = draw(st.floats(1e-6, 0.1)) * draw(st.sampled_from([1, -1]))
+    return ServoGroup("g", ("j",), resolution, draw(st.integers(low, high)), draw(st.booleans()), (low, high))
+
+
+@given(groups(), st.data())
+def test_a_pulse_comes_back_as_itself(group: ServoGroup, data: st.DataObject) -> None:
+    pulse = data.draw(st.integers(*group.pulse_range))
+    assert nearest(group, position_of(group, pulse)) == Nearest(pulse, group.radians(pulse), 0.0)
+
+
+@given(groups(), st.floats(0, 1))
+def test_a_position_comes_back_within_half_a_pulse(group: ServoGroup, share: float) -> None:
+    first, last = travel(group)
+    asked = first + share * (last - first)
+    found = nearest(group, asked)
+    assert group.pulse_range[0] <= found.pulse <= group.pulse_range[1]
+    assert found.off == found.position - asked
+    assert abs(found.off) <= abs(group.rad_per_pulse) / 2 * (1 + 1e-9)
+
+
+def test_every_pulse_of_every_group_comes_back(rosorin: Robot) -> None:
+    assert rosorin.servos
+    for group in rosorin.servos:
+        for pulse in range(group.pulse_range[0], group.pulse_range[1] + 1):
+            assert nearest(group, position_of(group, pulse)).pulse == pulse
+
+
+@given(groups(), st.floats(-10, 10), st.floats(-10, 10))
+def test_the_pulses_within_limits_are_those_whose_positions_are(group: ServoGroup, one: float, other: float) -> None:
+    lower, upper = sorted((one, other))
+    found = within(group, Limit(lower, upper))
+    slack = 2e-6 * abs(group.rad_per_pulse)
+    low, high = group.pulse_range
+    inside = [p for p in range(low, high + 1) if lower - slack <= group.radians(p) <= upper + slack]
+    strictly = [p for p in inside if lower + slack <= group.radians(p) <= upper - slack]
+    if found is None:
+        assert not strictly
+    else:
+        assert inside[0] <= found[0] <= found[1] <= inside[-1]
+        assert not strictly or (found[0] <= strictly[0] and strictly[-1] <= found[1])
+
+
+def test_in_the_middle_the_pulse_nearer_to_zero_is_taken() -> None:
+    group = ServoGroup("g", ("j",), 0.5, 500, False, (0, 1000))
+    assert nearest(group, 0.25).pulse == 500
+    assert nearest(group, 0.75).pulse == 501
+    assert nearest(group, -0.75).pulse == 499
+
+
+def test_the_recorded_tuck(rosorin: Robot) -> None:
+    recorded = RECORDED["tuck"]
+    radians = to_radians(rosorin, recorded["pulses"])
+    assert list(radians.values()) == recorded["positions_rad"]
+    assert {joint: found.pulse for joint, found in to_pulses(rosorin, radians).items()} == recorded["pulses"]
+
+
+def test_the_model_of_the_driver_gives_the_same_doubles(rosorin: Robot) -> None:
+    """What the driver does with its file, written out once more: no code of ours between the file and the number."""
+    model = json.loads(texts(compiled())["robot_model.json"])["pulse_to_rad"]
+    assert model["joints"] == [f"joint{i}" for i in range(1, 6)]
+    for joint in model["joints"]:
+        group = servo_of(rosorin, joint)
+        for pulse in range(1001):
+            k, zero = model["rad_per_pulse"], model["zero"]
+            theirs = (zero - pulse) * k if model["flipped"] else (pulse - zero) * k
+            assert theirs == position_of(group, pulse, joint)
+
+
+def test_pulses_that_do_not_exist(rosorin: Robot) -> None:
+    for pulse, why in ((1001, "outside the range"), (-1, "outside the range"), (5.0, "a pulse is a whole number")):
+        with pytest.raises(NoPulse) as refused:
+            to_radians(rosorin, {"joint1": pulse})  # type: ignore[dict-item]
+        assert str(refused.value) == f'there is no pulse {pulse} of joint "joint1": {why}; 0 to 1000 exist'
+
+
+@pytest.mark.parametrize("position", [2.2, -2.2, math.inf, -math.inf, math.nan, 1e300])
+def test_positions_that_no_pulse_gives(rosorin: Robot, position: float) -> None:
+    with pytest.raises(NoPulse) as refused:
+        to_pulses(rosorin, {"joint1": position})
+    told = "the pulses 0 to 1000 give -2.0944 to 2.0944"
+    assert str(refused.value) == f'no pulse gives the position {position:.6g} of joint "joint1": {told}'
+
+
+def test_joints_without_a_servo(rosorin: Robot) -> None:
+    with pytest.raises(NoServo, match=r'joint "r_joint" has no servo; these have one: joint1, joint2'):
+        to_radians(rosorin, {"r_joint": 500})
+    with pytest.raises(NoServo, match='there is no joint "jiont1"; did you mean "joint1"'):
+        to_pulses(rosorin, {"jiont1": 0.0})
+    bare = Robot("made", (Link("base"), Link("arm")), (Joint("a", "revolute", "base", "arm"),))
+    with pytest.raises(NoServo, match='joint "a" has no servo; the robot has none at all'):
+        servo_of(bare, "a")
+
+
+def test_the_model_of_another_robot_is_told(rosorin: Robot) -> None:
+    model = json.loads((OUTPUTS / "robot_model.json").read_text("utf-8"))
+    model["pulse_to_rad"] |= {"zero": 501, "joints": ["joint1", "claw"]}
+    found = against_model(rosorin, json.dumps(model).encode())
+    assert found.pulses == 1001
+    assert found.differences == (
+        'joint "joint1": pulse 0 is 2.098583892597982 there, 2.0943951023931953 in the description'
+        " (1,001 of 1,001 pulses differ)",
+        'there is no joint "claw"; known: joint1, joint2, joint3, joint4, joint5',
+    )
+
+
+@pytest.mark.parametrize(
+    "content",
+    [b"", b"[]", b"{}", b"\xff", b'{"pulse_to_rad": 1}', b'{"pulse_to_rad": {"joints": []}}', b"[" * 100_000]
+    + [
+        json.dumps({"pulse_to_rad": {"joints": names, "rad_per_pulse": rad, "zero": 0, "flipped": flipped}}).encode()
+        for names, rad, flipped in (
+            (["a"], "1", True),
+            ([1], 1, True),
+            (["a"], 1, 1),
+            ("a", 1, True),
+            (["a"], True, True),
+        )
+    ],
+    ids=range(12),
+)
+def test_what_is_no_model_is_told(rosorin: Robot, content: bytes) -> None:
+    with pytest.raises(NoModel):
+        against_model(rosorin, content)

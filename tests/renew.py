@@ -1,0 +1,31 @@
+"""Writes anew what is committed and made by a program; the difference is then read like any other change.
+
+python tests/renew.py docs | from-xacro | imported [NAME...] | findings
+"""
+
+from __future__ import annotations
+
+import runpy
+import sys
+
+from support.paths import TESTS
+
+WRITERS = {
+    "docs": "docs/test_docs.py",
+    "from-xacro": "support/xacro_page.py",
+    "imported": "tools/importer/test_import_golden.py",
+    "findings": "tools/verify/test_verify_faults.py",
+}
+
+
+def main() -> None:
+    """Run the module that writes what is asked for."""
+    what, *rest = sys.argv[1:] or [""]
+    if what not in WRITERS:
+        raise SystemExit(f"python tests/renew.py {' | '.join(WRITERS)}")
+    sys.argv = [what, *rest]
+    runpy.run_path(str(TESTS / WRITERS[what]), run_name="__main__")
+
+
+if __name__ == "__main__":
+    main()

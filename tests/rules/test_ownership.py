@@ -1,0 +1,528 @@
+"""Who publishes each frame: proved by the rules, and counted by a search that knows nothing of them."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.build import build
+from rosorin_compile.compare import agreement
+from rosorin_compile.diagnostic import Source
+from rosorin_compile.drawing.situations import situations
+from rosorin_compile.emit import frames
+from rosorin_compile.emit.static_tf import condition
+from rosorin_compile.load import parse_yaml
+from rosorin_compile.model import Link, Robot
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.rules.conditions import combinations, holds
+from rosorin_compile.rules.proof import in_words, prove
+from support.launch import Node, command_line, run
+from support.robots import compiled, found, rules
+
+MODES = ("m", "n")
+WHENS = ["", "m", "not m", "n", "m and n", "m and not n", "not (m or n)", "m or n", "m == n", "True"]
+NOBODY = {"none": "why"}
+OUTPUTS = {"urdf": {"file": "a.urdf"}, "static_tf": {"file": "a.launch.py"}}
+
+
+def is_on(when: str, states: dict[str, bool]) -> bool:
+    return not when or eval(when, {}, dict(states))  # noqa: S307
+
+
+def every_state() -> list[dict[str, bool]]:
+    return [dict(zip(MODES, states, strict=True)) for states in itertools.product((False, True), repeat=2)]
+
+
+# Conditions that take turns, so that robots come out which are right; any others come too.
+IN_TURN = st.sampled_from(
+    [["m", "not m"], ["n", "not n"], ["m and n", "not (m and n)"], ["m", "n and not m", "not (m or n)"]]
+)
+ANY_WHENS = st.one_of(IN_TURN, IN_TURN, IN_TURN, st.lists(st.sampled_from(WHENS), min_size=1, max_size=3))
+
+
+@st.composite
+def owned(draw: Any) -> dict[str, Any]:
+    """Make a robot that is one tree; its joints and a few edges are published by anybody, always or in turns."""
+    count = draw(st.integers(2, 4))
+    taking_turns = st.sampled_from(["static", "static", "a", "b", "b", "nobody", "urdf"])
+    kinds = st.sampled_from(["urdf", "urdf", "static", "a", "nobody"])
+    names = itertools.count()
+
+    def publisher(kind: str) -> Any:
+        special = {"urdf": "robot_state_publisher", "static": {"static_transform_publisher": f"tf{next(names)}"}}
+        return {**special, "nobody": NOBODY}.get(kind, kind)
+
+    joints: dict[str, Any] = {}
+    for n in range(1, count):
+        joint = {"type": "fixed", "parent": f"l{draw(st.integers(0, n - 1))}", "child": f"l{n}"}
+        said = publisher(draw(kinds))
+        if draw(st.booleans()):
+            whens = draw(ANY_WHENS)
+            said = [{"by": publisher(draw(taking_turns)), **({"when": when} if when else {})} for when in whens]
+        joints[f"j{n}"] = {**joint, "publisher": said}
+    links = [f"l{n}" for n in range(count)]
+    silent = [joint["child"] for joint in joints.values() if joint["publisher"] == NOBODY]
+    edges: list[dict[str, Any]] = []
+    for _ in range(draw(st.integers(0, 2))):
+        child = draw(st.sampled_from(["l0", *silent, *silent, *silent, *links, "odom"]))
+        for when in draw(ANY_WHENS):
+            parent = draw(st.sampled_from([*links, "odom", "odom", "map"]))
+            who = draw(st.sampled_from("ab"))
+            edges.append({"parent": parent, "child": child, "publisher": who, **({"when": when} if when else {})})
+    return {
+        "robot": "made",
+        "modes": dict.fromkeys(MODES),
+        "publishers": {"a": None, "b": None},
+        "links": {link: {} for link in links},
+        "joints": joints,
+        "edges": edges,
+        "outputs": OUTPUTS,
+    }
+
+
+def running(description: dict[str, Any], states: dict[str, bool]) -> list[tuple[str, str, str]]:
+    """Return parent, child and owner of all that is published when modes are so; the owner nobody is told too."""
+    made = []
+    for joint in description["joints"].values():
+        said = joint["publisher"]
+        turns = said if isinstance(said, list) else [{"by": said}]
+        if any(turn["by"] == "robot_state_publisher" for turn in turns):
+            made.append((joint["parent"], joint["child"], "urdf"))
+        for turn in turns:
+            if turn["by"] != "robot_state_publisher" and is_on(turn.get("when", ""), states):
+                silent = turn["by"] == NOBODY and isinstance(said, list)
+                if turn["by"] != NOBODY or silent:
+                    made.append((joint["parent"], joint["child"], "nobody" if silent else str(turn["by"])))
+    for edge in description["edges"]:
+        if is_on(edge.get("when", ""), states):
+            made.append((edge["parent"], edge["child"], edge["publisher"]))
+    return made
+
+
+def goes_round(pairs: list[tuple[str, str]]) -> bool:
+    return any(start in reached(pairs, start) for start, _ in pairs)
+
+
+def reached(pairs: list[tuple[str, str]], start: str) -> set[str]:
+    seen: set[str] = set()
+    for _ in pairs:
+        seen |= {child for parent, child in pairs if parent == start or parent in seen}
+    return seen
+
+
+def doubled(description: dict[str, Any], states: dict[str, bool]) -> bool:
+    """Say whether a frame has two owners at once, or one that a turn of the same joint says nobody is."""
+    now = running(description, states)
+    children = [child for _, child, owner in now if owner != "nobody"]
+    if len(set(children)) < len(children):
+        return True
+    silent = {child for _, child, owner in now if owner == "nobody"}
+    edges = {edge["child"] for edge in description["edges"] if is_on(edge.get("when", ""), states)}
+    return bool(silent & set(children) - edges)
+
+
+@given(owned())
+@settings(max_examples=300, deadline=None)
+def test_rules_agree_with_a_search_through_all_modes(description):
+    said = set(rules(description))
+    assert ("two-publishers" in said) == any(doubled(description, states) for states in every_state())
+    pairs = [
+        [(parent, child) for parent, child, owner in running(description, states) if owner != "nobody"]
+        for states in every_state()
+    ]
+    assert ("edge-cycle" in said) == any(map(goes_round, pairs))
+
+
+@given(owned())
+@settings(max_examples=300, deadline=None)
+def test_gaps_are_those_of_the_search(description):
+    """Where nothing is an error, the frames with a gap are those that the search finds, and the proof names them."""
+    diagnostics = found(description)
+    if any(d.severity == "error" for d in diagnostics):
+        return
+    runs = [{child for _, child, _ in running(description, states)} for states in every_state()]
+    gaps = {child for child in set().union(*runs) if not all(child in run for run in runs)}
+    told = {
+        child
+        for child in gaps
+        for d in diagnostics
+        if d.message.startswith(f'nobody publishes the transform into "{child}"')
+    }
+    assert told == gaps
+    assert sum(d.rule == "unpublished-edge" for d in diagnostics) == len(gaps)
+    proof = prove(model(description))
+    published = [
+        {child for _, child, owner in running(description, states) if owner != "nobody"} for states in every_state()
+    ]
+    always = set.intersection(*published)
+    assert set(proof.published) == always
+    assert set(proof.gaps) == set().union(*published) - always
+    assert proof.wrong == proof.unchecked == ()
+
+
+@st.composite
+def held_apart(draw: Any) -> dict[str, Any]:
+    """Make a robot of which some joints are published by nobody, and a frame that takes its parents in turn."""
+    joints: dict[str, Any] = {}
+    for n in range(1, 5):
+        publisher = draw(st.sampled_from(["a", NOBODY]))
+        joints[f"j{n}"] = {"type": "fixed", "parent": f"l{draw(st.integers(0, n - 1))}", "child": f"l{n}"}
+        joints[f"j{n}"]["publisher"] = publisher
+    links = [f"l{n}" for n in range(5)]
+    free = ["l0", *(joint["child"] for joint in joints.values() if joint["publisher"] == NOBODY)]
+    edges = []
+    for child in draw(st.lists(st.sampled_from(free), unique=True, max_size=2)):
+        for when in draw(IN_TURN):
+            parent = draw(st.sampled_from([*links, "odom"]))
+            edges.append({"parent": parent, "child": child, "publisher": "b", "when": when})
+    made = {"robot": "made", "modes": dict.fromkeys(MODES), "publishers": {"a": None, "b": None}}
+    return {**made, "links": {link: {} for link in links}, "joints": joints, "edges": edges}
+
+
+@given(held_apart())
+@settings(max_examples=300, deadline=None)
+def test_what_is_cut_off_is_found(description):
+    """Where each frame has one publisher in every mode, links below two tops that may be joined are cut off."""
+    diagnostics = found(description)
+    if any(d.severity == "error" or d.rule == "unpublished-edge" for d in diagnostics):
+        return
+    runs = [
+        {child: parent for parent, child, owner in running(description, states) if owner != "nobody"}
+        for states in every_state()
+    ]
+    ever = set().union(*runs)
+    if any(set(run) != ever for run in runs):  # what nobody publishes in some mode, by its own words
+        return
+    pairs = {pair for run in runs for pair in run.items()}
+    cut = False
+    for now in runs:
+        links = {name for name in {*now, *now.values()} if name.startswith("l")}
+        tops = {name: top(now, name) for name in links}
+        cut = cut or any(tops[a] != tops[b] and joined(pairs, a, b) for a in links for b in links)
+    assert any(d.rule == "split-tf" and "is not published then" in d.message for d in diagnostics) == cut
+
+
+def top(run: dict[str, str], name: str) -> str:
+    while name in run:
+        name = run[name]
+    return name
+
+
+def joined(pairs: set[tuple[str, str]], a: str, b: str) -> bool:
+    seen, waiting = {a}, [a]
+    while waiting:
+        here = waiting.pop()
+        for one, other in pairs:
+            for near in ([other] if one == here else []) + ([one] if other == here else []):
+                if near not in seen:
+                    seen.add(near)
+                    waiting.append(near)
+    return b in seen
+
+
+def model(description: dict[str, Any]) -> Robot:
+    robot = build(parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))).robot
+    assert robot is not None
+    return robot
+
+
+@given(owned())
+@settings(max_examples=200, deadline=None)
+def test_pictures_and_launch_files_have_the_edges_of_the_search(description):
+    if any(d.severity == "error" for d in found(description)):
+        return
+    robot = model(description)
+    for states in every_state():
+        shown = situations(robot, states)[0]
+        drawn = {(row.parent, row.child) for row in shown.edges if row.published}
+        now = {(parent, child) for parent, child, owner in running(description, states) if owner != "nobody"}
+        assert drawn == now
+
+
+TURNS = """
+robot: turner
+modes: {simulated: it is, urdf_file: a name that is taken}
+publishers: {bridge: {}}
+links: {base_link: {}}
+sensors:
+  lidar:
+    type: lidar_2d
+    parent: base_link
+    frame: laser
+    xyz: [0.1, 0, 0]
+    publisher:
+      - {by: {static_transform_publisher: tf_laser}, when: not simulated}
+      - {by: bridge, when: simulated and not urdf_file}
+      - {by: {static_transform_publisher: tf_laser_too}, when: simulated and urdf_file}
+  camera:
+    type: camera
+    parent: base_link
+    frame: camera_link
+    publisher:
+      - {by: {static_transform_publisher: tf_camera}, when: not simulated}
+      - {by: bridge, when: simulated}
+outputs:
+  urdf: {file: turner.urdf}
+  static_tf: {file: turner.launch.py}
+  static_tf_json: {file: turner.json}
+  frames: {file: frames.md}
+"""
+
+
+def made(folder: Path, text: str = TURNS) -> dict[str, str]:
+    path = folder / "robot.yaml"
+    path.write_text(text, "utf-8")
+    result = compile_robot(path)
+    assert [d for d in result.diagnostics if d.severity != "note"] == []
+    return {artifact.output: artifact.text for artifact in result.artifacts}
+
+
+def started(artifacts: dict[str, str], folder: Path, **modes: str) -> list[Node]:
+    (folder / "turner.urdf").write_text(artifacts["urdf"], "utf-8")
+    return [n for n in run(artifacts["static_tf"], folder / "turner.launch.py", **modes) if n.package == "tf2_ros"]
+
+
+@pytest.mark.parametrize(
+    ("modes", "names"),
+    [
+        ({}, ["tf_laser", "tf_camera", "tf_camera_optical"]),
+        ({"simulated": "False"}, ["tf_laser", "tf_camera", "tf_camera_optical"]),
+        ({"simulated": "true"}, []),
+        ({"simulated": "1", "mode_urdf_file": "on"}, ["tf_laser_too"]),
+    ],
+)
+def test_launch_file_starts_the_publishers_of_a_mode(tmp_path, modes, names):
+    nodes = started(made(tmp_path), tmp_path, **modes)
+    assert [node.name for node in nodes] == names
+    for node in nodes:
+        parent, child, pose = command_line(node.arguments)
+        assert (parent, child) in {
+            ("base_link", "laser"),
+            ("base_link", "camera_link"),
+            ("camera_link", "camera_link_optical"),
+        }
+        assert pose.xyz == ((0.1, 0.0, 0.0) if child == "laser" else (0.0, 0.0, 0.0))
+
+
+def test_turn_that_always_holds_is_started(tmp_path):
+    """An entry without a condition, and one whose condition names no mode."""
+    text = (
+        TURNS.split("  camera:")[0].split("    publisher:")[0]
+        + """
+    publisher: [{by: {static_transform_publisher: tf_laser}}]
+  camera:
+    type: imu
+    parent: base_link
+    frame: eye
+    publisher: [{by: {static_transform_publisher: tf_eye}, when: 'True'}]
+outputs:
+  urdf: {file: turner.urdf}
+  static_tf: {file: turner.launch.py}
+"""
+    )
+    assert [node.name for node in started(made(tmp_path, text), tmp_path)] == ["tf_laser", "tf_eye"]
+
+
+def test_launch_file_refuses_what_is_no_state(tmp_path):
+    with pytest.raises(ValueError, match="neither true nor false"):
+        started(made(tmp_path), tmp_path, simulated="maybe")
+
+
+def test_json_says_when(tmp_path):
+    import json
+
+    nodes = json.loads(made(tmp_path)["static_tf_json"])["static_transform_publisher"]
+    assert {node["name"]: node["when"] for node in nodes} == {
+        "tf_laser": "not simulated",
+        "tf_laser_too": "simulated and urdf_file",
+        "tf_camera": "not simulated",
+        "tf_camera_optical": "not simulated",
+    }
+
+
+def test_frames_show_each_turn(tmp_path):
+    text = made(tmp_path)["frames"]
+    rows = [[cell.strip() for cell in line.split(" | ")] for line in text.splitlines() if "| laser " in line]
+    assert [(row[2], row[-1].rstrip(" |").replace("\\", "")) for row in rows] == [
+        ("tf_laser", "not simulated"),
+        ("bridge", "simulated and not urdf_file"),
+        ("tf_laser_too", "simulated and urdf_file"),
+    ]
+    facts = {(fact.name, fact.quantity): value.value for fact, value in frames.read(text).items()}
+    assert facts["laser", "publisher when simulated and not urdf_file"] == "bridge"
+    assert "Checked in all 4 combinations of simulated and urdf_file: each of 3 frames has one parent" in text
+    assert "- lidar (lidar_2d): laser\n- camera (camera): camera_link, camera_link_optical\n" in text
+
+
+def test_artifacts_agree_and_a_wrong_one_does_not(tmp_path):
+    path = tmp_path / "robot.yaml"
+    path.write_text(TURNS, "utf-8")
+    result = compile_robot(path)
+    assert result.robot is not None
+    assert agreement(result.robot, result.artifacts) == []
+    for output, old, new in (
+        ("frames", "| 0.1 ", "| 0.2 "),
+        ("frames", "| not simulated ", "| simulated "),
+        ("static_tf", "'laser',", "'lasre',"),
+        ("static_tf_json", '"0.1"', '"0.3"'),
+    ):
+        texts = [a._replace(text=a.text.replace(old, new)) if a.output == output else a for a in result.artifacts]
+        assert texts != list(result.artifacts), output
+        assert agreement(result.robot, texts) != [], (output, old)
+
+
+def test_urdf_has_no_joint_that_takes_turns(tmp_path):
+    assert "laser" not in made(tmp_path)["urdf"]
+
+
+@pytest.mark.parametrize(
+    "when",
+    [w for w in WHENS if w not in ("", "True")] + ["(m) and(not n)", "m if n else not m", "not not m", "n in [m]"],
+)
+def test_conditions_mean_the_same_in_python(when):
+    robot = Robot("r", (Link("l"),), (), modes=("m", "n", "and"))
+    text = condition(robot, when)
+    for states in combinations(["m", "n"]):
+        assert eval(text, {}, {"on": dict(states)}) is holds(when, states)  # noqa: S307
+
+
+def test_parts_rename_publishers_and_stamps(tmp_path):
+    text = """
+robot: parted
+modes: {simulated: it is}
+publishers: {bridge: {}}
+links: {base_link: {}}
+parts:
+  eye:
+    sensors:
+      lidar:
+        type: lidar_2d
+        parent: mount
+        frame: laser
+        stamps: [laser]
+        publisher: [{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]
+use:
+  left: {part: eye, parent: base_link}
+  right: {part: eye, parent: base_link}
+outputs: {static_tf_json: {file: a.json}, frames: {file: frames.md}, urdf: {file: a.urdf}}
+"""
+    artifacts = made(tmp_path, text)
+    assert '"name": "left_tf_laser"' in artifacts["static_tf_json"]
+    assert '"name": "right_tf_laser"' in artifacts["static_tf_json"]
+    assert "- left_lidar (lidar_2d): left_laser\n- right_lidar (lidar_2d): right_laser\n" in artifacts["frames"]
+    plain = text.replace(
+        "[{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]",
+        "{static_transform_publisher: tf_laser}",
+    )
+    assert '"name": "left_tf_laser"' in made(tmp_path, plain)["static_tf_json"]
+
+
+def many_modes(edges: list[dict[str, str]], joints: dict[str, Any] | None = None) -> list[str]:
+    """Return what the rules say of a robot with eleven modes, none of whose frames depends on more than two."""
+    modes = [f"m{n}" for n in range(11)]
+    tags = [{"parent": "base", "child": f"t{mode}", "publisher": "a", "when": mode} for mode in modes]
+    tags += [{"parent": "base", "child": f"t{mode}", "publisher": "a", "when": f"not {mode}"} for mode in modes]
+    robot = {"robot": "r", "links": {"base": {}, "arm": {}}, "modes": dict.fromkeys(modes), "publishers": {"a": None}}
+    return rules({**robot, "joints": joints or {}, "edges": [*edges, *tags]})
+
+
+JOINT = {"j": {"type": "fixed", "parent": "base", "child": "arm"}}
+
+
+def test_a_circle_is_judged_by_its_own_modes():
+    way = [{"parent": "arm", "child": "dock", "publisher": "a", "when": "m0"}]
+    back = {"parent": "dock", "child": "base", "publisher": "a"}
+    way += [{"parent": "odom", "child": "dock", "publisher": "a", "when": "not m0"}]
+    assert many_modes([*way, {**back, "when": "not m0"}, {**back, "parent": "map", "when": "m0"}], JOINT) == [
+        "too-many-modes"
+    ]
+    assert "edge-cycle" in many_modes([*way, back], JOINT)
+
+
+def test_two_parents_in_two_modes_are_fine():
+    edges = [
+        {"parent": "map", "child": "base", "publisher": "a", "when": "m"},
+        {"parent": "odom", "child": "base", "publisher": "b", "when": "not m"},
+    ]
+    robot = {"robot": "r", "links": {"base": {}}, "modes": {"m": None}, "publishers": {"a": None, "b": None}}
+    assert rules({**robot, "edges": edges}) == []
+
+
+OWNERS: dict[str, Any] = {
+    "the URDF": ({"publisher": "robot_state_publisher"}, None),
+    "a static one": ({"publisher": {"static_transform_publisher": "tf_x"}}, None),
+    "a node of the joint": ({"publisher": "a"}, None),
+    "a turn": ({"publisher": [{"by": "a", "when": "m"}, {"by": NOBODY, "when": "not m"}]}, None),
+}
+
+
+@pytest.mark.parametrize("owner", OWNERS)
+@pytest.mark.parametrize("moving", [False, True])
+@pytest.mark.parametrize("parent", ["base", "odom"])
+@pytest.mark.parametrize("of_sensor", [False, True])
+def test_a_joint_and_an_edge_name_both_owners_and_both_lines(owner, moving, parent, of_sensor):
+    if owner == "a static one" and moving:
+        return
+    entry = OWNERS[owner][0]
+    description: dict[str, Any] = {
+        "robot": "r",
+        "modes": {"m": None},
+        "publishers": {"a": None, "b": None},
+        "links": {"base": {}},
+        "edges": [{"parent": parent, "child": "arm", "publisher": "b"}],
+        "outputs": OUTPUTS,
+    }
+    if of_sensor:
+        description["sensors"] = {"s": {"type": "camera", "parent": "base", "frame": "arm", **entry}}
+    else:
+        limit = {"limit": {"effort": 1, "velocity": 1}} if moving else {}
+        kind = "continuous" if moving else "fixed"
+        description["links"]["arm"] = {}
+        description["joints"] = {"j": {"type": kind, "parent": "base", "child": "arm", **limit, **entry}}
+    (said,) = [d for d in found(description) if d.rule == "two-publishers"]
+    assert len({said.span.line, *(r.span.line for r in said.related)}) == 2
+    named = {"the URDF": "robot_state_publisher", "a static one": '"tf_x"'}.get(owner, "a (joint")
+    assert named in said.message
+    assert " b " in said.message.replace(",", " ")
+    assert (parent == "odom") == ('below "base" and "odom"' in said.message)
+
+
+@pytest.mark.parametrize("order", list(itertools.permutations(range(3))))
+def test_three_owners_in_any_order(order):
+    edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b", "c")]
+    description = {
+        "robot": "r",
+        "links": {"base": {}},
+        "publishers": dict.fromkeys("abc"),
+        "edges": [edges[index] for index in order],
+    }
+    (said,) = found(description)
+    first, second, third = ("abc"[index] for index in order)
+    assert said.message == f'{first}, {second} and {third} publish the transform into "base"'
+    assert len({said.span.line, *(r.span.line for r in said.related)}) == 3
+
+
+def test_proof_of_the_reference_robot():
+    robot = compiled().robot
+    proof = prove(robot)
+    edges = {edge.child for edge in robot.edges}
+    joints = {j.child for j in robot.joints if j.publisher.kind != "none" and j.publisher.name}
+    assert set(proof.published) == edges | joints
+    assert proof.gaps == proof.wrong == proof.unchecked == ()
+    words = in_words(proof)
+    assert words.startswith(
+        f"Checked with slam on and with it off: each of {len(proof.published)} frames has one parent"
+    )
+
+
+def test_no_proof_of_what_does_not_hold():
+    edges = [{"parent": "odom", "child": "base", "publisher": who} for who in ("a", "b")]
+    description = {"robot": "r", "links": {"base": {}}, "publishers": dict.fromkeys("ab"), "edges": edges}
+    assert in_words(prove(model(description))) == ""
+    assert in_words(prove(model({"robot": "r", "links": {"base": {}}}))) == ""

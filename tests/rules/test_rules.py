@@ -1,0 +1,172 @@
+"""The rules: none is wrong about a robot that is right."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.build import build
+from rosorin_compile.diagnostic import NOTE
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.expand import expand
+from rosorin_compile.model import IDENTITY, Inertial
+from rosorin_compile.rules import CHECKS, check
+from rosorin_compile.rules.inertia import principal_moments
+from rosorin_compile.schema import schema, with_formats
+from support.paths import ROSORIN
+from support.robots import compiled, robot, rules
+
+LIMIT = {"lower": -1, "upper": 1, "effort": 1, "velocity": 1}
+
+
+def test_reference_robot_is_right():
+    made = compiled()
+    assert [d for d in made.diagnostics if d.severity != NOTE] == []
+
+
+def test_reference_robot_names_its_stand_ins_once():
+    tree = expand(ROSORIN, {}, None).tree
+    built = build(tree)
+    notes = [d.message for d in check(built.robot, tree, built.places, FORMATS)]
+    assert len(notes) == len(set(notes)) >= 3
+    assert any("chassis height map" in note and note.endswith("(base_footprint collision[0])") for note in notes)
+    assert any("(joint1 limit, joint2 limit, joint3 limit, joint4 limit, joint5 limit)" in note for note in notes)
+
+
+def test_every_rule_says_what_it_is_about():
+    assert all(one.function.__doc__ for one in CHECKS)
+    assert len(set(CHECKS)) == len(CHECKS)
+
+
+def test_options_are_those_of_the_schema():
+    options = {option for format in FORMATS.values() for option in format.options}
+    whole = with_formats(FORMATS.values())["$defs"]["output"]
+    assert options | {"file", "backend"} == set(whole["properties"])
+    assert options.isdisjoint(schema()["$defs"]["output"]["properties"])
+
+
+def test_a_format_has_the_name_of_its_module_and_a_place_of_its_own():
+    assert [FORMATS[name].name for name in FORMATS] == list(FORMATS)
+    ranks = [format.rank for format in FORMATS.values()]
+    assert sorted(set(ranks)) == ranks
+
+
+def orthogonal(seed: int) -> np.ndarray:
+    return np.linalg.qr(np.random.default_rng(seed).normal(size=(3, 3)))[0]
+
+
+def inertial(matrix: np.ndarray) -> Inertial:
+    m = [[float(value) for value in row] for row in matrix]
+    return Inertial(1.0, IDENTITY, m[0][0], m[1][1], m[2][2], m[0][1], m[0][2], m[1][2])
+
+
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 1e6])
+@pytest.mark.parametrize("moments", [(1, 2, 2.5), (1, 1, 1), (1, 1, 2), (1e-6, 1, 1), (-1, 1, 2), (0, 0, 1)])
+def test_principal_moments_are_the_eigenvalues(moments, scale):
+    for seed in range(50):
+        axes = orthogonal(seed)
+        matrix = axes @ np.diag(moments) @ axes.T * scale
+        matrix = (matrix + matrix.T) / 2
+        assert principal_moments(inertial(matrix)) == pytest.approx(np.linalg.eigvalsh(matrix), abs=4e-15 * scale)
+
+
+def test_principal_moments_end_on_any_number():
+    for values in ((1e300,) * 6, (1e-320,) * 6, (0, 0, 0, 1, 1, 1), (1e308, -1e308, 0, 1e308, 5, 1e-300), (0,) * 6):
+        assert len(principal_moments(Inertial(1.0, IDENTITY, *map(float, values)))) == 3
+
+
+@given(st.integers(0, 2**32), st.integers(4, 12), st.floats(-6, 3))
+@settings(max_examples=200, deadline=None)
+def test_a_cloud_of_masses_has_a_physical_inertia(seed, count, exponent):
+    rng = np.random.default_rng(seed)
+    points, masses = rng.normal(size=(count, 3)) * 10**exponent, rng.uniform(0.1, 1, count)
+    points = points - (masses @ points) / masses.sum()
+    matrix = sum(m * (p @ p * np.eye(3) - np.outer(p, p)) for m, p in zip(masses, points, strict=True))
+    keys = dict(
+        zip(
+            ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+            map(float, matrix[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]),
+            strict=True,
+        )
+    )
+    link = {"inertial": {"mass": float(masses.sum()), "inertia": keys}}
+    assert rules({"robot": "made", "links": {"base_link": link}}) == []
+
+
+@pytest.mark.parametrize("flat", [(1e-6, 2e-6, 3e-6), (0.1, 0.2, 0.3), (3e-7, 3e-7, 6e-7)])
+def test_a_flat_plate_is_physical(flat):
+    inertia = dict(zip(("ixx", "iyy", "izz"), flat, strict=True))
+    assert rules({"robot": "made", "links": {"base_link": {"inertial": {"mass": 1, "inertia": inertia}}}}) == []
+
+
+@pytest.mark.parametrize(
+    "turn", [(-math.pi / 2, 0, -math.pi / 2), (-1.5707, 0, -1.5708), (math.pi / 2, math.pi, math.pi / 2)]
+)
+def test_optical_frame_may_be_said_in_any_way(turn):
+    lens = {"type": "fixed", "parent": "camera", "child": "camera_optical_frame", "rpy": list(turn)}
+    assert rules(robot({"lens": lens})) == []
+
+
+def test_imagers_of_one_device_differ_by_their_calibration():
+    lens = {"type": "fixed", "parent": "camera", "child": "depth_optical_frame", "rpy": [-math.pi / 2, 0, -math.pi / 2]}
+    color = {
+        "type": "fixed",
+        "parent": "depth_optical_frame",
+        "child": "color_optical_frame",
+        "rpy": [0.004, -0.01, 0.002],
+    }
+    assert rules(robot({"lens": lens, "color": color})) == []
+
+
+@pytest.mark.parametrize(
+    "joint",
+    [
+        {"type": "revolute", "limit": {**LIMIT, "lower": -6.2832, "upper": 6.2832}},
+        {"type": "continuous"},
+        {"type": "continuous", "limit": {"effort": 1, "velocity": 30}},
+        {"type": "prismatic", "limit": {**LIMIT, "lower": 0, "upper": 12}},
+        {"type": "revolute", "limit": LIMIT, "axis": [0.99997, -0.0069812, 0.0026676]},
+    ],
+)
+def test_unusual_joints_are_right(joint):
+    joints = {"joint": {"parent": "base_link", "child": "arm", **joint}}
+    assert rules(robot(joints, poses={"there": {"positions": {"joint": 0.5}}})) == []
+
+
+def test_a_wheel_may_be_told_any_angle():
+    joints = {"wheel": {"type": "continuous", "parent": "base_link", "child": "tyre"}}
+    assert rules(robot(joints, poses={"far": {"positions": {"wheel": 100}}})) == []
+
+
+@pytest.mark.parametrize(
+    ("first", "second"), [("slam", "not slam"), ("slam and gps", "not (slam and gps)"), ("", None)]
+)
+def test_one_publisher_in_every_mode(first, second):
+    edge = {"parent": "map", "child": "base_link", "publisher": "a"}
+    edges = [{**edge, "when": when} if when else dict(edge) for when in (first, second) if when is not None]
+    description = {"robot": "made", "links": {"base_link": {}}, "publishers": {"a": None}, "edges": edges}
+    assert rules({**description, "modes": {"slam": None, "gps": None}}) == []
+
+
+def test_frames_of_the_world_may_have_any_name():
+    edges = [
+        {"parent": "vicon/world".replace("/", "_"), "child": "base_link", "publisher": "mocap"},
+        {"parent": "arm", "child": "tag", "publisher": "mocap"},
+        {"parent": "tag", "child": "tag_corner", "publisher": "mocap"},
+    ]
+    joints = {"shoulder": {"type": "fixed", "parent": "base_link", "child": "arm"}}
+    assert rules(robot(joints, edges=edges, publishers={"mocap": {}})) == []
+
+
+def test_mimic_of_a_mimic_that_comes_earlier_is_right():
+    hinge = {"type": "revolute", "parent": "base_link", "limit": LIMIT}
+    joints = {
+        "a_joint": {**hinge, "child": "a", "mimic": {"joint": "c_joint"}},
+        "b_joint": {**hinge, "child": "b", "mimic": {"joint": "a_joint"}},
+        "c_joint": {**hinge, "child": "c"},
+    }
+    assert rules(robot(joints)) == []

@@ -1,0 +1,204 @@
+"""The rules on any tree: none crashes, and they agree with a search that knows nothing of them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.build import build
+from rosorin_compile.diagnostic import NOTE, Source, has_errors
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.load import parse_yaml
+from rosorin_compile.rules import check
+from rosorin_compile.validate import validate
+from support.robots import rules
+
+
+@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 5)), max_size=7), st.integers(1, 6))
+@settings(max_examples=400, deadline=None)
+def test_what_is_no_tree_is_refused_and_a_tree_is_not(pairs, count):
+    """Any set of joints between a few links: the rules agree with a search from every link."""
+    links = {f"link{n}": {} for n in range(count)}
+    joints = {f"j{i}": {"type": "fixed", "parent": f"link{a}", "child": f"link{b}"} for i, (a, b) in enumerate(pairs)}
+    known = all(a < count and b < count for a, b in pairs)
+    reached = {n: {n} for n in range(count)}
+    for _ in range(count):
+        for a, b in pairs if known else ():
+            for seen in reached.values():
+                seen |= {b} if a in seen else set()
+    is_tree = known and len(pairs) == count - 1 and any(len(seen) == count for seen in reached.values())
+    said = rules({"robot": "made", "links": links, "joints": joints})
+    assert (said == []) == is_tree, said
+    assert set(said) <= {"unknown-link", "two-parents", "joint-cycle", "several-roots", "unreached-link"}
+
+
+NAMES = st.sampled_from(
+    ["base_link", "arm", "hand", "laser", "map", "odom", "a_optical", "b_optical_frame", "bas_link", "j1", "j2"]
+)
+JOINTS = st.sampled_from(["j1", "j2", "j3", "wrist", "jj"])
+NODES = st.sampled_from(["ekf", "slam", "tf_1", "tf-2", "robot_state_publisher"])
+# Quantities of all kinds: most places refuse most of them before a rule sees them.
+NUMBERS = st.sampled_from(
+    [0, -1, 1, 0.5, 90, -90, 1e-12, 1e300, -1e300, math.pi, "30 deg", "5 mm", "2 kg", "3 N*m", "1 N", "1 rad/s"]
+)
+BARE = st.sampled_from([0, -1, 1, 0.5, 90, 1e-12, 1e300, -1e300, 5e-324])
+ANGLES = st.lists(st.sampled_from([0, 90, -1.5707963, 1.5707963, "90 deg", 1e300]), min_size=3, max_size=3)
+LENGTHS = st.lists(st.sampled_from([0, 46.6, "46.6 mm", 1e300]), min_size=3, max_size=3)
+VECTOR = st.lists(BARE, min_size=3, max_size=3)
+WHEN = st.sampled_from(
+    ["", "slam", "not slam", "slam or gps", "slm", "1", "slam and not slam", "(", "slam.x", "m", " slam ", "9**9**9"]
+)
+
+
+def some(**entries: st.SearchStrategy[Any]) -> st.SearchStrategy[dict[str, Any]]:
+    """Make mappings with any of the entries; those with a capital first letter are always there."""
+    always = {key.lower(): value for key, value in entries.items() if key[0].isupper()}
+    return st.fixed_dictionaries(
+        always, optional={key: value for key, value in entries.items() if not key[0].isupper()}
+    )
+
+
+PUBLISHER = st.one_of(NODES, NODES.map(lambda name: {"static_transform_publisher": name}), st.just({"none": "why"}))
+SOURCE = some(Status=st.sampled_from(["stand_in", "factory"]), note=st.sampled_from(["", "a", "b\x07"]))
+MIMIC = some(Joint=JOINTS, multiplier=BARE, offset=st.sampled_from([0, 1, "5 deg", "5 mm"]))
+LIMITS = some(
+    lower=st.sampled_from([-1, 0, -90, "-30 deg", "-5 mm"]),
+    upper=st.sampled_from([-1, 0, 1, 90, "30 deg", "5 mm"]),
+    effort=st.sampled_from([-1, 0, 1, "3 N*m", "1 N"]),
+    velocity=st.sampled_from([-1, 0, 1, "1 rad/s", "1 m/s"]),
+    source=SOURCE,
+)
+INERTIA = some(Ixx=BARE, Iyy=BARE, Izz=BARE, ixy=BARE, ixz=BARE, iyz=BARE)
+LINK = some(inertial=some(Mass=BARE, Inertia=INERTIA, rpy=ANGLES), source=SOURCE)
+JOINT = some(
+    Type=st.sampled_from(["fixed", "revolute", "continuous", "prismatic"]),
+    Parent=NAMES,
+    Child=NAMES,
+    xyz=LENGTHS,
+    rpy=ANGLES,
+    axis=VECTOR,
+    limit=LIMITS,
+    mimic=MIMIC,
+    dynamics=some(damping=BARE, armature=st.sampled_from([0, "1 kg", "1 kg*m^2"])),
+    actuator=some(Kp=BARE),
+    publisher=PUBLISHER,
+    source=SOURCE,
+)
+OPTICAL = some(Frame=NAMES, joint=JOINTS, rpy=ANGLES, publisher=PUBLISHER)
+SENSOR = some(
+    Type=st.just("camera"), Parent=NAMES, Frame=NAMES, joint=JOINTS, rpy=ANGLES, publisher=PUBLISHER, optical=OPTICAL
+)
+EDGE = some(Parent=NAMES, Child=NAMES, publisher=NODES, when=WHEN, moving=st.booleans(), rpy=ANGLES)
+SERVOS = some(
+    Joints=st.lists(JOINTS, min_size=1, max_size=3),
+    Rad_per_pulse=BARE,
+    Zero_pulse=st.just(500),
+    Pulse_range=st.just([0, 1000]),
+)
+POSE = some(
+    positions=st.dictionaries(JOINTS, NUMBERS, max_size=3),
+    pulses=st.dictionaries(JOINTS, st.integers(0, 1000), max_size=2),
+)
+OUTPUT = some(
+    File=st.sampled_from(["a.urdf", "A.urdf", "a.urdf/b", "../x", "/x", "x\\y", "C:x", "a//b", ".", " ", ".git/x"]),
+    backend=st.sampled_from([*FORMATS, "urfd"]),
+    joints=st.lists(JOINTS, max_size=2),
+    rename=st.dictionaries(NAMES, NAMES, max_size=2),
+    servos=st.sampled_from(["s1", "s3"]),
+    base=st.just("free"),
+)
+DESCRIPTION = some(
+    Robot=st.just("made"),
+    Links=st.dictionaries(NAMES, LINK, max_size=5),
+    Joints=st.dictionaries(JOINTS, JOINT, max_size=5),
+    sensors=st.dictionaries(st.sampled_from(["s1", "s2"]), SENSOR, max_size=2),
+    edges=st.lists(EDGE, max_size=4),
+    Publishers=st.just({"ekf": None, "slam": {"node": "tf_1"}, "tf_1": None, "tf-2": None}),
+    modes=st.sampled_from([{"slam": None}, {"slam": None, "gps": None}, {}]),
+    servos=st.dictionaries(st.sampled_from(["s1", "s2"]), SERVOS, max_size=2),
+    poses=st.dictionaries(st.sampled_from(["p1", "p2"]), POSE, max_size=2),
+    disabled_contacts=st.lists(some(Links=st.lists(NAMES, min_size=2, max_size=2), Reason=st.just("r")), max_size=2),
+    outputs=st.dictionaries(st.sampled_from([*FORMATS, "own"]), OUTPUT, max_size=3),
+    source=SOURCE,
+)
+
+
+@given(DESCRIPTION)
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+def test_no_rule_crashes(description):
+    tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False, allow_unicode=True)))
+    if has_errors(validate(tree, FORMATS)):
+        return
+    built = build(tree)
+    if built.robot is None:
+        return
+    first = check(built.robot, tree, built.places, FORMATS)
+    assert first == check(built.robot, tree, built.places, FORMATS)
+    for diagnostic in first:
+        assert diagnostic.span is not None, diagnostic
+        line = diagnostic.span.source.line(diagnostic.span.line)
+        assert 0 < diagnostic.span.column <= len(line) + 1, diagnostic
+        assert all(related.span is not None for related in diagnostic.related), diagnostic
+        assert diagnostic.help or diagnostic.severity == NOTE, diagnostic
+
+
+@st.composite
+def published(draw) -> dict[str, Any]:
+    """Make a robot that is one tree, its joints and a few edges published by anybody."""
+    count = draw(st.integers(1, 5))
+    links = [f"l{n}" for n in range(count)]
+    joints = {}
+    for n in range(1, count):
+        parent = links[draw(st.integers(0, n - 1))]
+        joints[f"j{n}"] = {"type": "fixed", "parent": parent, "child": links[n]}
+        kind = draw(st.sampled_from(["", "", "static", "none", "a"]))
+        if kind:
+            publishers = {"static": {"static_transform_publisher": f"tf{n}"}, "none": {"none": "why"}, "a": "a"}
+            joints[f"j{n}"]["publisher"] = publishers[kind]
+    names = st.sampled_from([*links, "odom", "tag"])
+    whens = st.sampled_from(["", "slam", "not slam", "slam and gps", "not gps"])
+    edges = draw(st.lists(some(Parent=names, Child=names, When=whens, Publisher=st.just("a")), max_size=3))
+    outputs = {"urdf": {"file": "a.urdf"}, "static_tf": {"file": "a.launch.py"}}
+    return {
+        "robot": "made",
+        "modes": {"slam": None, "gps": None},
+        "publishers": {"a": None},
+        "links": {link: {} for link in links},
+        "joints": joints,
+        "edges": edges,
+        "outputs": outputs,
+    }
+
+
+def transforms(description: dict[str, Any], modes: dict[str, bool]) -> list[tuple[str, str]]:
+    """Return parent and child of all that is published in a combination of modes."""
+    joints = description["joints"].values()
+    pairs = [(j["parent"], j["child"]) for j in joints if j.get("publisher") != {"none": "why"}]
+    on = [e for e in description["edges"] if not e["when"] or eval(e["when"], {}, modes)]  # noqa: S307
+    return pairs + [(e["parent"], e["child"]) for e in on]
+
+
+def goes_round(pairs: list[tuple[str, str]]) -> bool:
+    while True:
+        children = {child for _, child in pairs}
+        left = [pair for pair in pairs if pair[0] in children]
+        if len(left) == len(pairs):
+            return bool(pairs)
+        pairs = left
+
+
+@given(published())
+@settings(max_examples=400, deadline=None)
+def test_publishers_agree_with_a_search_through_all_modes(description):
+    runs = [transforms(description, {"slam": slam, "gps": gps}) for slam in (False, True) for gps in (False, True)]
+    said = set(rules(description))
+    assert ("two-publishers" in said) == any(len({c: p for p, c in run}) < len(run) for run in runs)
+    assert ("edge-cycle" in said) == any(goes_round(run) for run in runs)
+    rsp = [j for j in description["joints"].values() if "publisher" not in j]
+    roots = {j["parent"] for j in rsp} - {j["child"] for j in rsp}
+    assert ("split-urdf" in said) == (len(roots) > 1)
+    assert said <= {"two-publishers", "edge-cycle", "split-urdf", "split-tf", "unpublished-edge", "unknown-link"}

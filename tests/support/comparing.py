@@ -1,0 +1,100 @@
+"""Helpers of the tests of diff: the arm of data/diff, and what is said about it against a changed copy of itself."""
+
+from __future__ import annotations
+
+import io
+import json
+import re
+from collections.abc import Mapping
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.cli import main
+from rosorin_compile.compare import Comparison, compare, lines
+from rosorin_compile.pipeline import Compiled
+from support.paths import DATA, ROSORIN
+from support.robots import compiled, copy_of_rosorin
+
+DIFF = DATA / "diff"
+ARM = (DIFF / "arm.yaml").read_text("utf-8")
+
+
+def diff(*words: str | Path) -> tuple[int, str, str]:
+    """Run diff; return the exit code and what it printed, on standard output and on standard error."""
+    out, err = io.StringIO(), io.StringIO()
+    with redirect_stdout(out), redirect_stderr(err):
+        try:
+            code = main(["diff", *map(str, words)])
+        except SystemExit as stop:
+            code = int(stop.code or 0)
+    return code, out.getvalue(), err.getvalue()
+
+
+def compared(*words: str | Path) -> dict[str, Any]:
+    """Return what diff says as JSON; the exit code goes with it."""
+    code, out, err = diff(*words, "--json")
+    assert out, err
+    found: dict[str, Any] = json.loads(out)
+    assert code == (0 if found["same"] else 1)
+    assert found["same"] == (not found["differences"])
+    return found
+
+
+def told(*words: str | Path) -> list[str]:
+    """Return the lines about differences."""
+    return [item["text"] for item in compared(*words)["differences"]]
+
+
+def changed(folder: Path, *changes: tuple[str, str], text: str = ARM) -> Path:
+    """Write a copy of the arm in which each first text became the second one; return its file."""
+    for old, new in changes:
+        assert text.count(old) == 1, (old, text.count(old))
+        text = text.replace(old, new)
+    path = folder / "changed.yaml"
+    path.write_text(text, "utf-8")
+    return path
+
+
+# What tests of ``compare`` share: the reference robot as it is committed, and copies that differ.
+
+
+BASE = compiled()
+COMMITTED = {artifact.file: artifact.text.encode() for artifact in BASE.artifacts}
+
+
+def meaning(comparison: Comparison) -> list[str]:
+    """Return the lines that stand before the text differences."""
+    said = lines(comparison)
+    return said[: said.index("")] if "" in said else said
+
+
+def against(made: Compiled, committed: Mapping[str, bytes]) -> Comparison:
+    assert made.robot is not None
+    return compare(made.robot, made.artifacts, committed)
+
+
+def described(folder: Path, *edits: tuple[str, str, str]) -> Comparison:
+    """Compile a copy in which the first text is the second one in the named files; the base is what is committed."""
+    first = copy_of_rosorin(folder)
+    for name, old, new in edits:
+        path = first.parent / name
+        text = path.read_text("utf-8")
+        assert old in text, f"{old!r} is not in {name}"
+        path.write_text(text.replace(old, new), "utf-8")
+    return against(compiled(first), COMMITTED)
+
+
+def edited(name: str, old: str, new: str, count: int = 1) -> Comparison:
+    """Edit a committed file by hand; the compiled ones are as before."""
+    text = COMMITTED[name].decode()
+    assert old in text, f"{old!r} is not in {name}"
+    return against(BASE, {**COMMITTED, name: text.replace(old, new, count).encode()})
+
+
+def block(name: str, key: str) -> str:
+    """Return the lines of a key and what is below it, two spaces deep."""
+    text = (ROSORIN.parent / name).read_text("utf-8")
+    found = re.search(rf"^  {key}:.*\n(?:   .*\n)*", text, re.MULTILINE)
+    assert found, f"{key} is not in {name}"
+    return found[0]

@@ -1,0 +1,161 @@
+"""Pages of the documentation: what stands on them, and doing what they say."""
+
+from __future__ import annotations
+
+import doctest
+import io
+import os
+import re
+import shlex
+import subprocess
+import sys
+import traceback
+from collections.abc import Iterator
+from contextlib import redirect_stderr, redirect_stdout
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+
+from rosorin_compile.cli import main
+from support.paths import DOCS, ROOT
+
+README = ROOT / "README.md"
+MARK = re.compile(r"<!-- (file|edit|continues): (\S+) -->")
+FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
+ELLIPSIS = "..."
+
+
+class Block(NamedTuple):
+    """A fenced block: where its first line stands in the page (from 0), its language, its mark, its lines."""
+
+    start: int
+    language: str
+    mark: tuple[str, str]
+    lines: list[str]
+
+
+class Ran(NamedTuple):
+    """A command, or a line of Python: where its output stands (from 0), what the page shows, and what was printed."""
+
+    command: str
+    start: int
+    shown: list[str]
+    printed: list[str]
+
+    @property
+    def holds(self) -> bool:
+        """Whether the page shows what was printed, as far as it shows it."""
+        pattern = "".join(r"(?:.*\n)*?" if line == ELLIPSIS else re.escape(f"{line.rstrip()}\n") for line in self.shown)
+        return re.fullmatch(pattern, "".join(f"{line}\n" for line in self.printed)) is not None
+
+
+def blocks(text: str) -> Iterator[Block]:
+    """Yield the fenced blocks of a page."""
+    lines = text.splitlines()
+    opened: int | None = None
+    for number, line in enumerate(lines):
+        if not line.startswith("```"):
+            continue
+        if opened is None:
+            opened = number
+            continue
+        mark = MARK.fullmatch(lines[opened - 1])
+        yield Block(opened + 1, lines[opened][3:], (mark[1], mark[2]) if mark else ("", ""), lines[opened + 1 : number])
+        opened = None
+    assert opened is None, f"the block that begins in line {opened} has no end"
+
+
+def play(page: Path, folder: Path) -> list[Ran]:
+    """Do in a folder what a page says, and return its commands."""
+    text = page.read_text("utf-8")
+    for kind, name in MARK.findall(text):
+        if kind == "continues":
+            play(DOCS / name, folder)
+    ran: list[Ran] = []
+    names: dict[str, object] = {}
+    for block in blocks(text):
+        kind, name = block.mark
+        if kind == "file":
+            path = folder / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text("\n".join(block.lines) + "\n", "utf-8")
+        elif kind == "edit":
+            edit(folder / name, block.lines)
+        elif block.language == "console":
+            ran += commands(block, folder)
+        elif is_session(block):
+            ran += session(block, names)
+    return ran
+
+
+def is_session(block: Block) -> bool:
+    """Say whether a block is Python with what it prints."""
+    return block.language == "python" and block.lines[0].startswith(">>> ")
+
+
+def session(block: Block, names: dict[str, object]) -> Iterator[Ran]:
+    """Run the lines of a session at the top of the project and yield them; ``names`` are those of its page."""
+    for example in doctest.DocTestParser().get_examples("\n".join(block.lines) + "\n"):
+        terminal = io.StringIO()
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
+            patch.chdir(ROOT)
+            patch.setattr(sys, "displayhook", lambda value: None if value is None else print(repr(value)))
+            try:
+                exec(compile(example.source, "<session>", "single"), names)  # noqa: S102 - a page of ours
+            except Exception as problem:
+                last = "".join(traceback.format_exception_only(problem))
+                print(f"Traceback (most recent call last):\n  ...\n{last}", end="")
+        start = block.start + example.lineno + example.source.count("\n")
+        printed = [line.rstrip() for line in terminal.getvalue().splitlines()]
+        yield Ran(example.source.strip(), start, example.want.splitlines(), printed)
+
+
+def edit(path: Path, diff: list[str]) -> None:
+    """Change a file as a diff without line numbers says."""
+    assert diff
+    assert all(line[:1] in ("-", "+", " ") for line in diff), diff
+    old = "".join(f"{line[1:]}\n" for line in diff if line[0] != "+")
+    new = "".join(f"{line[1:]}\n" for line in diff if line[0] != "-")
+    text = path.read_text("utf-8")
+    assert text.count(old) == 1, f"{old!r} stands {text.count(old)} times in {path.name}"
+    path.write_text(text.replace(old, new), "utf-8")
+
+
+def commands(block: Block, folder: Path) -> Iterator[Ran]:
+    """Run the commands of a block and yield them."""
+    starts = [number for number, line in enumerate(block.lines) if line.startswith("$ ")]
+    assert starts[:1] == [0], f"a console block begins with a command: {block.lines[:1]}"
+    code = 0
+    for first, following in zip(starts, [*starts[1:], len(block.lines)], strict=True):
+        command = block.lines[first][2:]
+        printed = str(code)
+        if command != "echo $?":
+            printed, code = run(command, folder)
+        shown = block.lines[first + 1 : following]
+        yield Ran(command, block.start + first + 1, shown, [line.rstrip() for line in printed.splitlines()])
+
+
+def run(command: str, folder: Path) -> tuple[str, int]:
+    """Return what a command prints, standard output and errors together as on a terminal, and its exit code."""
+    if not command.startswith("rosorin-compile "):
+        return run_in_shell(command, folder)
+    command, bar, others = command.partition(" | ")
+    if bar:
+        return run_in_shell(others, folder, run(command, folder)[0])
+    terminal = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(terminal), redirect_stderr(terminal):
+        patch.chdir(folder)
+        patch.setenv("ROSORIN_COMPILE_CACHE", str(folder / ".cache"))
+        try:
+            code = main(shlex.split(command)[1:])
+        except SystemExit as stopped:
+            code = int(stopped.code or 0)
+    return terminal.getvalue(), code
+
+
+def run_in_shell(command: str, folder: Path, given: str = "") -> tuple[str, int]:
+    environment = {**os.environ, "LC_ALL": "C"}
+    options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
+    ran = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, check=False, input=given, **options)
+    return ran.stdout, ran.returncode

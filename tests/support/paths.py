@@ -1,0 +1,22 @@
+"""Where things are in the checkout: every test that reads a file of it asks here."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+TESTS = Path(__file__).resolve().parents[1]
+ROOT = TESTS.parent
+
+PACKAGE = ROOT / "compiler" / "rosorin_compile"
+SCHEMAS = ROOT / "schemas"
+DOCS = ROOT / "docs"
+ROSORIN = ROOT / "descriptions" / "rosorin" / "robot.yaml"
+OUTPUTS = ROOT / "outputs" / "rosorin"
+
+# Cases: what a test makes of each file or folder stands in tests/README.md.
+DATA = TESTS / "data"
+BAD = TESTS / "bad"
+BROKEN_SOURCES = TESTS / "broken_sources"
+IMPORTED = TESTS / "imported"
+ROUND_TRIP = TESTS / "round_trip"
+XACRO = TESTS / "xacro"

@@ -1,0 +1,89 @@
+"""The reference robot and copies of it, for tests."""
+
+from __future__ import annotations
+
+import json
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from rosorin_compile.build import build
+from rosorin_compile.compare.agreement import agreement
+from rosorin_compile.diagnostic import NOTE, Diagnostic, Source, arrange, has_errors
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.load import parse_yaml
+from rosorin_compile.model import Robot
+from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.report import text as report
+from rosorin_compile.rules import check
+from rosorin_compile.validate import validate
+from support.paths import DATA, ROSORIN
+
+RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))
+
+
+def copy_of_rosorin(folder: Path, changes: Mapping[str, tuple[str, str]] | None = None) -> Path:
+    """Copy the reference description into ``folder``; in each named file replace the first text by the second.
+
+    Returns the first file of the copy.
+    """
+    copy = folder / "descriptions" / "rosorin"
+    shutil.copytree(ROSORIN.parent, copy, dirs_exist_ok=True)
+    for name, (old, new) in (changes or {}).items():
+        path = copy / name
+        before = path.read_text("utf-8")
+        assert before.count(old) == 1, f"{old!r} stands {before.count(old)} times in {name}"
+        path.write_text(before.replace(old, new), "utf-8")
+    return copy / "robot.yaml"
+
+
+def compiled(path: Path = ROSORIN, arguments: Mapping[str, str] | None = None) -> Compiled:
+    """Compile a description that has to be free of errors."""
+    made = compile_robot(path, arguments or {})
+    assert made.robot is not None, report(made.diagnostics)
+    assert made.artifacts, report(made.diagnostics)
+    return made
+
+
+def compiled_text(folder: Path, text: str) -> Compiled:
+    """Compile a description that is given as text, whether it has errors or not."""
+    path = folder / "robot.yaml"
+    path.write_text(text, "utf-8")
+    return compile_robot(path)
+
+
+def sound(made: Compiled) -> tuple[Robot, dict[str, str], Compiled]:
+    """Return a robot without errors, its artifacts by backend, which agree with it, and all that came out."""
+    assert not has_errors(made.diagnostics), report(made.diagnostics)
+    assert made.robot is not None
+    assert agreement(made.robot, made.artifacts) == []
+    return made.robot, {artifact.backend: artifact.text for artifact in made.artifacts}, made
+
+
+def texts(made: Compiled) -> dict[str, str]:
+    """Return the artifacts of a compilation by file name."""
+    return {artifact.file: artifact.text for artifact in made.artifacts}
+
+
+# What the rules say of a description that is made in Python.
+
+
+def found(description: dict[str, Any]) -> list[Diagnostic]:
+    """Return what the rules say of a description of the right shape."""
+    tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))
+    assert not has_errors(validate(tree, FORMATS)), arrange(validate(tree, FORMATS))
+    built = build(tree)
+    assert built.robot is not None, built.diagnostics
+    return check(built.robot, tree, built.places, FORMATS)
+
+
+def rules(description: dict[str, Any]) -> list[str]:
+    return sorted(d.rule for d in found(description) if d.severity != NOTE)
+
+
+def robot(joints: dict[str, Any], **more: Any) -> dict[str, Any]:
+    names = {joint[end] for joint in joints.values() for end in ("parent", "child")}
+    return {"robot": "made", "links": {name: {} for name in sorted(names)}, "joints": joints, **more}

@@ -1,0 +1,25 @@
+"""The JSON schemas of the artifacts and of what commands print."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+from support.paths import SCHEMAS
+
+
+def schema(name: str) -> Any:
+    """Return a schema of the folder schemas."""
+    return json.loads((SCHEMAS / f"{name}.schema.json").read_text("utf-8"))
+
+
+def properties(described: Any, path: str = "") -> list[tuple[str, Any]]:
+    """Return each property and each list item of a schema with its path."""
+    found = []
+    if isinstance(described, dict):
+        for name, inner in described.get("properties", {}).items():
+            found += [(f"{path}/{name}", inner), *properties(inner, f"{path}/{name}")]
+        inner_schemas = [described.get("items"), described.get("additionalProperties"), *described.get("oneOf", [])]
+        for inner in [*inner_schemas, *described.get("prefixItems", [])]:
+            found += ([(f"{path}[]", inner)] if isinstance(inner, dict) else []) + properties(inner, f"{path}[]")
+    return found

@@ -1,0 +1,274 @@
+"""Diff across formats: our artifacts are the robot that they were made of; what they cannot say is no difference."""
+
+from __future__ import annotations
+
+import random
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import jsonschema
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.build import build
+from rosorin_compile.difference import Side, compare_robots
+from rosorin_compile.difference.printing import printing_of
+from rosorin_compile.difference.values import YAML
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.importing import read_robot
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.templating import Templates
+from support.comparing import DIFF, changed, compared, diff, told
+from support.machines import robot_of
+from support.paths import ROOT, ROSORIN
+from support.schemas import schema
+
+OUTPUTS = ROOT / "outputs" / "rosorin"
+
+
+@pytest.fixture(scope="module")
+def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the artifacts of the arm, in full digits."""
+    folder = tmp_path_factory.mktemp("arm")
+    for artifact in compile_robot(DIFF / "arm.yaml").artifacts:
+        (folder / artifact.file).write_text(artifact.text, "utf-8")
+    return folder
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
+def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
+    found = compared(ROSORIN, OUTPUTS / file)
+    assert found["differences"] == []
+    assert found["not_compared"]
+    jsonschema.validate(found, schema("robot_diff"))
+    assert compared(OUTPUTS / file, ROSORIN)["differences"] == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("file", ["arm.urdf", "arm.xml", "arm.json"])
+def test_the_artifacts_of_the_arm_are_the_arm(arm: Path, file: str) -> None:
+    assert told(DIFF / "arm.yaml", arm / file) == []
+    assert told(arm / file, DIFF / "arm.yaml") == []
+
+
+# What each format carries, planted in the description and told of its artifacts.
+CARRIED = [
+    ("upper: 2, effort: 10", "upper: 1.9, effort: 10", "shoulder limit upper 2 -> 1.9 rad (-5.7 deg)", "urdf xml json"),
+    ("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]", "shoulder: upper_arm moved 10.0 mm in base_link", "urdf xml json"),
+    ("size: [0.02, 0.02, 0.2]", "size: [0.02, 0.03, 0.2]", "mast collision: 1 of 1 shape changed", "urdf xml json"),
+    ("mass: 2,", "mass: 2.1,", "base_link mass 2 -> 2.1 kg (+100.0 g)", "urdf xml"),
+    ("effort: 10", "effort: 11", "shoulder limit effort 10 -> 11 N*m (+10.0 %)", "urdf xml"),
+    ("multiplier: 5", "multiplier: 6", "finger_joint mimic multiplier 5 -> 6", "urdf xml"),
+    ("armature: 0.01", "armature: 0.02", "shoulder armature 0.01 -> 0.02 kg*m^2", "xml"),
+    ("velocity: 0.2", "velocity: 0.25", "slide limit velocity 0.2 -> 0.25 m/s", "urdf"),
+    ("rgba: [0.8", "rgba: [0.9", "base_link visual colour 0.8 0.1 0.1 1 -> 0.9 0.1 0.1 1", "urdf xml"),
+    ("elbow: -1", "elbow: -1.1", "pose ready: elbow -1 -> -1.1 rad", "xml"),
+    ("zero_pulse: 500", "zero_pulse: 510", "servo of shoulder zero_pulse 500 -> 510", "json"),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("old", "new", "line", "files"), CARRIED, ids=[line for _, _, line, _ in CARRIED])
+def test_a_change_is_told_of_every_artifact_that_carries_it(
+    arm: Path, tmp_path: Path, old: str, new: str, line: str, files: str
+) -> None:
+    path = changed(tmp_path, (old, new))
+    for suffix in ("urdf", "xml", "json"):
+        # The artifacts of the arm as it was, against the description as it is.
+        found = told(arm / f"arm.{suffix}", path)
+        if suffix in files.split():
+            assert len(found) == 1, (suffix, found)
+            assert found[0].startswith(line) or (suffix == "urdf" and "mast collision" in found[0]), (suffix, found)
+        else:
+            assert found == [], suffix
+
+
+@pytest.mark.parametrize("suffix", ["urdf", "xml"])
+def test_reordered_elements_and_another_file_name_are_no_difference(arm: Path, tmp_path: Path, suffix: str) -> None:
+    text = (arm / f"arm.{suffix}").read_text("utf-8")
+    other = re.sub(r"[ \t]*\n[ \t]*", " ", text) if suffix == "xml" else _shuffled(text)
+    assert other != text
+    path = tmp_path / f"renamed.{suffix}"
+    path.write_text(other, "utf-8")
+    assert told(arm / f"arm.{suffix}", path) == []
+
+
+def _shuffled(urdf: str) -> str:
+    """Return a URDF with its links and joints the other way round."""
+    from xml.etree import ElementTree
+
+    root = ElementTree.fromstring(urdf)
+    root[:] = list(reversed(root))
+    return ElementTree.tostring(root, "unicode")
+
+
+@given(st.integers(0, 2**32))
+@settings(max_examples=25, deadline=None)
+def test_six_digits_are_no_difference_and_what_they_show_is_one(
+    tmp_path_factory: pytest.TempPathFactory, seed: int
+) -> None:
+    chance = random.Random(seed)  # noqa: S311
+    robot = robot_of(chance)
+    robot = replace(robot, joints=tuple(replace(j, origin=_tilted(j.origin, chance)) for j in robot.joints))
+    folder = tmp_path_factory.mktemp("six")
+    exact, six = (_read(robot, folder, form) for form in ("exact", "six"))
+    own = Side("own", YAML, _without_capsules(robot))
+    for one, other in ((own, exact), (own, six), (exact, six), (six, own)):
+        found = compare_robots(one, other)
+        assert found.same, [item.text for item in found.items]
+    joint = chance.choice(robot.joints)
+    x, y, z = joint.origin.xyz
+    moved = replace(joint, origin=replace(joint.origin, xyz=(x + 2e-5, y, z)))
+    changed_robot = replace(robot, joints=tuple(moved if j is joint else j for j in robot.joints))
+    (item,) = compare_robots(_read(changed_robot, folder, "six"), six).items
+    assert item.name in (joint.name, joint.child)
+    assert item.distance == pytest.approx(2e-5, abs=3e-6)
+
+
+def _tilted(pose: object, chance: random.Random) -> object:
+    from rosorin_compile.model import Pose
+
+    assert isinstance(pose, Pose)
+    roll, pitch, yaw = (angle + chance.uniform(-1e-3, 1e-3) for angle in pose.rpy)
+    x, y, z = (length + chance.uniform(-1e-3, 1e-3) for length in pose.xyz)
+    return Pose((x, y, z), (roll, pitch, yaw))
+
+
+def _without_capsules(robot: Robot) -> Robot:
+    return robot
+
+
+def _read(robot: Robot, folder: Path, form: str) -> Side:
+    output = Output("urdf", "urdf", "any.urdf", {"number_format": form})
+    text, _ = FORMATS["urdf"].write(robot, output, Templates(folder))
+    path = folder / f"{form}.urdf"
+    path.write_text(text, "utf-8")
+    imported = read_robot(path)
+    assert imported.tree is not None, imported.diagnostics
+    made = build(imported.tree).robot
+    assert made is not None
+    return Side(form, FORMATS["urdf"], made, printing_of(imported.tree))
+
+
+def test_a_file_of_mujoco_with_its_digits_is_the_same(arm: Path, tmp_path: Path) -> None:
+    mujoco = pytest.importorskip("mujoco")
+    spec = mujoco.MjSpec.from_file(str(arm / "arm.xml"))
+    spec.compile()
+    path = tmp_path / "saved.xml"
+    path.write_text(spec.to_xml(), "utf-8")
+    assert told(arm / "arm.xml", path) == []
+    assert told(DIFF / "arm.yaml", path) == []
+
+
+def test_a_prefix_is_seen_through_found_or_said(arm: Path, tmp_path: Path) -> None:
+    text = (arm / "arm.urdf").read_text("utf-8")
+    text = re.sub(r'(<(?:link|joint|parent|child|mimic)[^>]*?(?:name|link|joint)=")', r"\1left_", text)
+    path = tmp_path / "left.urdf"
+    path.write_text(text, "utf-8")
+    found = compared(arm / "arm.urdf", path)
+    assert found["same"]
+    assert found["notes"] == ['the names of B begin with "left_"']
+    assert compared(arm / "arm.urdf", path, "--prefix", "left_")["same"]
+    refused = compared(arm / "arm.urdf", path, "--prefix", "")
+    assert {item["quantity"] for item in refused["differences"]} == {"name"}
+
+
+def test_arguments_of_one_side_and_of_both(tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(
+        "robot: small\nargs: {height: {type: length, default: 0.1}}\nlinks: {base_link: {}, top: {}}\n"
+        'joints: {j: {type: fixed, parent: base_link, child: top, xyz: [0, 0, "${height}"]}}\n',
+        "utf-8",
+    )
+    assert told(tmp_path, tmp_path) == []
+    assert told(tmp_path, tmp_path, "-a", "height=0.2") == []
+    assert told(tmp_path, tmp_path, "--b-arg", "height=20 cm") == [
+        "top moved 100.0 mm in base_link, always (z 0.1 -> 0.2 m)"
+    ]
+    assert told(tmp_path, tmp_path, "-a", "height=0.2", "--a-arg", "height=0.3")[0].startswith("top moved 100.0 mm")
+
+
+def test_a_xacro_file_is_expanded_after_a_warning(tmp_path: Path) -> None:
+    path = tmp_path / "small.xacro"
+    path.write_text(
+        '<robot name="small" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="height" default="0.1"/>'
+        '<link name="base_link"/><link name="top"/><joint name="j" type="fixed"><parent link="base_link"/>'
+        '<child link="top"/><origin xyz="0 0 $(arg height)"/></joint></robot>',
+        "utf-8",
+    )
+    code, out, err = diff(path, path, "--b-arg", "height=0.2")
+    assert code == 1
+    assert "top moved 100.0 mm in base_link, always (z 0.1 -> 0.2 m)" in out.splitlines()
+    assert "warning[xacro-runs-code]" in err
+
+
+def test_the_tolerance_can_be_chosen(tmp_path: Path) -> None:
+    path = changed(tmp_path, ("xyz: [0, 0, 0.22]", "xyz: [0, 0, 0.2201]"))
+    assert len(told(DIFF / "arm.yaml", path)) == 1
+    assert told(DIFF / "arm.yaml", path, "--tolerance", "1e-3") == []
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["one.urdf"], "rosorin-compile: diff compares two robots, and was given 1: one.urdf\n"),
+        (["a", "b", "c"], "rosorin-compile: diff compares two robots, and was given 3: a, b, c\n"),
+        (["one.urdf", "two.urdf"], 'rosorin-compile: there is no file "one.urdf"\n'),
+        (["a", "b", "--package", "x"], 'rosorin-compile: "x" is not NAME=PATH\n'),
+        (["a", "b", "--a-arg", "=1"], 'rosorin-compile: "=1" is not NAME=VALUE\n'),
+    ],
+)
+def test_wrong_usage(words: list[str], message: str) -> None:
+    assert diff(*words) == (2, "", message)
+
+
+@pytest.mark.parametrize("value", ["-1", "nan", "inf", "much"])
+def test_a_tolerance_is_a_number_from_zero_upwards(value: str) -> None:
+    code, _, err = diff(ROSORIN, ROSORIN, f"--tolerance={value}")
+    assert code == 2
+    assert "--tolerance" in err
+
+
+def test_a_broken_side_is_told_with_its_line(tmp_path: Path) -> None:
+    path = tmp_path / "broken.urdf"
+    path.write_text('<robot name="broken">\n  <link name="a"/>\n  <link name="a"/>\n</robot>\n', "utf-8")
+    code, out, err = diff(DIFF / "arm.yaml", path)
+    assert (code, out) == (1, "")
+    assert f"{path}:3:" in err
+    assert err.endswith(f"{path}: cannot be compared\n")
+
+
+def test_a_broken_file_of_arguments_is_told(tmp_path: Path) -> None:
+    path = tmp_path / "arguments.yaml"
+    path.write_text("- 1\n", "utf-8")
+    code, out, err = diff(ROSORIN, ROSORIN, "--args", path)
+    assert (code, out) == (1, "")
+    assert err.startswith(f"{path}:1:1: error[")
+
+
+def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
+    path = tmp_path / "world.sdf"
+    path.write_text("<sdf version='1.9'/>", "utf-8")
+    code, out, err = diff(ROSORIN, path)
+    assert (code, out) == (1, "")
+    assert "error[wrong-root]" in err
+
+
+def test_planar_and_floating_joints_are_compared(tmp_path: Path) -> None:
+    text = (
+        '<robot name="r"><link name="world_link"/><link name="base_link"/><link name="puck"/>'
+        '<joint name="free" type="floating"><parent link="world_link"/><child link="base_link"/>'
+        '<origin xyz="0 0 1"/></joint>'
+        '<joint name="slide" type="planar"><parent link="base_link"/><child link="puck"/>'
+        '<axis xyz="0 0 1"/></joint></robot>'
+    )
+    one, other = tmp_path / "one.urdf", tmp_path / "other.urdf"
+    one.write_text(text, "utf-8")
+    other.write_text(text.replace('xyz="0 0 1"/></joint><joint', 'xyz="0 0 1.5"/></joint><joint'), "utf-8")
+    assert told(one, one) == []
+    assert told(one, other) == ["free: base_link moved 500.0 mm in world_link, always (z 1 -> 1.5 m)"]
+    other.write_text(text.replace("planar", "fixed"), "utf-8")
+    assert told(one, other) == ["slide: planar -> fixed"]

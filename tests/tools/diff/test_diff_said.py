@@ -1,0 +1,87 @@
+"""How diff says things: one shape that changed, what is not compared, and command lines that it cannot follow."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from support.comparing import compared, diff, told
+
+INERTIAL = '<inertial><mass value="1"/><inertia ixx="{0}" ixy="0" ixz="0" iyy="{0}" iyz="0" izz="{0}"/></inertial>'
+
+
+def urdf(folder: Path, name: str, inside: str, more: str = "") -> Path:
+    """Write a URDF with one link and what is in it; return its file."""
+    path = folder / name
+    path.write_text(f'<robot name="r"><link name="a">{inside}</link>{more}</robot>', "utf-8")
+    return path
+
+
+def visual(geometry: str, rpy: str = "0 0 0") -> str:
+    return f'<visual><origin xyz="0 0 0" rpy="{rpy}"/><geometry>{geometry}</geometry></visual>'
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "line"),
+    [
+        (visual('<mesh filename="m/a.stl"/>'), visual('<mesh filename="m/b.obj"/>'), "mesh a.stl -> b.obj"),
+        (
+            visual('<mesh filename="a.stl"/>'),
+            visual('<mesh filename="a.stl" scale="0.001 0.001 0.001"/>'),
+            "mesh scale 1 1 1 -> 0.001 0.001 0.001",
+        ),
+        (visual('<mesh filename="a.stl"/>'), visual('<sphere radius="1"/>'), "mesh -> sphere"),
+        (visual('<mesh filename="a.stl"/>'), visual('<mesh filename="a.stl"/>', "0 0 0.1"), "turned 5.7 deg"),
+    ],
+)
+def test_a_single_shape_that_changed_says_how(tmp_path: Path, before: str, after: str, line: str) -> None:
+    said = told(urdf(tmp_path, "a.urdf", before), urdf(tmp_path, "b.urdf", after))
+    assert said == [f"a visual: 1 of 1 shape changed: {line}"]
+
+
+@pytest.mark.parametrize(("before", "after", "percent"), [("0.0001", "0.1", "100"), ("0.1", "0.2", "50")])
+def test_an_inertia_says_its_share_without_an_exponent(tmp_path: Path, before: str, after: str, percent: str) -> None:
+    sides = [urdf(tmp_path, f"{value}.urdf", INERTIAL.format(value)) for value in (before, after)]
+    (said,) = told(*sides)
+    assert said.endswith(f"(by {percent} % of the largest moment)")
+
+
+def test_many_things_that_are_not_compared_are_one_line_for_people(tmp_path: Path) -> None:
+    inside = INERTIAL.format(1).replace("<mass ", '<mass p="1" q="2" r="3" s="4" t="5" ')
+    path = urdf(tmp_path, "a.urdf", inside)
+    _, out, _ = diff(path, path)
+    lines = [line for line in out.splitlines() if line.startswith("not compared:")]
+    assert len(lines) == 2
+    assert all(line.endswith(" and 2 more") for line in lines)
+    _, full, _ = diff(path, path, "--full")
+    assert sum(line.startswith("not compared:") for line in full.splitlines()) == 10
+    assert len(compared(path, path)["not_compared"]) == 10
+
+
+def test_nothing_is_said_of_contacts_that_nobody_disabled(tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(
+        f"robot: r\nlinks: {{a: {{}}}}\nurdf_elements: ['{INERTIAL.format(1)}']\n", "utf-8"
+    )
+    (tmp_path / "r.xml").write_text('<mujoco model="r"><worldbody><body name="a"/></worldbody></mujoco>', "utf-8")
+    _, out, err = diff(tmp_path / "robot.yaml", tmp_path / "r.xml")
+    assert "not compared" in out, err
+    assert "contact" not in out
+
+
+def test_arguments_for_a_file_without_any_are_refused(tmp_path: Path) -> None:
+    path = urdf(tmp_path, "a.urdf", "")
+    code, out, err = diff(path, path, "--b-arg", "height=3")
+    assert (code, out) == (2, "")
+    assert err.endswith("--b-arg height=3: " + f"{path} has no arguments; only a description and a xacro do\n")
+    code, _, err = diff(path, path, "-a", "height=3")
+    assert code == 2
+    assert err.endswith("neither of the two has arguments; only a description and a xacro do\n")
+
+
+@pytest.mark.parametrize("text", ["x", "-1", "nan", "inf", ""])
+def test_a_tolerance_is_a_number(tmp_path: Path, text: str) -> None:
+    path = urdf(tmp_path, "a.urdf", "")
+    code, _, err = diff(path, path, f"--tolerance={text}")
+    assert code == 2
+    assert err.splitlines()[-1].endswith(f'argument --tolerance: "{text}" is no number from zero upwards')

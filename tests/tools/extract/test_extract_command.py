@@ -1,0 +1,322 @@
+"""The command line of extract: results as YAML, JSON and tables, robots and meshes, and what it does not take."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import trimesh
+import yaml
+from jsonschema import Draft202012Validator
+
+from rosorin_compile.cli import main
+from rosorin_compile.pipeline import compile_robot
+from support.meshes import box
+from support.schemas import schema
+
+pytestmark = pytest.mark.slow
+
+SCHEMA = schema("robot_model")
+
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    trimesh.Trimesh(**trimesh.triangles.to_kwargs(box((0, 0, 0), (0.2, 0.1, 0.06)))).export("brick.stl")
+    trimesh.Trimesh(**trimesh.triangles.to_kwargs(box((0, 0, 0), (0.2, 0.1, 0.06))[:-1])).export("open.stl")
+    Path("robot.urdf").write_text(URDF)
+    return tmp_path
+
+
+URDF = """<?xml version="1.0"?>
+<robot name="two">
+  <link name="floor"/>
+  <joint name="up" type="fixed">
+    <parent link="floor"/><child link="body"/><origin xyz="0 0 0.1" rpy="0 0 1.5707963267948966"/>
+  </joint>
+  <link name="body">
+    <collision>
+      <origin xyz="1 0 0"/><geometry><mesh filename="brick.stl" scale="2 1 1"/></geometry>
+    </collision>
+    <visual><geometry><mesh filename="brick.stl"/></geometry></visual>
+  </link>
+</robot>
+"""
+
+
+def test_boxes_are_yaml_that_can_be_included(here: Path, capsys: Said) -> None:
+    assert main(["extract", "boxes", "brick.stl", "-o", "boxes.yaml"]) == 0
+    assert (here / "boxes.yaml").read_text() == (
+        "# rosorin-compile extract boxes brick.stl\n"
+        "links:\n"
+        "  brick:\n"
+        "    collision:\n"
+        "      - {box: {min: [0, 0, 0], max: [0.2, 0.1, 0.06]}}\n"
+        '    source: {status: calculated, note: "axis-aligned box around brick.stl"}\n'
+    )
+    assert capsys.readouterr().out.splitlines() == [
+        "part   shape             volume          overhang  sticks out  overlap",
+        "brick  box           1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
+        "       oriented box  1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
+        "       cylinder      2136.3 cm3   936.3 cm3 (44%)     28.3 mm     100%",
+        "       capsule       2845.2 cm3  1645.2 cm3 (58%)     48.7 mm     100%",
+        "       stack of 4    1200.0 cm3      0.0 cm3 (0%)      0.0 mm     100%",
+        "written: boxes.yaml",
+    ]
+    (here / "robot.yaml").write_text("robot: brick\ninclude: [boxes.yaml]\noutputs: {urdf: {file: brick.urdf}}\n")
+    assert compile_robot(Path("robot.yaml")).robot is not None
+
+
+@pytest.mark.parametrize("shape", ["box", "oriented_box", "cylinder", "capsule", "stack", "smallest"])
+def test_every_shape_can_be_written(here: Path, shape: str) -> None:
+    assert main(["extract", "boxes", "brick.stl", "--shape", shape, "--stack", "3", "-o", "boxes.yaml"]) == 0
+    (here / "robot.yaml").write_text("robot: brick\ninclude: [boxes.yaml]\noutputs: {urdf: {file: brick.urdf}}\n")
+    compiled = compile_robot(Path("robot.yaml"))
+    assert compiled.robot is not None
+    assert len(compiled.robot.link["brick"].collision) == (3 if shape == "stack" else 1)
+
+
+def test_open_mesh_is_said_to_be_open(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    assert main(["extract", "boxes", "open.stl", "-o", "boxes.yaml"]) == 0
+    row = capsys.readouterr().out.splitlines()[1].split()
+    assert row == ["open", "box", "1200.0", "cm3", "open", "mesh", "20.8", "mm", "100%", "of", "surface"]
+    assert main(["extract", "boxes", "open.stl", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)["open"]
+    assert (found["closed"], found["triangles"]) == (False, 11)
+    assert found["shapes"]["box"]["overhang_volume"] is None
+    assert found["shapes"]["box"]["overlap_of"] == "surface"
+
+
+def test_links_of_a_robot_in_their_own_frames(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    assert main(["extract", "boxes", "robot.urdf"]) == 0
+    assert "{box: {min: [1, 0, 0], max: [1.4, 0.1, 0.06]}}" in capsys.readouterr().out
+    assert main(["extract", "boxes", "robot.urdf", "--from", "visual", "--link", "body"]) == 0
+    assert "{box: {min: [0, 0, 0], max: [0.2, 0.1, 0.06]}}" in capsys.readouterr().out
+
+
+def test_description_is_a_robot_too(here: Path, capsys: Said) -> None:
+    text = (
+        "robot: r\nlinks: {a: {visual: [{mesh: {file: brick.stl}, xyz: [0, 0, 1]}]}}\noutputs: {urdf: {file: r.urdf}}\n"
+    )
+    (here / "r.yaml").write_text(text)
+    assert main(["extract", "boxes", "r.yaml"]) == 0
+    assert "{box: {min: [0, 0, 1], max: [0.2, 0.1, 1.06]}}" in capsys.readouterr().out
+
+
+def test_heightmap_of_a_link_in_another_frame(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    words = ["extract", "heightmap", "robot.urdf", "--link", "body", "--frame", "floor", "--from", "visual", "--json"]
+    assert main([*words, "--cell", "2cm"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    Draft202012Validator(SCHEMA["properties"]["chassis_heightmap"]).validate(found)
+    assert (found["frame"], found["cell"], found["origin_xy"]) == ("floor", 0.02, [-0.1, 0])
+    assert found["z"] == [[0.16] * 10] * 5
+
+
+def test_heightmap_as_yaml(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    words = ["extract", "heightmap", "brick.stl", "--frame", "base_footprint", "--cell", "50mm", "--step", "2cm"]
+    assert main([*words, "--xyz", "-100mm,-5cm,0.025", "-o", "map.yaml"]) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert said.out.splitlines() == [
+        "4 x 2 cells of 50 mm from x -0.1, y -0.05; 8 of 8 have a height, 0.085 to 0.085 m",
+        "written: map.yaml",
+    ]
+    (entry,) = yaml.safe_load(Path("map.yaml").read_text())["links"]["base_footprint"]["collision"]
+    assert entry == {
+        "height_map": {
+            "origin": [-0.1, -0.05],
+            "cell": "50 mm",
+            "step": "20 mm",
+            "method": "triangle surface sampling, spacing <= cell/3",
+            "heights": [[0.085, 0.085]] * 4,
+        },
+        "source": {"status": "calculated", "note": "top of brick.stl"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("words", "method"),
+    [
+        (["--exact"], "highest point of each triangle in each cell"),
+        (["--spacing", "2mm"], "triangle surface sampling, spacing <= 0.002 m"),
+        (["--below", "4cm"], "triangle surface sampling, spacing <= cell/3; nothing above 0.04 m"),
+    ],
+)
+def test_method_says_what_was_done(here: Path, capsys: Said, words: list[str], method: str) -> None:
+    assert here.is_dir()
+    assert main(["extract", "heightmap", "brick.stl", "--json", *words]) == 0
+    assert json.loads(capsys.readouterr().out)["method"] == method
+
+
+def test_size_and_cells_and_origin(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    words = ["extract", "heightmap", "brick.stl", "--json", "--cell", "1cm"]
+    for more in (["--size", "300mm,23cm"], ["--cells", "30x23"]):
+        assert main([*words, "--origin", "-.05,-50mm", *more]) == 0
+        found = json.loads(capsys.readouterr().out)
+        assert (len(found["z"]), len(found["z"][0]), found["origin_xy"]) == (30, 23, [-0.05, -0.05])
+
+
+def test_what_is_not_carried_is_said(here: Path, capsys: Said) -> None:
+    assert here.is_dir()
+    words = ["extract", "heightmap", "brick.stl", "--origin", "0,0", "--cells", "10x20", "--xyz", "0,-1cm,-10mm"]
+    assert main([*words, "--json"]) == 0
+    lines = capsys.readouterr().err.splitlines()
+    assert lines[:4] == [
+        "warning[height-map-outside]: the mesh reaches beyond the grid: 100.0 mm at high x, 10.0 mm at low y",
+        "    a larger grid carries it: --origin and --cells, or leave both out",
+        "note[height-map-below]: the mesh reaches 10.0 mm below z = 0 of brick, where a height map begins",
+        "    is --xyz right?",
+    ]
+
+
+def test_millimetres_are_suspected_and_scaled(here: Path, capsys: Said) -> None:
+    big = trimesh.Trimesh(**trimesh.triangles.to_kwargs(box((0, 0, 0), (200, 100, 60))))
+    big.export(here / "mm.stl")
+    assert main(["extract", "boxes", "mm.stl"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[mesh-looks-like-millimetres]: mm.stl is 200 m long; that looks like millimetres" in said
+    assert main(["extract", "boxes", "mm.stl", "--scale", "0.001"]) == 0
+    said = capsys.readouterr()
+    assert "max: [0.2, 0.1, 0.06]" in said.out
+    assert "millimetres" not in said.err
+
+
+def test_files_of_others_are_not_overwritten(here: Path, capsys: Said) -> None:
+    words = ["extract", "boxes", "brick.stl", "-o", "boxes.yaml"]
+    assert main(words) == 0
+    assert main(words) == 0
+    (here / "boxes.yaml").write_text("robot: mine\n")
+    capsys.readouterr()
+    assert main(words) == 1
+    assert capsys.readouterr().err.splitlines() == [
+        "error[extract-file]: boxes.yaml is there, and extract did not make it",
+        "    name another file, or add --force",
+    ]
+    assert (here / "boxes.yaml").read_text() == "robot: mine\n"
+    assert main([*words, "--force"]) == 0
+    (here / "file").write_text("")
+    capsys.readouterr()
+    assert main(["extract", "boxes", "brick.stl", "-o", "file/boxes.yaml"]) == 1
+    assert capsys.readouterr().err.startswith("error[extract-file]: cannot write file/boxes.yaml: ")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["boxes", "folder.stl"], "error[mesh-unreadable]: cannot read folder.stl: Is a directory"),
+        (["boxes", "robot.urdf", "--link", "floor"], "error[mesh-empty]: robot.urdf has no link with a mesh"),
+        (["heightmap", "robot.urdf", "--link", "floor"], "error[mesh-empty]: floor has no mesh that can be read"),
+        (["heightmap", "brick.stl", "--cell", "1um"], "error[height-map-grid]: 200,001 x 100,001 cells are none, or"),
+        (["heightmap", "brick.stl", "--spacing", "5mm"], "error[height-map-grid]: samples 0.005 m apart are too far"),
+        (["heightmap", "brick.stl", "--below", "-1"], "error[height-map-empty]: nothing of the mesh is below -1 m"),
+        (["heightmap", "brick.stl", "--into", "robot.urdf"], "robot.urdf"),
+    ],
+)
+def test_problems(here: Path, capsys: Said, words: list[str], message: str) -> None:
+    (here / "folder.stl").mkdir()
+    assert main(["extract", *words]) == 1
+    assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["boxes", "brick.stl", "robot.urdf"], "name mesh files, or one robot"),
+        (["boxes", "brick.stl", "brick.stl"], 'two meshes are called "brick"; each part needs a name of its own'),
+        (["boxes", "brick.stl", "--link", "a"], "--link is that of a robot; a mesh file has none"),
+        (["boxes", "brick.stl", "--stack", "0"], "--stack takes 1 to 100 boxes"),
+        (["boxes", "brick.stl", "--digits", "12"], "--digits takes 0 to 9 decimals"),
+        (["boxes", "brick.stl", "--scale", "0"], "--scale 0 leaves nothing of a mesh"),
+        (["boxes", "brick.stl", "--scale", "1,2"], '--scale takes one number or three with commas, not "1,2"'),
+        (["heightmap", "robot.urdf"], "of which link of the robot? --link LINK"),
+        (["heightmap", "brick.stl", "--cell", "1kg"], '--cell takes a length (m), not "1kg"'),
+        (["heightmap", "brick.stl", "--cell", ""], '--cell takes a length (m), not ""'),
+        (["heightmap", "brick.stl", "--cell", "nan"], '--cell takes a length (m), not "nan"'),
+        (["heightmap", "brick.stl", "--cell", "-1cm"], '--cell takes a length above zero, not "-1cm"'),
+        (["heightmap", "brick.stl", "--origin", "1"], '--origin takes 2 numbers with commas between them, not "1"'),
+        (["heightmap", "brick.stl", "--cells", "3"], '--cells takes two whole numbers such as 30x23, not "3"'),
+        (["heightmap", "brick.stl", "--cells", "3x3", "--size", "1,1"], "--cells and --size say the same; give one"),
+        (["heightmap", "brick.stl", "--rpy", "0,0,1m"], '--rpy takes an angle (rad), not "1m"'),
+        (
+            ["heightmap", "brick.stl", "--into", "a", "-o", "b"],
+            "--into edits a file; it goes with neither -o nor --json",
+        ),
+        (["boxes", "a.stl"], 'there is no file "a.stl"; check the name'),
+        (["boxes", "brick.stl/a.stl"], 'there is no file "brick.stl/a.stl"; check the name'),
+        (["heightmap", "a.stl"], 'there is no file "a.stl"; check the name'),
+        (["boxes", "nothing"], 'no description "nothing": it is no file, no folder with robot.yaml, no name; '),
+        (["boxes", "nothing.urdf"], 'no description "nothing.urdf": it is no file'),
+        (["boxes", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
+        (["heightmap", "robot.urdf", "--link", "bdy"], 'the robot has no link "bdy"; did you mean "body"?'),
+        (
+            ["heightmap", "robot.urdf", "--link", "body", "--frame", "flor"],
+            'the robot has no link "flor"; did you mean',
+        ),
+        (["factory", "a", "-o", "b"], "a is not a folder; name the folder of a description package"),
+        (["factory", "a", "-o", "b", "--frame", "c"], "--frame is that of the height map; say of which link: "),
+        (["boxes", "robot.urdf", "--package", "x"], '"x" is not NAME=PATH'),
+    ],
+)
+def test_wrong_usage(here: Path, capsys: Said, words: list[str], message: str) -> None:
+    assert here.is_dir()
+    assert main(["extract", *words]) == 2
+    assert f"rosorin-compile: {message}" in capsys.readouterr().err
+
+
+def test_help_of_all_three(capsys: Said) -> None:
+    for words in (["extract"], ["extract", "boxes"], ["extract", "heightmap"], ["extract", "factory"]):
+        with pytest.raises(SystemExit) as stopped:
+            main([*words, "--help"])
+        assert stopped.value.code == 0
+        assert capsys.readouterr().out.startswith(f"usage: rosorin-compile {' '.join(words)}")
+
+
+def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
+    """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
+    code = "import itertools, sys, rosorin_compile.progress as p, rosorin_compile.extract.heightmap as h\n"
+    code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
+    code += "h.CHUNK = 3\n"
+    code += "from rosorin_compile.cli import main\n"
+    code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
+    terminal, other_end = os.openpty()
+    process = subprocess.Popen([sys.executable, "-c", code], cwd=here, stdout=other_end, stderr=other_end)
+    os.close(other_end)
+    said = b""
+    try:
+        while piece := os.read(terminal, 10_000):
+            said += piece
+    except OSError:  # what Linux says when the other end of a terminal is closed
+        pass
+    os.close(terminal)
+    assert process.wait() == 0
+    return said.decode()
+
+
+def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
+    said = progress(here, "0.6")
+    assert re.search(r"\rsampling \[#{15}\.{15}\]  50%", said), said
+    assert "\r\x1b[K" in said
+    assert "sampling" not in progress(here, "0.001")
+    said = progress(here, "0.6", "boxes")
+    assert re.search(r"\rfitting \[#{18}\.{12}\]  60%", said), said
+    assert "\r\x1b[K" in said
+    assert "fitting" not in progress(here, "0.001", "boxes")
+
+
+def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert here.is_dir()
+    monkeypatch.setattr("rosorin_compile.progress._AFTER", -1.0)
+    assert main(["extract", "heightmap", "brick.stl", "--json"]) == 0
+    assert "sampling [" not in capsys.readouterr().err

@@ -1,0 +1,308 @@
+"""A height map put in the place of another: only that collision changes, in every way that it may be written."""
+
+from __future__ import annotations
+
+import difflib
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+import trimesh
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostic import Source
+from rosorin_compile.extract.into import changes, find_block, replaced
+from rosorin_compile.extract.problems import ExtractProblem
+from rosorin_compile.load import parse_yaml
+from rosorin_compile.model import HeightMap
+from rosorin_compile.pipeline import compile_robot
+from support.meshes import box
+from support.paths import ROSORIN
+
+CHASSIS = "descriptions/rosorin/chassis.yaml"
+STAND_IN = "the chassis height map agrees with the published outline"
+
+Said = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def rosorin(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A copy of the reference robot, and a chassis that is as large as its own: a deck with a block at the rear."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
+    shutil.copytree(ROSORIN.parent, tmp_path / "descriptions" / "rosorin")
+    deck = box((-0.1426, -0.106, -0.011), (0.157, 0.104, 0.073))
+    block = box((-0.14, -0.05, 0.073), (-0.1, 0.05, 0.112))
+    for name, mesh in (("base_link.stl", deck), ("block.stl", block)):
+        trimesh.Trimesh(**trimesh.triangles.to_kwargs(mesh)).export(tmp_path / name)
+    return tmp_path
+
+
+COMMAND = ["extract", "heightmap", "base_link.stl", "block.stl", "--xyz", "0,0,25mm", "--into", CHASSIS]
+
+
+@pytest.mark.slow
+def test_stand_in_of_the_reference_robot_is_replaced_by_one_command(rosorin: Path, capsys: Said) -> None:
+    before = Path(CHASSIS).read_text("utf-8")
+    assert STAND_IN in "".join(
+        d.message for d in compile_robot(rosorin / "descriptions/rosorin/robot.yaml").diagnostics
+    )
+    assert main(COMMAND) == 0
+    said = capsys.readouterr()
+    assert said.err == ""
+    assert said.out.splitlines() == [
+        f"{CHASSIS}:9: height map of base_footprint replaced",
+        "  cells changed: 482 of 690, by up to 87.0 mm",
+        "  highest 0.208 -> 0.137 m, boxes 148 -> 40",
+        "  source: stand_in -> calculated",
+    ]
+    after = Path(CHASSIS).read_text("utf-8")
+    changed = [line for line in difflib.ndiff(before.splitlines(), after.splitlines()) if line[0] in "+-"]
+    words = {line[2:].split()[0] for line in changed}
+    assert words == {"-", "status:", "note:", "rear)"}
+    assert [line for line in before.splitlines() if "#" in line] == [line for line in after.splitlines() if "#" in line]
+    compiled = compile_robot(rosorin / "descriptions/rosorin/robot.yaml")
+    assert compiled.robot is not None
+    assert STAND_IN not in "".join(d.message for d in compiled.diagnostics)
+    (model,) = (json.loads(artifact.text) for artifact in compiled.artifacts if artifact.file == "robot_model.json")
+    assert "stand_in" not in model["chassis_heightmap"]
+    heights = model["chassis_heightmap"]["z"]
+    assert (len(heights), len(heights[0])) == (30, 23)
+    assert (heights[10][10], heights[1][10], heights[10][22]) == (0.098, 0.137, 0)
+
+
+def test_all_says_nothing_of_the_chassis_afterwards(rosorin: Path, capsys: Said) -> None:
+    assert rosorin.is_dir()
+    assert main(["all"]) == 0
+    assert "chassis height map" in capsys.readouterr().err
+    assert main(COMMAND) == 0
+    assert main(["all"]) == 0
+    assert "chassis height map" not in capsys.readouterr().err
+
+
+def test_twice_changes_nothing(rosorin: Path, capsys: Said) -> None:
+    assert main(COMMAND) == 0
+    path = rosorin / CHASSIS
+    text, status = path.read_bytes(), path.stat()
+    capsys.readouterr()
+    assert main(COMMAND) == 0
+    assert capsys.readouterr().out == f"{CHASSIS}:9: height map of base_footprint unchanged\n"
+    assert (path.read_bytes(), path.stat().st_mtime_ns) == (text, status.st_mtime_ns)
+
+
+def test_status_and_note_can_be_said(rosorin: Path) -> None:
+    assert rosorin.is_dir()
+    assert main([*COMMAND, "--status", "measured", "--note", 'scanned, "twice"']) == 0
+    entry = parse_yaml(Source("c", Path(CHASSIS).read_text()))["links"]["base_footprint"]["collision"][0]
+    assert entry["source"] == {"status": "measured", "note": 'scanned, "twice"'}
+
+
+def test_another_cell_keeps_the_area(rosorin: Path, capsys: Said) -> None:
+    assert rosorin.is_dir()
+    assert main([*COMMAND, "--cell", "5mm"]) == 0
+    assert "  grid 30 x 23 cells of 10 mm from -0.14266, -0.106 -> 60 x 46 cells of 5 mm from -0.14266, -0.106" in (
+        capsys.readouterr().out.splitlines()
+    )
+    text = Path(CHASSIS).read_text()
+    assert "          cell: 5 mm\n          step: 10 mm        # boxes" in text
+
+
+def test_mesh_in_the_wrong_place_writes_nothing(rosorin: Path, capsys: Said) -> None:
+    before = (rosorin / CHASSIS).read_bytes()
+    assert main([*COMMAND[:4], "--xyz", "0,0,-1", "--into", CHASSIS]) == 1
+    assert "error[height-map-empty]: the mesh has no surface above z = 0 of base_footprint over the grid" in (
+        capsys.readouterr().err
+    )
+    assert (rosorin / CHASSIS).read_bytes() == before
+
+
+def test_permissions_and_links_stay(rosorin: Path) -> None:
+    real = rosorin / "elsewhere.yaml"
+    (rosorin / CHASSIS).rename(real)
+    real.chmod(0o640)
+    (rosorin / CHASSIS).symlink_to(real)
+    assert main(COMMAND) == 0
+    assert (rosorin / CHASSIS).is_symlink()
+    assert real.stat().st_mode & 0o777 == 0o640
+    assert "top of base_link.stl, block.stl" in real.read_text()
+    assert not list(rosorin.glob(".rosorin-compile-*"))
+
+
+MADE = HeightMap((0.0, -0.5), 0.25, ((0.1, 0.2), (0.3, 0.0)), 0.25, "by hand")
+
+BLOCK = """\
+# before
+links:
+  body:   # the body
+    collision:
+      - {box: {size: [1, 1, 1]}}   # untouched
+      - name: top   # kept
+        height_map:
+          cell: 500 mm   # a cell
+          heights:   # rows
+            - [1, 2]   # one
+            # between
+            - [3, 4]
+          origin:   # where
+            - 1
+            - 2
+        # behind
+  other: {}
+# after
+"""
+FLOW = """\
+links: {body: {collision: [{height_map: {origin: [0, 0], cell: 1, heights: [[1, 2], [3, 4]]}, name: top}]}}   # all
+other: [1, 2]
+"""
+SOURCE_FIRST = """\
+links:
+  body:
+    collision:
+      - source: {status: stand_in, note: "a, note: b"}   # says who
+        height_map: {origin: [0, 0], cell: 1, method: old, heights: [[1]]}
+"""
+SOURCE_BLOCK = """\
+links:
+  body:
+    collision:
+      -
+        source:
+          # why
+          status: stand_in
+          note: >
+            long
+            note
+          measured: 2026-01-01
+        height_map:
+            heights: [[1, 2],
+                      [3, 4]]   # rows
+            method: >-
+              folded
+              text
+            cell: 1
+            origin: [0, 0]
+"""
+LAST_LINE = "links:\n  body:\n    collision:\n      - height_map:\n          cell: 1\n          origin: [0, 0]\n"
+LAST_LINE += "          heights:\n            - [1]"
+
+
+@pytest.mark.parametrize("end", ["\n", "\r\n"])
+@pytest.mark.parametrize("text", [BLOCK, FLOW, SOURCE_FIRST, SOURCE_BLOCK, LAST_LINE])
+def test_every_way_to_write_it(text: str, end: str) -> None:
+    source = Source("body.yaml", text.replace("\n", end))
+    block = find_block(source, None)
+    new = replaced(source, block, MADE, "calculated", 'a: "note" # {x}')
+    tree = parse_yaml(Source("new.yaml", new))
+    entry = next(entry for entry in tree["links"]["body"]["collision"] if "height_map" in entry)
+    there = entry["height_map"]
+    assert there == {"origin": [0, -0.5], "cell": 0.25, "heights": [[0.1, 0.2], [0.3, 0]], "method": "by hand"}
+    assert entry["source"] == {"status": "calculated", "note": 'a: "note" # {x}'}
+    begin = text.index("height_map") if "source" not in text else text.index("source")
+    assert new.startswith(text[:begin].replace("\n", end)[: begin - 2])
+    for comment in (
+        "# before",
+        "# the body",
+        "# untouched",
+        "# kept",
+        "# a cell",
+        "# rows",
+        "# where",
+        "# behind",
+        "# all",
+    ):
+        assert (comment in new) == (comment in text), comment
+    assert replaced(Source("new.yaml", new), find_block(Source("new.yaml", new), "body"), MADE, "calculated", "x")
+
+
+def test_what_is_outside_stays_to_the_letter() -> None:
+    source = Source("body.yaml", BLOCK)
+    new = replaced(source, find_block(source, "body"), MADE, "calculated", "x")
+    before, after = BLOCK.split("        height_map:\n")
+    assert new.startswith(before)
+    assert new.endswith("\n        # behind\n  other: {}\n# after\n")
+    assert after
+
+
+HEIGHTS = st.integers(1, 4).flatmap(
+    lambda n: st.lists(st.lists(st.floats(0, 2), min_size=n, max_size=n), min_size=1, max_size=4)
+)
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.sampled_from([BLOCK, FLOW, SOURCE_FIRST, SOURCE_BLOCK]), HEIGHTS, st.text(max_size=20))
+def test_any_heights_and_any_note(text: str, rows: list[list[float]], note: str) -> None:
+    made = HeightMap((1e-7, -0.1 - 0.2), 0.1, tuple(map(tuple, rows)), 0.1, "m")
+    source = Source("body.yaml", text)
+    try:
+        new = replaced(source, find_block(source, None), made, "measured", note)
+    except ExtractProblem as problem:
+        said = problem.diagnostic
+    else:
+        said = None
+        entry = next(e for e in parse_yaml(Source("n", new))["links"]["body"]["collision"] if "height_map" in e)
+        assert entry["height_map"]["heights"] == rows
+        assert entry["source"]["note"] == note
+    assert said is None, said
+
+
+ALIAS = """\
+rows: &rows [[1]]
+links:
+  body:
+    collision: [{height_map: {origin: [0, 0], cell: 1, heights: *rows}}]
+"""
+ANCHOR = """\
+links:
+  body:
+    collision: [{height_map: {origin: [0, 0], cell: 1, heights: &rows [[1]]}}]
+  other:
+    collision: [{height_map: {origin: [0, 0], cell: 1, heights: *rows}}]
+"""
+
+
+@pytest.mark.parametrize("text", [ALIAS, ANCHOR])
+def test_anchors_are_not_edited(text: str) -> None:
+    source = Source("body.yaml", text)
+    with pytest.raises(ExtractProblem) as caught:
+        replaced(source, find_block(source, "body"), MADE, "calculated", "x")
+    assert caught.value.diagnostic.rule == "extract-into"
+    assert caught.value.diagnostic.message == (
+        "the height map of body in body.yaml is written in a way that cannot be edited safely"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "link", "message"),
+    [
+        ("links: {a: {}}\n", None, "has no height map that could be meant under links: (there: none)"),
+        (FLOW, "a", 'has no height map of the link "a" under links: (there: body)'),
+        (ANCHOR, None, "has 2 height maps that could be meant under links: (there: body, other)"),
+        ("[1, 2]\n", None, "has no height map that could be meant under links: (there: none)"),
+    ],
+)
+def test_no_place_for_it(text: str, link: str | None, message: str) -> None:
+    with pytest.raises(ExtractProblem) as caught:
+        find_block(Source("body.yaml", text), link)
+    assert caught.value.diagnostic.message == f"body.yaml {message}"
+
+
+def test_file_that_is_no_yaml_says_where(rosorin: Path, capsys: Said) -> None:
+    (rosorin / CHASSIS).write_text("links: [\n")
+    assert main(COMMAND) == 1
+    assert "descriptions/rosorin/chassis.yaml:2:1: error[yaml-syntax]" in capsys.readouterr().err
+    assert main([*COMMAND[:-1], "nowhere.yaml"]) == 1
+    assert "error[file-unreadable]: cannot read nowhere.yaml: No such file or directory" in capsys.readouterr().err
+
+
+def test_grid_in_expressions_has_to_be_given() -> None:
+    text = FLOW.replace("cell: 1", 'cell: "${c}"')
+    block = find_block(Source("body.yaml", text), None)
+    assert changes(block, MADE, "calculated") == [
+        "grid written in expressions -> 2 x 2 cells of 250 mm from 0, -0.5",
+        "source: not said -> calculated",
+    ]
+    new = replaced(Source("body.yaml", text), block, MADE, "calculated", "x")
+    assert "cell: 250 mm" in new

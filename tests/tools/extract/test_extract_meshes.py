@@ -1,0 +1,187 @@
+"""Mesh files: every format gives the same triangles, and no broken or hostile file gives a traceback."""
+
+from __future__ import annotations
+
+import json
+import math
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import trimesh
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.extract.meshes import bounds, load_mesh, too_large
+from rosorin_compile.extract.problems import ExtractProblem
+from support.meshes import box
+from support.paths import DATA
+
+MESHES = DATA / "factory_package" / "meshes"
+LOWER, UPPER = (-0.02, 0.01, -0.03), (0.04, 0.05, 0.06)
+
+
+def export(path: Path, kind: str) -> Path:
+    mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(box(LOWER, UPPER)))
+    if kind == "gltf":
+        for name, data in trimesh.Scene([mesh]).export(file_type="gltf").items():
+            (path / name).write_bytes(data)
+        return path / "model.gltf"
+    file = path / f"brick.{kind.removesuffix('_ascii')}"
+    mesh.export(file, file_type=kind)
+    return file
+
+
+@pytest.mark.parametrize("kind", ["stl", "stl_ascii", "obj", "dae", "glb", "gltf"])
+def test_every_format_gives_the_same_triangles(kind: str, tmp_path: Path) -> None:
+    triangles = load_mesh(export(tmp_path, kind)).triangles
+    assert triangles.shape == (12, 3, 3)
+    np.testing.assert_allclose(bounds(triangles), (LOWER, UPPER), atol=1e-8)
+    ours, theirs = (
+        sorted(np.sort(mesh.mean(axis=1).round(6), axis=0).tolist()) for mesh in (triangles, box(LOWER, UPPER))
+    )
+    np.testing.assert_allclose(ours, theirs, atol=1e-6)
+
+
+def test_scene_is_flattened_with_its_transforms(tmp_path: Path) -> None:
+    mesh = trimesh.Trimesh(**trimesh.triangles.to_kwargs(box(LOWER, UPPER)))
+    scene = trimesh.Scene([mesh])
+    turn = trimesh.transformations.rotation_matrix(math.pi / 2, (0, 0, 1))
+    turn[:3, 3] = (1, 2, 3)
+    scene.add_geometry(mesh, transform=turn)
+    scene.export(tmp_path / "two.glb")
+    lower, upper = bounds(load_mesh(tmp_path / "two.glb").triangles)
+    np.testing.assert_allclose(lower, LOWER, atol=1e-6)
+    np.testing.assert_allclose(upper, (1 - 0.01, 2.04, 3.06), atol=1e-6)
+
+
+def test_unit_of_a_dae_is_applied_and_its_up_axis_is_not(tmp_path: Path) -> None:
+    text = (MESHES / "link2.dae").read_text()
+    assert 'meter="0.001"' in text
+    wanted = [(-0.01398, -0.03852, -0.00975), (0.01414, 0.00189, 0.09434)]
+    for axis in ("X_UP", "Y_UP", "Z_UP"):
+        path = tmp_path / f"{axis}.dae"
+        path.write_text(text.replace("Z_UP", axis))
+        np.testing.assert_allclose(bounds(load_mesh(path).triangles), wanted, atol=1e-8)
+
+
+def test_scale_is_a_factor_and_a_mirror_keeps_the_outside_outside(tmp_path: Path) -> None:
+    path = export(tmp_path, "stl")
+    np.testing.assert_allclose(bounds(load_mesh(path, (2, 1, 1)).triangles)[1], (0.08, 0.05, 0.06), atol=1e-7)
+    for factors in ((1, 1, 1), (1, -1, 1), (-1, -1, -1)):
+        a, b, c = load_mesh(path, factors).triangles.transpose(1, 0, 2)
+        assert np.einsum("ij,ij->", a, np.cross(b, c)) > 0
+
+
+def test_mesh_in_millimetres_is_said(tmp_path: Path) -> None:
+    mesh = load_mesh(export(tmp_path, "stl"), (1000, 1000, 1000))
+    (found,) = too_large(mesh)
+    assert (found.rule, found.severity) == ("mesh-looks-like-millimetres", "warning")
+    assert found.message == "brick.stl is 90 m long; that looks like millimetres"
+    assert too_large(load_mesh(export(tmp_path, "stl"))) == []
+
+
+BROKEN = {
+    "empty.stl": (b"", "mesh-empty", "{} is an empty file"),
+    "words.stl": (b"no mesh at all", "mesh-empty", "{} has no triangle"),
+    "nothing.stl": (b"solid a\nendsolid a\n", "mesh-empty", "{} has no triangle"),
+    "zero.stl": (bytes(84), "mesh-empty", "{} has no triangle"),
+    "lines.obj": (b"v 0 0 0\nv 1 1 1\nl 1 2\n", "mesh-empty", "{} has no triangle"),
+    "nan.obj": (
+        b"v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+        "mesh-unreadable",
+        "{} has corners that are not finite numbers",
+    ),
+    "mesh.ply": (b"ply", "mesh-unreadable", "{} is none of .stl, .obj, .dae, .gltf, .glb"),
+    "dtd.dae": (
+        b'<?xml version="1.0"?><!DOCTYPE a [<!ENTITY b SYSTEM "file:///etc/passwd">]><COLLADA>&b;</COLLADA>',
+        "mesh-unreadable",
+        "{} has a DTD, which no mesh needs",
+    ),
+    "wide.dae": (
+        '<?xml version="1.0" encoding="utf-16"?><!DOCTYPE a []><COLLADA/>'.encode("utf-16"),
+        "mesh-unreadable",
+        "{} has a DTD, which no mesh needs",
+    ),
+    "outside.gltf": (
+        json.dumps({"asset": {"version": "2.0"}, "buffers": [{"uri": "../secret.bin", "byteLength": 3}]}).encode(),
+        "mesh-unreadable",
+        '{} is not a mesh that can be read as GLTF: the buffer "../secret.bin" is not beside it',
+    ),
+}
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_broken_files_say_what_is_wrong(name: str, tmp_path: Path) -> None:
+    data, rule, message = BROKEN[name]
+    (tmp_path / "secret.bin").write_bytes(b"abc")
+    path = tmp_path / "inner" / name
+    path.parent.mkdir()
+    path.write_bytes(data)
+    with pytest.raises(ExtractProblem) as caught:
+        load_mesh(path)
+    assert caught.value.diagnostic.rule == rule
+    assert caught.value.diagnostic.message == message.format(path)
+    assert caught.value.diagnostic.help
+
+
+def test_file_that_is_not_there(tmp_path: Path) -> None:
+    with pytest.raises(ExtractProblem) as caught:
+        load_mesh(tmp_path / "a.stl")
+    assert caught.value.diagnostic.message == f'there is no file "{tmp_path}/a.stl"'
+
+
+ORIGINALS = sorted(path for path in MESHES.iterdir() if path.suffix != ".bin")
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(original=st.sampled_from(ORIGINALS), data=st.data())
+def test_damaged_files_are_meshes_or_problems(original: Path, data: st.DataObject, tmp_path: Path) -> None:
+    content = bytearray(original.read_bytes())
+    for _ in range(data.draw(st.integers(1, 6))):
+        at = data.draw(st.integers(0, max(len(content) - 2, 0)))
+        what = data.draw(st.sampled_from(["set", "cut", "drop", "digits"]))
+        if not content:
+            break
+        if what == "set":
+            content[at] = data.draw(st.integers(0, 255))
+        elif what == "digits":
+            content[at : at + 1] = b"99999999999"
+        elif what == "drop":
+            del content[at : at + data.draw(st.integers(1, 50))]
+        elif at:
+            del content[at:]
+    path = tmp_path / original.name
+    path.write_bytes(content)
+    for side in MESHES.glob("*.bin"):
+        (tmp_path / side.name).write_bytes(side.read_bytes())
+    rules = {"fine"}
+    try:
+        mesh = load_mesh(path)
+    except ExtractProblem as problem:
+        rules = {problem.diagnostic.rule}
+    else:
+        assert np.isfinite(mesh.triangles).all()
+    assert rules <= {"fine", "mesh-unreadable", "mesh-empty"}
+
+
+def test_without_trimesh_the_way_out_is_said(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    assert main(["extract", "boxes", str(tmp_path / "a.stl")]) == 1
+    said = capsys.readouterr().err
+    assert said.splitlines() == [
+        "error[extra-missing]: numbers out of meshes need the package trimesh, which is not installed",
+        "    pip install 'rosorin-compile[import]' brings what reads meshes",
+    ]
+
+
+def test_starting_the_command_line_imports_no_heavy_package() -> None:
+    code = "import sys, rosorin_compile.cli, rosorin_compile.commands.extract as e, rosorin_compile.extract.heights;"
+    code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout == "[]\n"

@@ -1,0 +1,379 @@
+"""rosorin-compile import: what it writes, says and refuses."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.importing import read_robot, round_trip
+from rosorin_compile.pipeline import compile_robot
+from support.paths import IMPORTED, ROOT
+
+ARM = IMPORTED / "little_arm" / "little_arm.urdf"
+EXPECTED = ARM.parent / "expected"
+ROVER = IMPORTED / "rover" / "rover.urdf"
+
+REPORT = """\
+descriptions/little_arm: 4 links, 3 joints in robot.yaml
+the compiled URDF is the same robot: 4 frames at zero and 20 random joint states, largest difference 0
+no mjcf among its outputs: joint "elbow" moves link "forearm", but neither it nor a link fixed to it has a mass: \
+MuJoCo does not load that
+kept as they are: transmission, gazebo
+next: rosorin-compile all descriptions/little_arm
+"""
+
+
+@pytest.fixture
+def here(tmp_path: Path, tmp_path_factory: pytest.TempPathFactory, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path_factory.mktemp("cache")))
+    shutil.copy(ARM, tmp_path / "little_arm.urdf")
+    return tmp_path
+
+
+def run(*words: str) -> int:
+    """Run the command; return its exit code."""
+    try:
+        return main(["import", *words])
+    except SystemExit as stopped:
+        return int(stopped.code or 0)
+
+
+def files(folder: Path) -> dict[str, str]:
+    return {str(path.relative_to(folder)): path.read_text("utf-8") for path in folder.rglob("*") if path.is_file()}
+
+
+def test_a_robot_becomes_a_description(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("little_arm.urdf") == 0
+    said = capsys.readouterr()
+    assert (said.out, said.err) == (REPORT, "")
+    assert files(here / "descriptions" / "little_arm") == files(EXPECTED)
+    assert [path.name for path in (here / "descriptions").iterdir()] == ["little_arm"]
+
+
+def test_what_it_says_next_works(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run("little_arm.urdf") == 0
+    next_command = capsys.readouterr().out.splitlines()[-1].removeprefix("next: rosorin-compile ")
+    assert main(next_command.split()) == 0
+    assert sorted(path.name for path in (here / "outputs" / "little_arm").iterdir()) == [
+        "frames.md",
+        "frames.svg",
+        "little_arm.urdf",
+    ]
+    assert (
+        read_robot(here / "outputs" / "little_arm" / "little_arm.urdf").tree["joints"]["elbow"]["limit"]["upper"] == 2.5
+    )
+    assert main(["check"]) == 0
+
+
+def test_a_long_robot_becomes_several_files(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(str(ROVER), "-o", "robots/rover") == 0
+    first = capsys.readouterr().out.splitlines()[0]
+    assert first == "robots/rover: 10 links, 9 joints in robot.yaml, links.yaml, joints.yaml, extensions.yaml"
+    assert files(here / "robots" / "rover") == files(ROVER.parent / "expected")
+
+
+def test_the_schema_beside_it_is_named(here: Path) -> None:
+    assert main(["init", "scout"]) == 0
+    assert run(str(ROVER)) == 0
+    for text in files(here / "descriptions" / "rover").values():
+        assert text.startswith("# yaml-language-server: $schema=../.schema/rosorin-compile.schema.json\n")
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"),
+    [("Käfer 2", "K_fer_2"), ("机器人", "robot"), ("007", "robot_007"), ("../x", "x"), ("a.b", "a.b")],
+)
+def test_any_name_gives_a_safe_folder(here: Path, name: str, folder: str) -> None:
+    assert run("little_arm.urdf", "--name", name) == 0
+    made = compile_robot(here / "descriptions" / folder / "robot.yaml")
+    assert made.robot is not None
+    assert made.robot.name == name
+    assert sorted(artifact.file for artifact in made.artifacts) == sorted(["frames.md", "frames.svg", f"{folder}.urdf"])
+
+
+def test_a_folder_that_is_taken_is_refused(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    home = here / "descriptions" / "little_arm"
+    home.mkdir(parents=True)
+    (home / "notes.txt").write_text("mine", "utf-8")
+    assert run("little_arm.urdf") == 2
+    message = "descriptions/little_arm is not empty; name a new folder with -o, or write into this one with --force"
+    assert capsys.readouterr().err == f"rosorin-compile: {message}\n"
+    assert files(home) == {"notes.txt": "mine"}
+
+
+def test_force_deletes_nothing(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    home = here / "descriptions" / "little_arm"
+    (home / "old").mkdir(parents=True)
+    (home / "notes.txt").write_text("mine", "utf-8")
+    (home / "old" / "links.yaml").write_text("links: {}\n", "utf-8")
+    (home / "robot.yaml").write_text("robot: before\n", "utf-8")
+    assert run("little_arm.urdf", "--force") == 0
+    line = "left alone in descriptions/little_arm, not written by this import: notes.txt, old/links.yaml\n"
+    assert line in capsys.readouterr().out
+    assert files(home) == {**files(EXPECTED), "notes.txt": "mine", "old/links.yaml": "links: {}\n"}
+
+
+def test_an_empty_folder_is_not_taken(here: Path) -> None:
+    (here / "new").mkdir()
+    assert run("little_arm.urdf", "-o", "new") == 0
+    assert files(here / "new") == files(EXPECTED)
+
+
+def broken(here: Path, old: str, new: str) -> str:
+    """Write the arm with a text replaced; return the file name."""
+    text = ARM.read_text("utf-8")
+    assert text.count(old) >= 1
+    (here / "broken.urdf").write_text(text.replace(old, new), "utf-8")
+    return "broken.urdf"
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("</robot>", ""),
+        ('<child link="tool0"/>', '<child link="tool1"/>'),
+        ('effort="30"', 'effort="much"'),
+        ('type="fixed"', 'type="glued"'),
+        ("<?xml version", "<!DOCTYPE x []><?xml version"),
+    ],
+)
+def test_broken_sources_write_nothing(here: Path, capsys: pytest.CaptureFixture[str], old: str, new: str) -> None:
+    assert run(broken(here, old, new), "-o", "a/b/c") == 1
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err.startswith("broken.urdf:")
+    assert "error[" in said.err
+    assert said.err.splitlines()[-1].endswith("nothing written")
+    assert sorted(path.name for path in here.iterdir()) == ["broken.urdf", "little_arm.urdf"]
+
+
+def test_what_is_not_carried_is_said_and_strict_refuses(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
+    assert run(name, "-o", "strict", "--strict") == 1
+    said = capsys.readouterr().err
+    assert "error[import-cannot-carry]" in said
+    assert said.endswith("broken.urdf: 1 error, nothing written\n")
+    assert not (here / "strict").exists()
+    assert run(name, "-o", "easy") == 0
+    said_too = capsys.readouterr()
+    assert said_too.err == said.replace("error[", "warning[").replace("broken.urdf: 1 error, nothing written\n", "")
+    assert "\nnot carried over: 1, see the warning above\n" in said_too.out
+
+
+def test_lenient_takes_more(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = broken(here, ' effort="30"', "")
+    assert run(name, "-o", "x") == 1
+    assert "--lenient" in capsys.readouterr().err
+    assert run(name, "-o", "x", "--lenient") == 0
+    assert compile_robot(here / "x" / "robot.yaml").robot is not None
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["nobody.urdf"], "nobody.urdf is not there"),
+        (["a" * 5000], f"{'a' * 5000} is not there"),
+        (["."], ". is a folder; name the file of the robot in it"),
+        (["little_arm.urdf", "b.urdf"], "import takes one SOURCE, not 2"),
+        (["a:=1"], "import takes one SOURCE, not none"),
+        (["little_arm.urdf", "-a", "x"], '"x" is not NAME=VALUE'),
+        (["little_arm.urdf", "--package", "arm"], '"arm" is not NAME=PATH'),
+        (["little_arm.urdf", "--package", "arm=nowhere"], 'there is no folder "nowhere" for the package arm'),
+        (
+            ["little_arm.urdf", "--name", "a<b"],
+            '"a<b" cannot be the name of a robot: no markup, no quotes, spaces only within',
+        ),
+        (["little_arm.urdf", "-o", "little_arm.urdf"], "little_arm.urdf is no folder; name a new one with -o"),
+    ],
+)
+def test_wrong_usage(here: Path, capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
+    assert run(*words) == 2
+    assert capsys.readouterr().err == f"rosorin-compile: {message}\n"
+    assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
+
+
+def test_no_source_is_wrong_usage(capsys: pytest.CaptureFixture[str]) -> None:
+    assert run() == 2
+    assert "the following arguments are required: SOURCE" in capsys.readouterr().err
+
+
+def test_json_is_one_document(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = broken(here, '<mass value="2.5"/>', '<mass value="2.5" colour="red"/>')
+    assert run(name, "-o", "x", "--format", "json") == 0
+    said = capsys.readouterr()
+    (entry,) = json.loads(said.out)
+    assert (entry["rule"], entry["severity"], entry["file"]) == ("import-cannot-carry", "warning", "broken.urdf")
+    assert entry["line"] == 13
+    assert "next: rosorin-compile all x\n" in said.err
+
+
+def test_a_folder_that_cannot_be_written_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (here / "file").write_text("", "utf-8")
+    assert run("little_arm.urdf", "-o", "file/x") == 1
+    assert "error[output-folder]: cannot write file/x: file is not a folder" in capsys.readouterr().err
+
+
+def test_no_room_for_the_round_trip_is_said(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(tempfile, "tempdir", str(here / "nowhere"))
+    assert run("little_arm.urdf", "-o", "x") == 1
+    message = "cannot work in the temporary folder: No such file or directory; TMPDIR can name another one"
+    assert capsys.readouterr().err == f"little_arm.urdf: {message}\n"
+    assert not (here / "x").exists()
+
+
+def altered(old: str, new: str) -> Callable[..., Any]:
+    """Return ``write`` with one thing in what it writes replaced: a fault of the writer."""
+    right = round_trip.write
+
+    def wrong(*words: Any) -> dict[str, str]:
+        made = right(*words)
+        assert any(old in text for text in made.values())
+        return {name: text.replace(old, new) for name, text in made.items()}
+
+    return wrong
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ("upper: 2.5,", "upper: 2.6,", "joints elbow limit upper: 2.5 in the source, 2.6 here"),
+        ("mass: 2.5,", "mass: 2.6,", "links base_link inertial mass: 2.5 in the source, 2.6 here"),
+        ("radius: .1,", "radius: .11,", "links base_link collision 1 geometry radius: 0.1 in the source, 0.11 here"),
+        ("  tool0: {}\n", "  tool0: {}\n  more: {}\n", ""),
+        ("Gazebo/Orange", "Gazebo/Blue", "urdf_elements 2:"),
+        ("${meshes}/upper", "${meshes}/lower", "links upper_arm visual 1 geometry file:"),
+        ("material: orange", "rgba: [1, 1, 1, 1]", "links base_link visual 1"),
+    ],
+)
+def test_a_description_of_another_robot_is_not_written(
+    here: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, old: str, new: str, said: str
+) -> None:
+    monkeypatch.setattr(round_trip, "write", altered(old, new))
+    assert run("little_arm.urdf") == 1
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert said in told.err
+    assert told.err.endswith("little_arm.urdf: 1 error, nothing written\n")
+    assert "error[import-differs]: the description would not be the same robot\n" in told.err or not said
+    assert [path.name for path in here.iterdir()] == ["little_arm.urdf"]
+
+
+@pytest.mark.usefixtures("here")
+def test_places_of_a_description_that_does_not_compile_are_those_of_its_folder(
+    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(round_trip, "write", altered("upper: 2.5,", "upper: 2.5 mm,"))
+    assert run("little_arm.urdf", "-o", "x") == 1
+    assert capsys.readouterr().err.startswith("x/robot.yaml:")
+
+
+@pytest.mark.slow
+def test_bytes_do_not_depend_on_the_machine(tmp_path: Path) -> None:
+    made = []
+    for number, (seed, language) in enumerate((("1", "C"), ("2", "C.UTF-8"))):
+        folder = tmp_path / str(number)
+        environment = {**os.environ, "PYTHONHASHSEED": seed, "LC_ALL": language, "TZ": f"UTC{number}"}
+        command = [sys.executable, "-m", "rosorin_compile", "import", str(ROVER), "-o", str(folder / "rover")]
+        folder.mkdir()
+        subprocess.run(command, cwd=folder, env=environment, check=True, capture_output=True)
+        made.append(files(folder / "rover"))
+    assert made[0] == made[1] == files(ROVER.parent / "expected")
+
+
+def test_xacro_is_imported_with_its_arguments(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xacro")
+    text = ARM.read_text("utf-8").replace(
+        '<robot name="little_arm">',
+        '<robot name="little_arm" xmlns:xacro="http://ros.org/wiki/xacro"><xacro:arg name="upper" default="2.5"/>',
+    )
+    (here / "arm.xacro").write_text(text.replace('upper="2.5"', 'upper="$(arg upper)"'), "utf-8")
+    assert run("arm.xacro", "upper:=2.25", "-o", "one") == 0
+    assert "warning[xacro-runs-code]" in capsys.readouterr().err
+    assert "upper: 2.25," in (here / "one" / "robot.yaml").read_text("utf-8")
+    assert run("arm.xacro", "-a", "upper=2", "-o", "two") == 0
+    assert "upper: 2," in (here / "two" / "robot.yaml").read_text("utf-8")
+
+
+def test_what_is_accepted_is_said(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert run(broken(here, '<axis xyz="0 1 0"/>', '<axis xyz="0 2 0"/>'), "-o", "x") == 0
+    assert "\naccepted: axis-not-unit (elbow)\n" in capsys.readouterr().out
+    assert "rule: axis-not-unit, of: [elbow]" in (here / "x" / "robot.yaml").read_text("utf-8")
+
+
+BUGGY = """\
+<mujoco model="buggy">
+  <worldbody>
+    <body name="hull">
+      <freejoint/>
+      <geom name="hull" type="capsule" size="0.1 0.2" mass="3"/>
+      <body name="wheel" pos="0 0.3 0">
+        <joint name="roll" axis="0 1 0" armature="0.01"/>
+        <geom name="tyre" type="cylinder" size="0.1 0.02" mass="0.5" euler="90 0 0"/>
+      </body>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("mujoco")
+    (here / "buggy.xml").write_text(BUGGY, "utf-8")
+    assert run("buggy.xml") == 0
+    assert "largest difference 0\n" in capsys.readouterr().out
+    text = (here / "descriptions" / "buggy" / "robot.yaml").read_text("utf-8")
+    assert '\n  urdf: {file: buggy.urdf, version: "1.2"}\n  mjcf: {file: buggy.xml, base: free}\n' in text
+    assert "{name: tyre, cylinder: {radius: 0.1, length: 0.04}, rpy: [90 deg, 0, 0]}" in text
+
+
+@pytest.mark.parametrize("name", ["turtlebot3_burger", "unitree_a1", "ur5e"])
+def test_examples_come_in(here: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xacro")
+    assert run(str(ROOT / "examples" / name / "xacro" / "robot.xacro")) == 0
+    assert "largest difference 0\n" in capsys.readouterr().out
+    made = compile_robot(here / "descriptions" / name / "robot.yaml")
+    assert made.robot is not None
+    assert {artifact.backend for artifact in made.artifacts} == {
+        "urdf",
+        "mjcf",
+        "frames",
+        "frames_picture",
+    }
+
+
+ODD_NAMES = (
+    *("on", "no", "1", "1.5", "null", "~", "2020-01-01", "12:30", "0x1F", "12 mm", "Link 1", "ns/base", "a:b", "a: b"),
+    *("x #y", "#x", "-5", "- a", "[a]", "{a}", "a, b", "*a", "!a", "|", "%a", "@a", "`a", "=", "<<"),
+    *("${pi}", "$${pi}", "$", "a${b", "C:\\a", "Käfer", "机器人", "🤖", "for", "if", "robot", "x" * 1500),
+)
+
+
+def test_odd_names_and_texts_survive(here: Path) -> None:
+    names = [name for name in ODD_NAMES if "<" not in name]
+    links = "".join(f'<link name="{name}"/>' for name in names)
+    joints = "".join(
+        f'<joint name="{child}" type="fixed"><parent link="on"/><child link="{child}"/></joint>' for child in names[1:]
+    )
+    more = '<gazebo reference="on"><a>${pi} $${pi} $(find x)</a>\n\t<b c=\'"\'>#: é\U0001f916</b>\n</gazebo>'
+    (here / "odd.urdf").write_text(f'<robot name="${{x}}">{links}{joints}{more}</robot>', "utf-8")
+    assert run("odd.urdf", "-o", "odd") == 0
+    robot = compile_robot(here / "odd" / "robot.yaml").robot
+    assert robot is not None
+    assert robot.name == "${x}"
+    assert {link.name for link in robot.links} == set(names)
+    assert [joint.name for joint in robot.joints] == names[1:]
+    assert robot.urdf_elements == (more,)

@@ -1,0 +1,79 @@
+"""What import makes of whole robots: the files that a person would have written, committed and compared to the byte.
+
+    python tests/renew.py imported
+
+writes them anew; read the difference.
+"""
+
+from __future__ import annotations
+
+import re
+import sys
+
+import pytest
+
+from rosorin_compile.importing import read_robot
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.importing.writing.layout import WIDTH
+from support.paths import IMPORTED
+
+FOLDER = IMPORTED
+ROBOTS = sorted(path.name for path in FOLDER.iterdir() if path.is_dir())
+EXPECTED = "expected"
+
+
+def imported(name: str) -> dict[str, str]:
+    """Return the files that import makes of a robot of this folder."""
+    made = read_robot(FOLDER / name / f"{name}.urdf")
+    assert made.tree is not None, made.diagnostics
+    trip = check_round_trip(made, FOLDER / name / EXPECTED)
+    assert trip.diagnostics == []
+    assert trip.frames == len(made.tree["links"])
+    assert trip.largest == 0
+    return trip.files
+
+
+def test_there_are_robots() -> None:
+    assert len(ROBOTS) >= 2
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_files_are_those_that_are_committed(name: str) -> None:
+    expected = {path.name: path.read_text("utf-8") for path in (FOLDER / name / EXPECTED).iterdir()}
+    assert imported(name) == expected
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_every_comment_of_the_source_is_there(name: str) -> None:
+    source = (FOLDER / name / f"{name}.urdf").read_text("utf-8")
+    files = "\n".join(imported(name).values())
+    comments = re.findall(r"<!--(.*?)-->", source, re.DOTALL)
+    assert len(comments) >= 3
+    for comment in comments:
+        for line in filter(None, map(str.strip, comment.splitlines())):
+            assert files.count(f"# {line}\n") == 1, line
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_style(name: str) -> None:
+    for text in imported(name).values():
+        lines = text.splitlines()
+        assert text.endswith("\n")
+        assert all(line == line.rstrip() and len(line) <= WIDTH for line in lines)
+        assert all(line or lines[number] for number, line in enumerate(lines[1:]))  # never two blank lines
+        assert "\t" not in text
+
+
+def rewrite(name: str) -> None:
+    """Write the files of a robot as import makes them now."""
+    for path in (FOLDER / name / EXPECTED).glob("*.yaml"):
+        path.unlink()
+    for file, text in imported(name).items():
+        path = FOLDER / name / EXPECTED / file
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(text, "utf-8")
+
+
+if __name__ == "__main__":
+    for each in sys.argv[1:] or ROBOTS:
+        rewrite(each)

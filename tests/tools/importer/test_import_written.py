@@ -1,0 +1,226 @@
+"""A robot that was read, written and compiled is the same robot: by value, and by the stock readers."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+
+from rosorin_compile.expand import expand
+from rosorin_compile.importing import read_robot
+from rosorin_compile.importing.round_trip import check_round_trip
+from rosorin_compile.importing.writing import outputs, write
+from rosorin_compile.importing.writing.naming import named, safe
+from rosorin_compile.importing.writing.numbers import ROTATING
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.report import text as report
+from rosorin_compile.tree import Map, Seq
+from support.engines import Pinocchio, Yourdfpy
+from support.importing import robot
+from support.paths import IMPORTED
+
+
+def plain(value: Any, path: tuple[Any, ...] = ()) -> Any:
+    """Return a tree as plain values, without what is said by default and where it comes from."""
+    if isinstance(value, Map):
+        made = {key: plain(item, (*path, key)) for key, item in value.items()}
+        return {key: item for key, item in made.items() if not _is_default((*path, key), item) and key != "outputs"}
+    if isinstance(value, Seq):
+        return [plain(item, (*path, index)) for index, item in enumerate(value)]
+    return float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
+
+
+def _is_default(path: tuple[Any, ...], value: Any) -> bool:
+    key, within = path[-1], path[-2] if len(path) > 1 else ""
+    if path[0] not in ("links", "joints"):
+        return key == "rosorin_compile"
+    if key in ("xyz", "rpy"):
+        return value == [0, 0, 0]
+    if within in ("inertia", "dynamics"):
+        return value == 0
+    if within == "mimic":
+        return value == {"multiplier": 1, "offset": 0}.get(key)
+    defaults = {"scale": [1, 1, 1], "source": {"status": "imported", "note": "from robot.urdf"}, "dynamics": {}}
+    return value == defaults.get(key, "none")
+
+
+@settings(max_examples=50, deadline=None)
+@given(robot())
+def test_any_robot_is_written_as_it_was_read(text: str) -> None:
+    """The description says the very tree that was read: every text, and every number to the last bit."""
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name, "robot.urdf")
+        source.write_text(text, "utf-8")
+        imported = read_robot(source)
+        assert imported.tree is not None, report(imported.diagnostics)
+        for file, written in write(imported, outputs(imported)).items():
+            Path(name, file).write_text(written, "utf-8")
+        expanded = expand(Path(name, "robot.yaml"), {}, None)
+    assert expanded.tree is not None, report(expanded.diagnostics)
+    tree = plain(expanded.tree)
+    tree.pop("include", None)
+    assert tree == plain(imported.tree)
+    for section in ("links", "joints", "materials"):
+        assert list(tree.get(section, ())) == list(imported.tree.get(section) or ())
+
+
+@settings(max_examples=25, deadline=None)
+@given(robot())
+def test_any_robot_comes_through(text: str) -> None:
+    with tempfile.TemporaryDirectory() as name:
+        source = Path(name, "robot.urdf")
+        source.write_text(text, "utf-8")
+        imported = read_robot(source)
+        assert imported.tree is not None, report(imported.diagnostics)
+        trip = check_round_trip(imported, Path("x"))
+    assert trip.diagnostics == [], report(trip.diagnostics)
+    assert trip.largest <= 1e-12
+    assert trip.frames == len(imported.tree["links"])
+
+
+def states(tree: Map) -> list[dict[str, float]]:
+    """Return joint states for joints that nothing leads."""
+    chance = random.Random(4)  # noqa: S311 - nothing secret
+    free = [name for name, joint in tree["joints"].items() if joint["type"] in (*ROTATING, "prismatic")]
+    return [{name: chance.uniform(-1.5, 1.5) for name in free} for _ in range(50)]
+
+
+@pytest.mark.parametrize("name", sorted(path.name for path in IMPORTED.iterdir()))
+@pytest.mark.parametrize("engine", ["pinocchio", "yourdfpy"])
+def test_stock_readers_see_the_same_robot(name: str, engine: str, tmp_path: Path) -> None:
+    pytest.importorskip(engine)
+    source = IMPORTED / name / f"{name}.urdf"
+    made = compile_robot(IMPORTED / name / "expected" / "robot.yaml")
+    (urdf,) = (artifact for artifact in made.artifacts if artifact.backend == "urdf")
+    compiled = tmp_path / "compiled.urdf"
+    compiled.write_text(urdf.text, "utf-8")
+    tree = read_robot(source).tree
+    assert tree is not None
+    if engine == "pinocchio":
+        before, after = Pinocchio(source.read_text("utf-8")), Pinocchio(urdf.text)
+        assert [i.toDynamicParameters().tolist() for i in before.model.inertias] == [
+            i.toDynamicParameters().tolist() for i in after.model.inertias
+        ]
+        assert before.model.lowerPositionLimit.tolist() == after.model.lowerPositionLimit.tolist()
+        assert before.model.effortLimit.tolist() == after.model.effortLimit.tolist()
+    else:
+        before, after = Yourdfpy(source), Yourdfpy(compiled)
+    for state in states(tree):
+        first, second = before.frames(state), after.frames(state)
+        assert set(first) == set(second)
+        assert max(abs(first[frame] - second[frame]).max() for frame in first) <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("name", "file"),
+    [
+        ("my_robot", "my_robot"),
+        ("My Robot (v2)", "My_Robot_v2"),
+        ("../../etc/passwd", "etc_passwd"),
+        (".hidden", "hidden"),
+        ("機械", "robot"),
+        ("12", "robot_12"),
+        ("true", "robot_true"),
+        ("null", "robot_null"),
+        ("x" * 200, "x" * 60),
+        ("-rf", "rf"),
+    ],
+)
+def test_file_names_are_safe(name: str, file: str) -> None:
+    assert safe(name) == file
+
+
+def meshes(*files: str, scale: str = "") -> Map:
+    shapes = "".join(f'<visual><geometry><mesh filename="{file}" {scale}/></geometry></visual>' for file in files)
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder, "robot.urdf")
+        path.write_text(f'<robot name="r"><link name="a">{shapes}</link></robot>', "utf-8")
+        tree = read_robot(path).tree
+    assert tree is not None
+    return tree
+
+
+ARM = "package://arm_description/meshes"
+HAND = "package://hand-description/meshes"
+
+
+@pytest.mark.parametrize(
+    ("files", "folders"),
+    [
+        ([f"{ARM}/a.stl", f"{ARM}/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
+        ([f"{ARM}/x/a.stl", f"{ARM}/y/b.stl", f"{ARM}/c.stl"], {"meshes": ARM}),
+        ([f"{ARM}/a.stl", f"{ARM}/ab.stl", f"{ARM}/abc.stl"], {"meshes": ARM}),
+        ([f"{ARM}/a.stl", f"{ARM}/b.stl"], {}),
+        ([f"{ARM}/a.stl"] * 3, {}),
+        (["meshes/a.stl", "meshes/b.stl", "meshes/c.stl"], {}),
+        (["a.stl", "b.stl", "c.stl"], {}),
+        (["package://a/x.stl", "package://b/x.stl", "package://c/x.stl"], {}),
+        (
+            [f"{folder}/{file}.stl" for folder in (ARM, HAND) for file in "abc"],
+            {"arm_description_meshes": ARM, "hand_description_meshes": HAND},
+        ),
+    ],
+)
+def test_folders_of_meshes_are_named_where_that_helps(files: list[str], folders: dict[str, str]) -> None:
+    assert named(meshes(*files)).folders == folders
+
+
+def test_files_beside_a_named_folder_are_written_out() -> None:
+    found = named(meshes(f"{ARM}/a.stl", f"{ARM}/b.stl", f"{ARM}/c.stl"))
+    assert found.file(f"{ARM}/x/a.stl") == "${meshes}/x/a.stl"
+    assert found.file(f"{ARM}2/a.stl") is None
+    assert found.file(f"{ARM}/${{x}}.stl") is None
+    assert found.file("file:///a.stl") is None
+
+
+def test_a_scale_is_named_where_all_have_it() -> None:
+    files = [f"{ARM}/{file}.stl" for file in "abc"]
+    assert named(meshes(*files, scale='scale="0.001 0.001 0.001"')).scale == [0.001, 0.001, 0.001]
+    assert named(meshes(*files, scale='scale="1 1 1"')).scale is None
+    assert named(meshes(*files)).scale is None
+    assert named(meshes(*files[:2], scale='scale="2 2 2"')).scale is None
+
+
+PRINTED = """\
+<robot name="printed">
+  <!-- one link
+       and nothing else -->
+  <!-- one link
+       and nothing else -->
+  <link name="base">
+    <inertial>
+      <origin xyz="0.050000000000000003 -0.10000000000000001 1.50"/>
+      <mass value="{mass}"/>
+      <inertia ixx="1e-3" iyy="1.0000000000000000e-3" izz="0.00100000" ixy="0" ixz="0" iyz="0"/>
+    </inertial>
+  </link>
+</robot>
+"""
+
+
+@pytest.mark.parametrize(
+    ("digits", "written"),
+    [
+        ("0.69999999999999996", "0.7"),
+        ("6.999999999999999556e-01", "0.7"),
+        ("0.7000", "0.7000"),
+        ("0.3333333333333333", "0.3333333333333333"),
+        ("0.33333333333333331", "0.3333333333333333"),
+        ("3.6651914291880923", "3.6651914291880923"),
+    ],
+)
+def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
+    tmp_path: Path, digits: str, written: str
+) -> None:
+    source = tmp_path / "printed.urdf"
+    source.write_text(PRINTED.format(mass=digits), "utf-8")
+    imported = read_robot(source)
+    (text,) = write(imported, outputs(imported)).values()
+    assert text.count("# and nothing else") == 1
+    assert f"      mass: {written}\n" in text or f"mass: {written}," in text
+    assert "xyz: [0.05, -0.1, 1.50]" in text
+    assert "inertia: {ixx: 1e-3, iyy: 0.001, izz: 0.00100000}" in text

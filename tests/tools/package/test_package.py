@@ -1,0 +1,290 @@
+"""The ROS 2 package of a robot: its metadata, its meshes, its view, and what is said about it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.packaging.meshes import named, settle
+from rosorin_compile.packaging.naming import is_legal, package_name
+from support.packages import EXAMPLES, describe, names_in, written
+from support.paths import ROSORIN
+from support.robots import compiled
+
+MESHED = """\
+robot: meshed
+links:
+  base_link:
+    visual:
+      - mesh: {file: meshes/body.stl}
+      - mesh: {file: package://other_robot/meshes/wheel.stl}
+      - mesh: {file: package://meshed_description/meshes/own.stl}
+      - mesh: {file: missing.stl}
+      - mesh: {file: file:///opt/there.stl}
+outputs:
+  urdf: {file: meshed.urdf}
+"""
+
+
+def test_what_is_in_it(tmp_path: Path) -> None:
+    found = names_in(written(tmp_path))
+    assert found == [
+        "CMakeLists.txt",
+        "README.md",
+        "config/robot_model.json",
+        "config/static_tf.json",
+        "doc/frames.md",
+        *[f"doc/{name}" for name in sorted(a.file for a in compiled().artifacts if a.file.endswith(".svg"))],
+        "launch/description.launch.py",
+        "launch/description.launch.xml",
+        "launch/description.launch.yaml",
+        "mjcf/rosorin.xml",
+        "package.xml",
+        "rviz/rosorin.rviz",
+        "urdf/rosorin.urdf",
+    ]
+
+
+def test_its_readme_says_what_is_in_it(tmp_path: Path) -> None:
+    text = (written(tmp_path) / "README.md").read_text("utf-8")
+    assert "- `doc/frames_slam.svg`: the tree of frames, with who publishes each\n" in text
+    assert "another artifact" not in text
+
+
+def test_the_artifacts_in_it_are_the_compiled_ones(tmp_path: Path) -> None:
+    package = written(tmp_path)
+    texts = {artifact.file: artifact.text.encode() for artifact in compiled().artifacts}
+    for place in ("urdf/rosorin.urdf", "config/robot_model.json", "config/static_tf.json", "mjcf/rosorin.xml"):
+        assert (package / place).read_bytes() == texts[Path(place).name]
+
+
+@pytest.mark.parametrize("kind", ["ament_cmake", "ament_python"])
+def test_package_xml_by_catkin_pkg(tmp_path: Path, kind: str) -> None:
+    parse_package = pytest.importorskip("catkin_pkg.package").parse_package
+    words = ["--maintainer", "Ada L. <ada@example.org>", "--license", "Apache-2.0", "--package-version", "1.2.3"]
+    package = parse_package(str(written(tmp_path, "--build-type", kind, *words)))
+    warnings: list[str] = []
+    package.validate(warnings=warnings)
+    assert not warnings
+    assert (package.name, package.version, package.licenses) == ("rosorin_description", "1.2.3", ["Apache-2.0"])
+    assert [(person.name, person.email) for person in package.maintainers] == [("Ada L.", "ada@example.org")]
+    assert package.get_build_type() == kind
+    needs = {dependency.name for dependency in package.exec_depends}
+    assert needs >= {"robot_state_publisher", "tf2_ros", "rviz2", "joint_state_publisher_gui", "launch_ros"}
+
+
+def test_the_view_shows_frames_that_exist(tmp_path: Path) -> None:
+    package = written(tmp_path, "--topic", "lidar=/scan_raw")
+    view = yaml.safe_load((package / "rviz/rosorin.rviz").read_text("utf-8"))["Visualization Manager"]
+    links = [element.get("name") for element in ET.parse(package / "urdf/rosorin.urdf").iter("link")]
+    assert view["Global Options"]["Fixed Frame"] == links[0] == "base_link"
+    shown = {display["Class"]: display for display in view["Displays"]}
+    assert shown["rviz_default_plugins/RobotModel"]["Description Topic"]["Value"] == "/robot_description"
+    scan = shown["rviz_default_plugins/LaserScan"]
+    assert (scan["Topic"]["Value"], scan["Enabled"], scan["Name"]) == ("/scan_raw", True, "lidar")
+    cloud = shown["rviz_default_plugins/PointCloud2"]
+    assert (cloud["Topic"]["Value"], cloud["Enabled"]) == ("", False)
+
+
+def test_ament_python_has_what_colcon_asks_for(tmp_path: Path) -> None:
+    package = written(tmp_path, "--build-type", "ament_python", "--name", "my_robot")
+    assert {"setup.py", "setup.cfg", "resource/my_robot"} < set(names_in(package))
+    assert "CMakeLists.txt" not in names_in(package)
+    command = [sys.executable, "setup.py", "--quiet", "install_data", "--install-dir", str(tmp_path / "there")]
+    subprocess.run(command, cwd=package, check=True, capture_output=True)
+    installed = names_in(tmp_path / "there" / "share")
+    assert "ament_index/resource_index/packages/my_robot" in installed
+    data = [n for n in names_in(package) if n.startswith(("config", "doc", "launch", "mjcf", "rviz", "urdf"))]
+    assert {f"my_robot/{name}" for name in [*data, "package.xml"]} < set(installed)
+
+
+def test_writing_again_changes_nothing_and_keeps_other_files(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = written(tmp_path)
+    (package / "launch/mine.launch.py").write_text("# mine\n")
+    times = {name: (package / name).stat().st_mtime_ns for name in names_in(package)}
+    capsys.readouterr()
+    written(tmp_path)
+    assert capsys.readouterr().out.endswith("package, unchanged\n")
+    assert times == {name: (package / name).stat().st_mtime_ns for name in names_in(package)}
+
+
+def test_same_bytes_elsewhere(tmp_path: Path) -> None:
+    first, second = written(tmp_path / "one"), written(tmp_path / "two")
+    assert {n: (first / n).read_bytes() for n in names_in(first)} == {
+        n: (second / n).read_bytes() for n in names_in(second)
+    }
+
+
+@given(st.text(max_size=30))
+def test_the_default_name_is_legal(name: str) -> None:
+    assert is_legal(package_name(name))
+
+
+@pytest.mark.parametrize("name", ["", "a", "Robot", "2wd", "my-robot", "a__b", "a_", "ä", "my robot", "_a"])
+def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert not is_legal(name)
+    if name:
+        assert main(["package", str(ROSORIN), "-o", str(tmp_path / "p"), "--name", name]) == 2
+        assert f'"{name}" is no name for a ROS 2 package' in capsys.readouterr().err
+        assert not (tmp_path / "p").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--maintainer", "Ada"], "\"Ada\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
+        (["--package-version", "1.2"], '"1.2" is no version of a ROS 2 package, which has three numbers: 1.2.3'),
+        (["--license", " "], "the license is one line of text"),
+        (["--topic", "lidar"], '"lidar" is not SENSOR=TOPIC, such as laser=/scan'),
+        (["--topic", "nose=/scan"], 'the robot has no sensor "nose"; it has camera, lidar, imu'),
+        (["x"], "a package is for one robot: rosorin-compile package ROBOT -o FOLDER"),
+    ],
+)
+def test_wrong_usage(words: list[str], message: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["package", str(ROSORIN), "-o", str(tmp_path / "p"), *words]) == 2
+    assert capsys.readouterr().err.endswith(f"rosorin-compile: {message}\n")
+
+
+def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = describe(tmp_path, MESHED)
+    (path.parent / "meshes").mkdir()
+    (path.parent / "meshes/body.stl").write_bytes(b"\0\xff body")
+    (path.parent / "meshes/own.stl").write_bytes(b"own")
+    package = tmp_path / "package"
+    assert main(["package", str(path), "-o", str(package)]) == 0
+    said = capsys.readouterr().err
+    assert (package / "meshes/body.stl").read_bytes() == b"\0\xff body"
+    assert (package / "meshes/own.stl").read_bytes() == b"own"
+    assert named((package / "urdf/meshed.urdf").read_text("utf-8")) == [
+        "package://meshed_description/meshes/body.stl",
+        "package://other_robot/meshes/wheel.stl",
+        "package://meshed_description/meshes/own.stl",
+        "package://meshed_description/meshes/missing.stl",
+        "file:///opt/there.stl",
+    ]
+    assert "<exec_depend>other_robot</exec_depend>" in (package / "package.xml").read_text("utf-8")
+    assert "warning[package-mesh]: missing.stl is neither in the package nor beside the description\n" in said
+    assert "warning[package-mesh]: file:///opt/there.stl is found on machines that have this very file\n" in said
+    (package / "meshes/missing.stl").write_bytes(b"put there by hand")
+    assert main(["package", str(path), "-o", str(package)]) == 0
+    assert "missing.stl" not in capsys.readouterr().err
+    assert (package / "meshes/missing.stl").read_bytes() == b"put there by hand"
+
+
+@pytest.mark.parametrize("name", ["../../secret.stl", "a/../../../secret.stl"])
+def test_a_mesh_never_leads_out_of_the_package(tmp_path: Path, name: str) -> None:
+    (tmp_path / "secret.stl").write_bytes(b"s")
+    found = settle(f'<mesh filename="{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    assert all(".." not in place for place in found.files)
+    assert ".." not in found.text
+    own = settle(f'<mesh filename="package://made/{name}"/>', "made", [tmp_path / "a" / "b"], tmp_path / "package")
+    assert not own.files
+    assert [d.rule for d in own.diagnostics] == ["package-mesh"]
+
+
+def test_two_outputs_of_one_name_are_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outputs = "{small: {backend: urdf, file: small/r.urdf, elements: []}, urdf: {file: full/r.urdf}}"
+    path = describe(tmp_path, f"robot: two\nlinks: {{base_link: {{}}}}\noutputs: {outputs}\n")
+    assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 1
+    message = "the outputs small and urdf would both be urdf/r.urdf in the package"
+    help = "let their file names differ, not their folders alone"
+    assert f"error[package-same-place]: {message}\n    {help}\n" in capsys.readouterr().err
+    assert not (tmp_path / "package").exists()
+
+
+def test_a_robot_without_a_urdf(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    path = describe(tmp_path, "robot: meshed\nlinks: {base_link: {}}\noutputs: {frames: {file: frames.md}}\n")
+    assert main(["package", str(path), "-o", str(tmp_path / "p")]) == 1
+    assert "error[package-no-urdf]: no output is a URDF, and a package is nothing without\n" in capsys.readouterr().err
+    assert not (tmp_path / "p").exists()
+
+
+def test_what_nobody_said_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    written(tmp_path)
+    told = "note[package-defaults]: package.xml does not say yet who maintains the package or how it is licensed"
+    assert told in capsys.readouterr().err
+    written(tmp_path, "--maintainer", "A <a@b.org>", "--license", "MIT")
+    assert told not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["package.xml", "README.md", "urdf/rosorin.urdf"])
+def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "package"
+    (target / name).parent.mkdir(parents=True)
+    (target / name).write_text("mine\n")
+    assert main(["package", str(ROSORIN), "-o", str(target)]) == 1
+    help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
+    message = f"error[package-exists]: {target} has a {name} that this tool did not make\n    {help}\n"
+    assert message in capsys.readouterr().err
+    assert names_in(target) == [name]
+    assert (target / name).read_text() == "mine\n"
+
+
+def test_what_was_said_once_holds_the_next_time(tmp_path: Path) -> None:
+    words = ["--maintainer", "Ada & L. <ada@example.org>", "--license", "MIT", "--package-version", "1.2.3"]
+    words += ["--name", "mine", "--build-type", "ament_python", "--topic", "lidar=/scan"]
+    package = written(tmp_path, *words)
+    before = {name: (package / name).read_bytes() for name in names_in(package)}
+    written(tmp_path)
+    assert {name: (package / name).read_bytes() for name in names_in(package)} == before
+    written(tmp_path, "--package-version", "1.3.0", "--topic", "camera=/points")
+    text = (package / "package.xml").read_text("utf-8")
+    assert "<version>1.3.0</version>" in text
+    assert '<maintainer email="ada@example.org">Ada &amp; L.</maintainer>' in text
+    view = (package / "rviz/rosorin.rviz").read_text("utf-8")
+    assert '"/scan"' in view
+    assert '"/points"' in view
+
+
+@pytest.mark.slow
+def test_same_bytes_in_another_process(tmp_path: Path) -> None:
+    here = written(tmp_path)
+    there = tmp_path / "there"
+    environment = {**os.environ, "PYTHONHASHSEED": "7", "LC_ALL": "C", "TZ": "Asia/Tokyo"}
+    command = [sys.executable, "-m", "rosorin_compile", "package", str(ROSORIN), "-o", str(there)]
+    subprocess.run(command, env=environment, check=True, capture_output=True)
+    assert {n: (there / n).read_bytes() for n in names_in(there)} == {
+        n: (here / n).read_bytes() for n in names_in(here)
+    }
+
+
+@pytest.mark.parametrize("folder", EXAMPLES, ids=lambda folder: folder.name)
+def test_the_fixed_frame_is_the_root_of_the_urdf(tmp_path: Path, folder: Path) -> None:
+    assert main(["package", str(folder), "-o", str(tmp_path / "package")]) == 0
+    (view,) = (tmp_path / "package/rviz").iterdir()
+    frame = yaml.safe_load(view.read_text("utf-8"))["Visualization Manager"]["Global Options"]["Fixed Frame"]
+    tree = ET.parse(next((tmp_path / "package/urdf").iterdir()))
+    children = {element.get("link") for element in tree.iter("child")}
+    assert [link.get("name") for link in tree.getroot().findall("link") if link.get("name") not in children] == [frame]
+
+
+def test_many_missing_files_are_one_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shapes = "".join(f"\n      - mesh: {{file: m/{number}.stl}}" for number in range(5))
+    outputs = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
+    path = describe(tmp_path, f"robot: many\nlinks:\n  base_link:\n    visual:{shapes}\n{outputs}\n")
+    assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 0
+    said = capsys.readouterr().err
+    assert said.count("warning[package-mesh]") == 2
+    names = "m/0.stl, m/1.stl, m/2.stl and 2 more"
+    what = "neither in the package nor beside the description"
+    assert f"5 files are {what}: {names}\n    put the files into meshes/ of the package\n" in said
+    what = "named by mjcf/r.xml, but not in the package"
+    assert f"5 files are {what}: {names}\n    put the files into mjcf/ of the package\n" in said
+
+
+@pytest.mark.parametrize(("name", "view"), [("My Robot/2", "robot"), ("arm.2", "arm.2"), ("my robot", "robot")])
+def test_the_view_of_a_robot_of_any_name(tmp_path: Path, name: str, view: str) -> None:
+    path = describe(tmp_path, f"robot: {name}\nlinks: {{base_link: {{}}}}\noutputs: {{urdf: {{file: r.urdf}}}}\n")
+    assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 0
+    assert names_in(tmp_path / "package/rviz") == [f"{view}.rviz"]

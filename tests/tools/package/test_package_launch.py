@@ -1,0 +1,188 @@
+"""The three launch files of a package: they start the same nodes, with the numbers of the description."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.emit import static_tf
+from rosorin_compile.formatting import METRE_DIGITS, RADIAN_DIGITS
+from rosorin_compile.model import (
+    Joint,
+    Link,
+    Output,
+    Pose,
+    Robot,
+    Transform,
+)
+from support.launch import command_line, read
+from support.packages import EXAMPLES, FORMS, describe, made, static, written
+from support.robots import compiled
+
+ODD = [
+    "a|b",
+    "x\\y",
+    "weiß",
+    "🤖",
+    "{{x}}",
+    "{%x%}",
+    "$(x)",
+    "#x",
+    "coding:latin-1",
+    "%s",
+    "--x",
+    "`a`",
+    "\\",
+    "a b",
+    "$$",
+]
+
+
+def test_every_node_that_is_started_is_a_dependency(tmp_path: Path) -> None:
+    package = written(tmp_path)
+    needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
+    everything = dict.fromkeys(("joint_state_publisher", "joint_state_publisher_gui", "rviz"), "true")
+    nodes = read(package / "launch/description.launch.xml", {"rosorin_description": package}, **everything).nodes
+    assert {node.package for node in nodes} <= needs
+    assert len(nodes) == 6
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_a_launch_file_starts_what_the_description_says(tmp_path: Path, form: str) -> None:
+    package = written(tmp_path)
+    launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
+    publisher, *statics = launch.nodes
+    urdf = (package / "urdf/rosorin.urdf").read_text("utf-8")
+    assert publisher.parameters == {"robot_description": urdf, "use_sim_time": False}
+    assert (publisher.package, publisher.executable) == ("robot_state_publisher", "robot_state_publisher")
+    robot = compiled().robot
+    assert robot is not None
+    wanted = [(t.name, list(t.arguments)) for t in static_tf.static_transforms(robot)[0]]
+    assert [(node.name, node.arguments) for node in statics] == wanted
+    assert {(node.package, node.executable) for node in statics} == {("tf2_ros", "static_transform_publisher")}
+
+
+@pytest.mark.parametrize("chosen", ["use_sim_time", "joint_state_publisher", "joint_state_publisher_gui", "rviz"])
+def test_the_three_forms_do_the_same(tmp_path: Path, chosen: str) -> None:
+    package = written(tmp_path)
+    shares = {"rosorin_description": package}
+    first, *others = (read(package / f"launch/description.launch.{form}", shares, **{chosen: "true"}) for form in FORMS)
+    assert all(other == first for other in others)
+    assert chosen == "use_sim_time" or first.nodes[-1].name.startswith(chosen)
+    assert first.nodes[0].parameters["use_sim_time"] is (chosen == "use_sim_time")
+    if chosen == "rviz":
+        assert first.nodes[-1].arguments == ["-d", str(package / "rviz/rosorin.rviz")]
+
+
+@settings(max_examples=60, deadline=None)
+@given(data=st.data())
+def test_odd_names_come_through_in_all_forms(tmp_path_factory: pytest.TempPathFactory, data: st.DataObject) -> None:
+    number = st.floats(-10, 10)
+    child, parent, node, name = (data.draw(st.permutations(ODD))[0] for _ in range(4))
+    if child == parent:
+        parent = "base_link"
+    pose = Pose(data.draw(st.tuples(number, number, number)), data.draw(st.tuples(number, number, number)))
+    joint = static("j", parent, child, pose, node)
+    robot = Robot(name, (Link(parent), Link(child)), (joint,), outputs=(Output("urdf", "urdf", "robot.urdf"),))
+    package = made(tmp_path_factory.mktemp("odd"), robot)
+    wanted = list(static_tf.static_transforms(robot)[0][0].arguments)
+    for form in FORMS:
+        found = read(package / f"launch/description.launch.{form}", {"made": package}).nodes[1]
+        assert (found.name, found.arguments) == (node, wanted)
+    view = yaml.safe_load(next((package / "rviz").iterdir()).read_text("utf-8"))
+    assert view["Visualization Manager"]["Global Options"]["Fixed Frame"] == parent
+
+
+def composed(package: Path, form: str) -> dict[tuple[str, str], Transform]:
+    """Return the transforms that a launch file publishes, from its own arguments."""
+    launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
+    read_back = [command_line(node.arguments) for node in launch.nodes[1:]]
+    return {(parent, child): pose.transform() for parent, child, pose in read_back}
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_arguments_compose_to_the_chain_of_the_urdf(tmp_path: Path, form: str) -> None:
+    """The frames of rosorin, half from the URDF and half from the launch file, against the model.
+
+    A position has 7 digits after the point and an angle 8 (the digits of the guide), so that this is how near they are
+    to the model. To 1e-9 they are the model with the printed numbers.
+    """
+    package = written(tmp_path)
+    robot = compiled().robot
+    assert robot is not None
+    edges = composed(package, form)
+    for element in ET.parse(package / "urdf/rosorin.urdf").iter("joint"):
+        origin = element.find("origin")
+        xyz, rpy = (tuple(map(float, origin.get(key).split())) for key in ("xyz", "rpy"))
+        ends = [element.find(tag).get("link") for tag in ("parent", "child")]
+        edges[ends[0], ends[1]] = Pose(xyz, rpy).transform()
+    metres, radians = 0.51 * 10**-METRE_DIGITS, 0.51 * 10**-RADIAN_DIGITS
+    moved = robot.transform("base_link", "camera_link", {})
+    chain = Transform()
+    for parent, child in [("base_link", "link1"), ("link1", "link2"), ("link2", "link3"), ("link3", "link4")]:
+        chain = chain.then(edges[parent, child])
+    chain = chain.then(edges["link4", "camera_link0"]).then(edges["camera_link0", "camera_link"])
+    assert chain.xyz == pytest.approx(moved.xyz, abs=1e-9)
+    for child in ("laser", "imu_link"):
+        wanted = robot.transform("camera_link", child, {})
+        found = chain.inverse().then(edges["base_link", child])
+        assert found.xyz == pytest.approx(wanted.xyz, abs=metres * 3**0.5 + radians)
+        rounded = Pose(*(tuple(round(v, d) for v in values) for values, d in _numbers(robot.joint_to[child])))
+        exact = moved.inverse().then(rounded.transform())
+        assert found.xyz == pytest.approx(exact.xyz, abs=1e-9)
+        for row, other in zip(found.rows, exact.rows, strict=True):
+            assert row == pytest.approx(other, abs=1e-9)
+
+
+def _numbers(joint: Joint) -> list[tuple[tuple[float, ...], int]]:
+    return [(joint.origin.xyz, METRE_DIGITS), (joint.origin.rpy, RADIAN_DIGITS)]
+
+
+@pytest.mark.parametrize("folder", EXAMPLES, ids=lambda folder: folder.name)
+def test_the_examples(tmp_path: Path, folder: Path) -> None:
+    assert main(["package", str(folder), "-o", str(tmp_path / "package"), "--name", "made"]) == 0
+    launches = [
+        read(tmp_path / f"package/launch/description.launch.{f}", {"made": tmp_path / "package"}) for f in FORMS
+    ]
+    assert launches[0] == launches[1] == launches[2]
+
+
+TURNS = """\
+robot: turning
+modes: {slam: a map is made, rviz: somebody looks}
+links: {base_link: {}, mast: {}}
+joints:
+  mast_joint:
+    type: fixed
+    parent: base_link
+    child: mast
+    xyz: [0, 0, 1]
+    publisher:
+      - {by: {static_transform_publisher: tf_mast}, when: slam and not rviz}
+      - {by: {static_transform_publisher: tf_other}, when: not slam or rviz}
+outputs:
+  urdf: {file: turning.urdf}
+  static_tf: {file: static_tf.launch.py}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("slam", ["true", "1", "false", "Off"])
+@pytest.mark.parametrize("rviz", ["true", "false"])
+def test_publishers_that_take_turns(tmp_path: Path, form: str, slam: str, rviz: str) -> None:
+    path = describe(tmp_path, TURNS)
+    package = tmp_path / "package"
+    assert main(["package", str(path), "-o", str(package), "--name", "made"]) == 0
+    launch = read(package / f"launch/description.launch.{form}", {"made": package}, slam=slam, mode_rviz=rviz)
+    wanted = "tf_mast" if slam in ("true", "1") and rviz == "false" else "tf_other"
+    assert [node.name for node in launch.nodes[1:]] == [wanted]
+    assert launch.arguments["slam"] == ("false", "the robot is run in the mode slam: true or false")
+    assert set(launch.arguments) > {"rviz", "mode_rviz"}
+    assert main(["check", str(path), "--deployed", str(package)]) == 0

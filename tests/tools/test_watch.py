@@ -1,0 +1,267 @@
+"""Watch as a person uses it: a process that runs beside an editor, and has to survive all that happens there."""
+
+from __future__ import annotations
+
+import itertools
+import os
+import queue
+import signal
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.starter import start
+from rosorin_compile.watch import Inputs, mark
+from support.robots import copy_of_rosorin
+
+pytestmark = pytest.mark.slow
+
+PATIENCE = 30.0  # seconds until a line that does not come fails a test; no test waits for as long otherwise
+
+
+class Watch:
+    """A running ``rosorin-compile watch`` whose lines are read as they come."""
+
+    def __init__(self, folder: Path, *words: str) -> None:
+        self.folder = folder
+        command = [sys.executable, "-m", "rosorin_compile", "watch", *words]
+        options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True, "bufsize": 1}
+        self.process = subprocess.Popen(command, cwd=folder, **options)
+        self.lines: queue.Queue[str] = queue.Queue()
+        self.reader = threading.Thread(target=self._read)
+        self.reader.start()
+
+    def __enter__(self) -> Watch:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.process.kill()
+        self.process.wait()
+        self.reader.join()
+        assert self.process.stdout is not None
+        self.process.stdout.close()
+
+    def _read(self) -> None:
+        assert self.process.stdout is not None
+        for line in self.process.stdout:
+            self.lines.put(line.rstrip("\n"))
+
+    def until(self, text: str) -> list[str]:
+        """Return the lines up to the first that holds a text."""
+        seen: list[str] = []
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end:
+            try:
+                seen.append(self.lines.get(timeout=0.1))
+            except queue.Empty:
+                assert self.process.poll() is None, seen
+                continue
+            if text in seen[-1]:
+                return seen
+        raise AssertionError(f"no {text!r} in {seen}")
+
+    def silent(self, seconds: float = 1.0) -> bool:
+        time.sleep(seconds)
+        return self.lines.empty()
+
+    def end(self, number: int) -> int:
+        self.process.send_signal(number)
+        return self.process.wait(PATIENCE)
+
+
+@pytest.fixture
+def project(home: Path) -> Path:
+    """A project with a new robot."""
+    start("bot", home)
+    return home
+
+
+@pytest.fixture
+def watch(project: Path) -> Iterator[Watch]:
+    with Watch(project) as watch:
+        watch.until("watching bot")
+        yield watch
+
+
+def edit(project: Path, old: str, new: str, file: str = "descriptions/bot/robot.yaml") -> None:
+    """Save a file as careful editors do: another file takes its place."""
+    path = project / file
+    text = path.read_text("utf-8")
+    assert text.count(old) == 1
+    new_file = path.with_name("edited~")
+    new_file.write_text(text.replace(old, new), "utf-8")
+    new_file.replace(path)
+
+
+def artifacts(project: Path) -> dict[str, tuple[int, int]]:
+    folder = project / "outputs" / "bot"
+    return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in folder.iterdir()}
+
+
+def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) -> None:
+    before = artifacts(project)
+    edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
+    told = watch.until("laser_joint origin x")
+    assert told == [
+        "bot: 5 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
+        "  laser_joint origin x 0.04 -> 0.05 m (+10.0 mm): mjcf, static_tf, frames",
+    ]
+    after = artifacts(project)
+    assert {name for name in after if after[name] != before[name]} == {"bot.xml", "frames.md", "static_tf.launch.py"}
+    assert watch.silent()
+
+
+def test_a_change_that_changes_nothing(project: Path, watch: Watch) -> None:
+    before = artifacts(project)
+    edit(project, "wheel_radius: 40 mm", "wheel_radius: 4 cm")
+    assert watch.until("unchanged") == ["bot: 5 artifacts in outputs/bot, unchanged"]
+    assert artifacts(project) == before
+
+
+def test_broken_states_keep_the_artifacts(project: Path, watch: Watch) -> None:
+    before = artifacts(project)
+    edit(project, "xyz: [40 mm, 0,", "xzy: [40 mm, 0,")
+    told = watch.until("the artifacts stay as they are")
+    assert told[-1] == "bot: 1 error; the artifacts stay as they are"
+    assert 'error[unknown-key]: sensor "lidar" has no key "xzy"' in told[0]
+    path = project / "descriptions" / "bot" / "robot.yaml"
+    whole = path.read_text("utf-8")
+    for text in ("robot: [", "", "\0", "robot: bot\nlinks: {a: {}, b: {}}\n"):
+        path.write_text(text, "utf-8")
+        watch.until("the artifacts stay as they are")
+    path.unlink()
+    assert "cannot read descriptions/bot/robot.yaml" in watch.until("the artifacts stay as they are")[0]
+    path.write_bytes(b"\xff\xfe")
+    watch.until("the artifacts stay as they are")
+    assert artifacts(project) == before
+    path.write_text(whole.replace("xzy: [40 mm, 0,", "xyz: [50 mm, 0,"), "utf-8")
+    watch.until("laser_joint origin x 0.04 -> 0.05 m")
+
+
+def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
+    edit(project, "links:\n  base_footprint", "include: [more.yaml]\nlinks:\n  base_footprint")
+    assert "cannot read descriptions/bot/more.yaml" in watch.until("the artifacts stay as they are")[0]
+    more = project / "descriptions" / "bot" / "more.yaml"
+    more.write_text(
+        "links: {shelf: {}}\njoints: {shelf_joint: {type: fixed, parent: base_link, child: shelf, xyz: [0, 0, 0.2]}}\n",
+        "utf-8",
+    )
+    watch.until("frame shelf: new")
+    edit(project, "0.2]", "0.25]", "descriptions/bot/more.yaml")
+    watch.until("shelf_joint origin z 0.2 -> 0.25 m")
+    edit(project, "include: [more.yaml]\n", "")
+    watch.until("frame shelf: removed")
+    more.write_text("links: 3\n", "utf-8")
+    assert watch.silent(), "a file that is included no more is watched no more"
+
+
+def test_only_the_robot_that_changed_is_compiled(project: Path, watch: Watch) -> None:
+    copy_of_rosorin(project)
+    watch.until("rosorin: 8 artifacts in outputs/rosorin, written: ")
+    edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
+    told = watch.until("laser_joint origin x")
+    assert not any(line.startswith("rosorin:") for line in told)
+    edit(project, "0.08513]", "0.08613]", "descriptions/rosorin/arm.yaml")
+    told = watch.until("joint3 origin z 0.08513 -> 0.08613 m")
+    assert not any("bot:" in line or "note[" in line for line in told), "notes are told when they are new"
+
+
+def test_arguments_and_their_file(project: Path) -> None:
+    (project / "mine.yaml").write_text("lidar_height: 100 mm\n", "utf-8")
+    with Watch(project, "bot", "--args", "mine.yaml", "base:=fixed") as watch:
+        watch.until("watching bot")
+        (project / "mine.yaml").write_text("lidar_height: 120 mm\n", "utf-8")
+        watch.until("laser_joint origin z 0.1 -> 0.12 m")
+        (project / "mine.yaml").write_text("lidar_hight: 120 mm\n", "utf-8")
+        assert 'did you mean "lidar_height"?' in "\n".join(watch.until("the artifacts stay as they are"))
+        start("second", project)
+        assert watch.silent(), "robots that were not asked for are not compiled"
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_it_ends_cleanly(watch: Watch, number: int) -> None:
+    assert watch.end(number) == 0
+    assert watch.until("watch ended") == ["watch ended"]
+    assert not list(watch.folder.rglob(".rosorin-compile-*"))
+
+
+def test_it_does_not_grow(project: Path, watch: Watch) -> None:
+    def memory() -> int:
+        return int(Path(f"/proc/{watch.process.pid}/statm").read_text().split()[1]) * os.sysconf("SC_PAGESIZE")
+
+    lengths = [f"xyz: [{40 + turn} mm, 0," for turn in range(16)]
+    for turn, (old, new) in enumerate(itertools.pairwise(lengths)):
+        edit(project, old, new)
+        watch.until("laser_joint origin x")
+        if turn == 5:
+            before = memory()
+    assert memory() < before + 8_000_000
+
+
+@pytest.mark.parametrize("words", [["nobody"], ["-a", "x"], ["--args", "none.yaml"]])
+def test_wrong_usage(project: Path, words: list[str]) -> None:
+    command = [sys.executable, "-m", "rosorin_compile", "watch", *words]
+    ran = subprocess.run(command, cwd=project, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert ran.returncode == 2
+    assert "Traceback" not in ran.stderr
+
+
+def test_no_description(tmp_path: Path) -> None:
+    command = [sys.executable, "-m", "rosorin_compile", "watch"]
+    ran = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=PATIENCE)
+    assert ran.returncode == 2
+    assert "there is no descriptions/*/robot.yaml here" in ran.stderr
+
+
+def test_a_file_that_changes_while_it_is_read_is_read_again(tmp_path: Path) -> None:
+    path, other = tmp_path / "a.yaml", tmp_path / "b.yaml"
+    path.write_text("1", "utf-8")
+    inputs = Inputs()
+    inputs.read(lambda: [path, other])
+    assert mark(other) is None
+    os.utime(path, ns=(0, 10**18))
+    inputs.read(lambda: [path, other])
+    assert not inputs.changed()
+
+    def read() -> list[Path]:
+        path.write_text("22", "utf-8")
+        return [path, other]
+
+    inputs.read(read)
+    assert inputs.changed(), "known before: changed since the reading began"
+    fresh = Inputs()
+    fresh.read(read)
+    assert fresh.changed(), "not known before, but as young as the reading"
+    inputs.read(lambda: [path, other])
+    other.write_text("", "utf-8")
+    assert inputs.changed(), "a file that was missing is there now"
+
+
+def test_a_file_of_the_future_is_not_read_for_ever(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("1", "utf-8")
+    os.utime(path, ns=(4 * 10**18, 4 * 10**18))
+    inputs = Inputs()
+    inputs.read(lambda: [path])
+    assert not inputs.changed()
+
+
+def test_settling_waits_for_the_last_write(tmp_path: Path) -> None:
+    path = tmp_path / "a.yaml"
+    path.write_text("", "utf-8")
+    inputs = Inputs()
+    inputs.read(lambda: [path])
+    waits: list[float] = []
+
+    def sleep(seconds: float) -> None:
+        waits.append(seconds)
+        if len(waits) < 4:
+            path.write_text("x" * len(waits), "utf-8")
+
+    inputs.settle(sleep)
+    assert len(waits) == 4

@@ -1,0 +1,264 @@
+"""The answer is that of tf2 to the letter: C++ with the headers of tf2 composes and prints the same transforms.
+
+The first program needs a compiler only: it prints numbers with the settings of the stream of tf2_echo. The second is
+built on the linear algebra of tf2 itself (package libtf2-dev, or TF2_INCLUDE=folder): the buffer's way of keeping an
+edge, its composition, and what tf2_echo prints. Both are written here, from what the code of tf2 does.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import struct
+import subprocess
+from pathlib import Path
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.kinematics import Graph
+from rosorin_compile.kinematics.lookup import Answer, lookup
+from rosorin_compile.kinematics.quaternions import of_rows, rows_of_rpy, rpy
+from rosorin_compile.model import Joint, Link, Pose, Robot
+from rosorin_compile.tf_echo import text
+from support.robots import compiled
+
+pytestmark = pytest.mark.slow
+
+COMPILER = shutil.which("g++")
+TF2 = Path(os.environ.get("TF2_INCLUDE", "/usr/include"))
+HAS_TF2 = (TF2 / "tf2" / "LinearMath" / "Matrix3x3.h").is_file()
+
+STREAM = r"""
+#include <cstdio>
+#include <iomanip>
+#include <iostream>
+int main() {
+  double value;
+  std::cout.precision(3);
+  std::cout.setf(std::ios::fixed, std::ios::floatfield);
+  while (std::fread(&value, sizeof value, 1, stdin) == 1)
+    std::cout << value << "|" << " " << std::setw(6) << std::setprecision(3) << value << std::endl;
+}
+"""
+
+# Input, lines: the number of edges from SOURCE up, from TARGET up, whether each of the two has a parent; then an edge a
+# line, from the bottom up: x y z roll pitch yaw, as hexadecimal floats.
+TF2_ECHO = r"""
+#include <cstdio>
+#include <iomanip>
+#include <iostream>
+#include <string>
+#include <tf2/LinearMath/Matrix3x3.h>
+#include <tf2/LinearMath/Quaternion.h>
+#include <tf2/LinearMath/Transform.h>
+using namespace tf2;
+struct Side { Quaternion q{0, 0, 0, 1}; Vector3 v{0, 0, 0}; };
+static double number() { std::string word; std::cin >> word; return std::stod(word); }
+static bool by_quaternion;
+static Side read(int edges) {
+  Side side;
+  for (int i = 0; i < edges; i++) {
+    double n[6];
+    for (double & each : n) each = number();
+    Matrix3x3 turned;
+    turned.setRPY(n[3], n[4], n[5]);
+    Quaternion q;
+    q.setRPY(n[3], n[4], n[5]);
+    Transform kept(turned, Vector3(n[0], n[1], n[2]));
+    if (by_quaternion) kept.setRotation(q);
+    side.v = quatRotate(kept.getRotation(), side.v) + kept.getOrigin();
+    side.q = kept.getRotation() * side.q;
+  }
+  return side;
+}
+int main(int count, char **) {
+  by_quaternion = count > 1;
+  int up, down, source_has_parent, target_has_parent;
+  std::cout.precision(3);
+  std::cout.setf(std::ios::fixed, std::ios::floatfield);
+  while (std::cin >> up >> down >> source_has_parent >> target_has_parent) {
+    Side source = read(up), target = read(down), answer;
+    Quaternion back = source.q.inverse();
+    Vector3 origin = quatRotate(back, -source.v);
+    if (up == 0 && down == 0) {
+    } else if (up == 0 && source_has_parent) {
+      answer = target;
+    } else if (down == 0 && target_has_parent) {
+      answer.q = back;
+      answer.v = origin;
+    } else {
+      answer.v = quatRotate(back, target.v) + origin;
+      answer.q = back * target.q;
+    }
+    std::cout << "At time 0.0" << std::endl;
+    std::cout << "- Translation: [" << answer.v.x() << ", " << answer.v.y() << ", " << answer.v.z() << "]\n";
+    std::cout << "- Rotation: in Quaternion [" << answer.q.x() << ", " << answer.q.y() << ", "
+              << answer.q.z() << ", " << answer.q.w() << "]\n";
+    Matrix3x3 m(answer.q);
+    double yaw, pitch, roll, deg = 180.0 / 3.14159265358979323846;
+    m.getEulerYPR(yaw, pitch, roll);
+    std::cout << "- Rotation: in RPY (radian) [" << roll << ", " << pitch << ", " << yaw << "]\n";
+    std::cout << "- Rotation: in RPY (degree) [" << roll * deg << ", " << pitch * deg << ", " << yaw * deg << "]\n";
+    std::cout << "- Matrix:\n";
+    for (int i = 0; i < 3; i++) {
+      for (int j = 0; j < 3; j++) std::cout << " " << std::setw(6) << m[i][j];
+      std::cout << " " << std::setw(6) << answer.v[i] << std::endl;
+    }
+    for (double value : {0.0, 0.0, 0.0, 1.0}) std::cout << " " << std::setw(6) << value;
+    std::cout << std::endl;
+  }
+}
+"""
+
+
+def built(folder: Path, source: str, *flags: str) -> Path:
+    (folder / "oracle.cpp").write_text(source, "utf-8")
+    # Without -ffp-contract a compiler for another machine may fuse a product and a sum.
+    command = [str(COMPILER), "-O1", "-w", "-ffp-contract=off", *flags, "oracle.cpp", "-o", "oracle"]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True, timeout=120)
+    return folder / "oracle"
+
+
+@pytest.fixture(scope="module")
+def stream(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if COMPILER is None:
+        pytest.skip("no g++ here")
+    return built(tmp_path_factory.mktemp("stream"), STREAM)
+
+
+@pytest.fixture(scope="module")
+def tf2(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if COMPILER is None or not HAS_TF2:
+        pytest.skip("no g++, or no headers of tf2 (libtf2-dev)")
+    return built(tmp_path_factory.mktemp("tf2"), TF2_ECHO, f"-I{TF2}")
+
+
+doubles = st.floats(allow_nan=False, width=64) | st.floats(-2, 2) | st.integers(-4000, 4000).map(lambda n: n / 2000)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(doubles, min_size=20, max_size=200))
+@example([0.0, -0.0, 0.0005, -0.0005, 0.0015, 0.0025, -0.00049999, 1e300, float("inf"), -1234.5678])
+def test_numbers_are_printed_as_a_stream_of_cpp_prints_them(stream: Path, numbers: list[float]) -> None:
+    said = subprocess.run([stream], input=struct.pack(f"{len(numbers)}d", *numbers), capture_output=True, check=True)
+    assert said.stdout.decode().splitlines() == [f"{n:.3f}| {n:6.3f}" for n in numbers]
+
+
+metres = st.sampled_from([0.0, 0.1, -0.1]) | st.floats(-2, 2)
+angles = st.sampled_from([0.0, math.pi, -math.pi, math.pi / 2, -math.pi / 2, 3.14159265, 1.5707, -1.5708])
+angles |= st.floats(-3.2, 3.2)
+poses = st.builds(Pose, st.tuples(metres, metres, metres), st.tuples(angles, angles, angles))
+
+
+def chain_of(robot: Robot, source: str, target: str) -> str:
+    """The input for the program: a way between two frames of a robot whose joints are all fixed."""
+    up, down = list(robot.chain(source)), list(robot.chain(target))
+    while up and down and up[0] == down[0]:
+        del up[0], down[0]
+    parents = [frame in robot.joint_to for frame in (source, target)]
+    lines = [f"{len(up)} {len(down)} {parents[0]:d} {parents[1]:d}"]
+    for joint in (*reversed(up), *reversed(down)):
+        lines.append(" ".join(float(value).hex() for value in (*joint.origin.xyz, *joint.origin.rpy)))
+    return "\n".join(lines) + "\n"
+
+
+@st.composite
+def fixed_robots(draw: st.DrawFn) -> Robot:
+    count = draw(st.integers(1, 6))
+    joints = [Joint(f"j{i}", "fixed", f"l{draw(st.integers(0, i))}", f"l{i + 1}", draw(poses)) for i in range(count)]
+    return Robot("made", tuple(Link(f"l{i}") for i in range(count + 1)), tuple(joints))
+
+
+@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.data())
+def test_any_chain_is_answered_as_tf2_answers_it(tf2: Path, data: st.DataObject) -> None:
+    robot = data.draw(fixed_robots())
+    names = [link.name for link in robot.links]
+    pairs = [(source, target) for source in names for target in names]
+    asked = "".join(chain_of(robot, *pair) for pair in pairs)
+    said = subprocess.run([tf2], input=asked, capture_output=True, check=True, text=True).stdout
+    graph = Graph(robot)
+    ours = [line for pair in pairs for line in text(lookup(graph, *pair, {}))]
+    assert ours == said.splitlines()
+
+
+@settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+@given(st.data())
+def test_a_publisher_that_sends_a_quaternion_makes_no_difference_but_rounding(tf2: Path, data: st.DataObject) -> None:
+    """Signs of zeros, and roll and yaw near straight up, hang on the last bit: what is compared is the matrix."""
+    robot = data.draw(fixed_robots())
+    names = [link.name for link in robot.links]
+    graph = Graph(robot)
+    said = subprocess.run(
+        [tf2, "by_quaternion"], input=chain_of(robot, names[0], names[-1]), capture_output=True, check=True, text=True
+    ).stdout.splitlines()
+    ours = text(lookup(graph, names[0], names[-1], {}))
+    for line, other in zip(ours[6:], said[6:], strict=True):
+        assert [float(cell) for cell in line.split()] == pytest.approx(list(map(float, other.split())), abs=1.1e-3)
+
+
+def test_the_mounts_of_the_reference_robot_are_answered_as_tf2_answers_them(tf2: Path) -> None:
+    robot = compiled().robot
+    assert robot is not None
+    fixed = tuple(joint for joint in robot.joints if joint.type == "fixed" and joint.parent in ("base_link", "link5"))
+    for joint in fixed:
+        alone = Robot("made", (Link(joint.parent), Link(joint.child)), (joint,))
+        for pair in ((joint.parent, joint.child), (joint.child, joint.parent)):
+            said = subprocess.run([tf2], input=chain_of(alone, *pair), capture_output=True, check=True, text=True)
+            assert text(lookup(Graph(alone), *pair, {})) == said.stdout.splitlines()
+
+
+@pytest.mark.parametrize("pitch", [89.99, 89.0, -89.0, -89.99])
+@pytest.mark.parametrize("yaw", [0.0, 30.0, -170.0])
+def test_near_straight_up_and_down_the_angles_give_the_same_rotation(pitch: float, yaw: float) -> None:
+    rows = rows_of_rpy((0.3, math.radians(pitch), math.radians(yaw)))
+    again = rows_of_rpy(rpy(rows))
+    apart = max(abs(a - b) for row, other in zip(rows, again, strict=True) for a, b in zip(row, other, strict=True))
+    assert apart < 1e-11
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.4, -3.0])
+@pytest.mark.parametrize("pitch", [90.0, -90.0, 89.9999999, -89.99999])
+def test_straight_up_and_down_the_angles_are_those_of_tf2(tf2: Path, pitch: float, yaw: float) -> None:
+    """There an arc sine has half of the digits, and roll and yaw of tf2 may be off by degrees; ours are the same."""
+    pose = Pose((0, 0, 0), (0.3, math.radians(pitch), yaw))
+    robot = Robot("made", (Link("a"), Link("b")), (Joint("j", "fixed", "a", "b", pose),))
+    said = subprocess.run([tf2], input=chain_of(robot, "a", "b"), capture_output=True, check=True, text=True)
+    assert text(lookup(Graph(robot), "a", "b", {})) == said.stdout.splitlines()
+
+
+def test_exactly_straight_down_the_yaw_is_zero() -> None:
+    rows = ((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0))
+    assert rpy(rows) == (0.0, math.pi / 2, 0.0)
+    up = ((0.0, 0.0, -1.0), (0.0, 1.0, 0.0), (1.0, 0.0, 0.0))
+    assert rpy(up) == (0.0, -math.pi / 2, 0.0)
+
+
+@pytest.mark.parametrize(
+    ("angles", "expected"),
+    [
+        ((math.pi, 0.0, 0.0), (1.0, 0.0, 0.0)),
+        ((0.0, math.pi, 0.0), (0.0, 1.0, 0.0)),
+        ((0.0, 0.0, math.pi), (0.0, 0.0, 1.0)),
+        ((0.0, 0.0, -math.pi), (0.0, 0.0, 1.0)),
+    ],
+)
+def test_half_turns_keep_the_largest_component_positive(
+    angles: tuple[float, float, float], expected: tuple[float, float, float]
+) -> None:
+    kept = of_rows(rows_of_rpy(angles))
+    assert kept == pytest.approx((*expected, 0.0), abs=1e-15)
+
+
+def test_the_sign_is_that_of_the_product() -> None:
+    """Two turns of 200 degrees are kept with w > 0 each and multiplied: -40 degrees, with w < 0."""
+    turn = Pose((0, 0, 0), (0, 0, math.radians(-160)))
+    joints = (Joint("j0", "fixed", "a", "b", turn), Joint("j1", "fixed", "b", "c", turn))
+    robot = Robot("made", (Link("a"), Link("b"), Link("c")), joints)
+    answer = lookup(Graph(robot), "a", "c", {})
+    assert isinstance(answer, Answer)
+    assert answer.quaternion[3] == pytest.approx(-math.cos(math.radians(20)))
+    assert answer.degrees[2] == pytest.approx(40)

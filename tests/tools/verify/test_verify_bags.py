@@ -1,0 +1,291 @@
+"""verify on recordings that are broken, foreign or in parts: clear errors, and nothing lost."""
+
+from __future__ import annotations
+
+import random
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+from rosorin_compile.cli import main
+from rosorin_compile.model import Pose
+from rosorin_compile.verify.bags.reading import Unreadable
+from rosorin_compile.verify.output.lines import table
+from support import bags
+from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
+from support.paths import ROOT
+
+ROBOT = str(ROOT / "descriptions" / "rosorin")
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return a short clean recording in both storages."""
+    folder = tmp_path_factory.mktemp("clean")
+    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_single_file_and_a_folder_without_metadata(clean: dict[str, Path], tmp_path: Path, storage: str) -> None:
+    whole = judged(clean[storage])
+    assert whole.findings == []
+    alone = judged(part(clean[storage]))
+    copy = shutil.copytree(clean[storage], tmp_path / "copy")
+    (copy / "metadata.yaml").unlink()
+    for other in (alone, judged(copy)):
+        assert other.findings == []
+        assert other.recording.messages == whole.recording.messages
+
+
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_a_recording_in_several_files(tmp_path: Path, storage: str) -> None:
+    said = bags.messages(Scene(seconds=6.0))
+    together = tmp_path / "together"
+    together.mkdir()
+    for number, (begin, end) in enumerate(((-10.0, 2.0), (2.0, 4.0), (4.0, 10.0))):
+        inside = [message for message in said if ns(begin) <= message.received < ns(end)]
+        file = part(bags.write(tmp_path / str(number), inside, storage))
+        shutil.copy(file, together / f"part_{number}{file.suffix}")
+    verdict, whole = judged(together), judged(bags.write(tmp_path / "whole", said, storage))
+    assert verdict.findings == whole.findings == []
+    assert verdict.recording.messages == len(said)
+    assert table(verdict) == table(whole)
+
+
+@pytest.mark.parametrize(("storage", "mode"), [("sqlite3", "MESSAGE"), ("sqlite3", "FILE"), ("mcap", "STORAGE")])
+def test_compressed_recordings(tmp_path: Path, storage: str, mode: str) -> None:
+    said = bags.messages(Scene(seconds=3.0))
+    verdict = judged(bags.write(tmp_path / "bag", said, storage, mode))
+    assert verdict.findings == []
+    assert verdict.recording.messages == len(said)
+
+
+def test_what_is_no_recording(clean: dict[str, Path], tmp_path: Path) -> None:
+    empty, foreign, binary = tmp_path / "empty.mcap", tmp_path / "text.db3", tmp_path / "binary"
+    empty.write_bytes(b"")
+    foreign.write_bytes(b"no database")
+    binary.write_bytes(bytes(range(256)))
+    misnamed = shutil.copy(part(clean["mcap"]), tmp_path / "misnamed.db3")
+    (tmp_path / "folder").mkdir()
+    (tmp_path / "several").mkdir()
+    shutil.copytree(clean["mcap"], tmp_path / "several" / "one")
+    for name, message in {
+        "nowhere": "there is no {}/nowhere",
+        "empty.mcap": "{}/empty.mcap is empty",
+        "text.db3": "{}/text.db3 is no sqlite3 file: its first bytes are others",
+        "misnamed.db3": "{}/misnamed.db3 is a mcap file",
+        "binary": "{}/binary is neither a rosbag2 recording nor a text",
+        "folder": "{}/folder is no recording: it has no metadata.yaml, no .mcap and no .db3",
+        "several": "{}/several holds several recordings: one",
+    }.items():
+        with pytest.raises(Unreadable) as problem:
+            judged(tmp_path / name)
+        assert str(problem.value) == message.format(tmp_path)
+    assert Path(misnamed).exists()
+
+
+def test_the_command_says_what_cannot_be_read(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    assert main(["verify", str(tmp_path), ROBOT]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"error[recording-unreadable]: {tmp_path} is no recording: it has no metadata.yaml")
+    assert main(["verify", str(tmp_path), ROBOT, ROBOT]) == 2
+    assert main(["verify", str(tmp_path), ROBOT, "--mode", "slam=maybe"]) == 2
+    assert main(["verify", str(tmp_path), ROBOT, "--mode", "slm=on"]) == 2
+    assert 'rosorin has no mode "slm"; did you mean "slam"?' in capsys.readouterr().err
+    assert main(["verify", str(tmp_path), ROBOT, "--without", "ekff"]) == 2
+    assert main(["verify", str(tmp_path), ROBOT, "--pose", "tucked"]) == 2
+    assert main(["verify", str(tmp_path), ROBOT, "--since", "5", "--until", "4"]) == 2
+    assert main(["verify", str(tmp_path), ROBOT, "--stale", "nan"]) == 2
+
+
+def string(topic: str = "/chatter") -> Message:
+    return Message(ns(1.0), topic, "std_msgs/msg/String", TYPES["std_msgs/msg/String"]("hello"))
+
+
+def test_empty_and_foreign_recordings(tmp_path: Path) -> None:
+    assert rules(judged(bags.write(tmp_path / "empty", []))) == ["recording-empty"]
+    foreign = judged(bags.write(tmp_path / "foreign", [string()]))
+    assert [finding.message for finding in foreign.findings] == ["the recording has no transforms: it has /chatter"]
+    wrong = judged(bags.write(tmp_path / "wrong", [string("/tf")]))
+    assert [finding.message for finding in wrong.findings] == [
+        "/tf is of type std_msgs/msg/String, not tf2_msgs/msg/TFMessage"
+    ]
+
+
+def test_a_frame_that_is_no_place_is_not_looked_for(tmp_path: Path) -> None:
+    head = bags.header(ns(1.0), "joy")
+    joy = TYPES["sensor_msgs/msg/Joy"](head, np.zeros(2, np.float32), np.zeros(2, np.int32))
+    wrench = TYPES["geometry_msgs/msg/WrenchStamped"](
+        head, TYPES["geometry_msgs/msg/Wrench"](*[TYPES["geometry_msgs/msg/Vector3"](0.0, 0.0, 0.0)] * 2)
+    )
+    said = [
+        Message(ns(1.0), "/joy", "sensor_msgs/msg/Joy", joy),
+        Message(ns(1.0), "/wrench", "geometry_msgs/msg/WrenchStamped", wrench),
+    ]
+    verdict = judged(bags.bag(tmp_path / "bag", seconds=2.0, change=lambda messages: [*messages, *said]))
+    assert [finding.of[0] for finding in verdict.findings] == ["/wrench"]
+
+
+def test_messages_of_a_type_of_ones_own_have_headers_too(tmp_path: Path) -> None:
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    texts = {"own_msgs/msg/Blob": "# a remark\nuint8 KIND=3\nstd_msgs/Header header\nuint8 size\n"}
+    texts |= {"own_msgs/msg/Late": "uint8 size\nstd_msgs/Header header\n"}
+    for name, text in texts.items():
+        store.register(get_types_from_msg(text, name))
+    said = bags.messages(Scene(seconds=2.0))
+    with bags.Writer(tmp_path / "bag", version=9) as writer:
+        for name in texts:
+            connection = writer.add_connection(f"/{name[-4:].lower()}", name, typestore=store)
+            values = {"header": bags.header(ns(1.0), "blub"), "size": 1} | (
+                {"KIND": 3} if name.endswith("Blob") else {}
+            )
+            fields = {key: values[key] for key, _ in store.fielddefs[name][1]}
+            writer.write(connection, ns(1.0), store.serialize_cdr(store.types[name](**fields), name))
+        places = {}
+        for message in said:
+            if message.topic not in places:
+                places[message.topic] = writer.add_connection(message.topic, message.kind, typestore=STORE)
+            writer.write(places[message.topic], message.received, STORE.serialize_cdr(message.content, message.kind))
+    verdict = judged(tmp_path / "bag")
+    assert [(finding.rule, finding.severity, finding.of[0]) for finding in verdict.findings] == [
+        ("frame-unknown", "warning", "/blob")
+    ]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("storage", ["sqlite3", "mcap"])
+def test_half_written_and_damaged_recordings_end_in_an_error(
+    clean: dict[str, Path], tmp_path: Path, storage: str
+) -> None:
+    """Cut at any place, or with bytes turned over: what comes out is an error or an honest comparison, no traceback."""
+    chance = random.Random(7)  # noqa: S311
+    data = part(clean[storage]).read_bytes()
+    outcomes, helps = set(), set()
+    for number in range(30):
+        folder = shutil.copytree(clean[storage], tmp_path / f"{storage}{number}")
+        if number % 2:
+            broken = data[: chance.randrange(len(data))]
+        else:
+            flipped = bytearray(data)
+            for _ in range(200):
+                flipped[chance.randrange(len(flipped))] ^= 1 << chance.randrange(8)
+            broken = bytes(flipped)
+        part(folder).write_bytes(broken)
+        try:
+            verdict = judged(folder)
+            outcomes.add(verdict.fails() or "recording-cut-off" in rules(verdict))
+        except Unreadable as problem:
+            outcomes.add(str(problem).split(" cannot be read")[0] in (str(folder), str(part(folder))))
+            helps.add(problem.help)
+    assert outcomes == {True}
+    way_out = "mcap recover" if storage == "mcap" else "ros2 bag reindex"
+    assert {way_out in help for help in helps} <= {True}
+
+
+@pytest.mark.parametrize(
+    "metadata",
+    ["", "}{", "rosbag2_bagfile_information: 3\n", "rosbag2_bagfile_information: {version: 99}\n", "[]", "\0"],
+)
+def test_a_damaged_metadata_file(clean: dict[str, Path], tmp_path: Path, metadata: str) -> None:
+    folder = shutil.copytree(clean["mcap"], tmp_path / "bag")
+    (folder / "metadata.yaml").write_text(metadata, "utf-8")
+    with pytest.raises(Unreadable, match="cannot be read"):
+        judged(folder)
+
+
+TF = "tf2_msgs/msg/TFMessage"
+
+
+def test_messages_that_end_too_early_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    said = bags.messages(Scene(seconds=2.0))
+    serialize = STORE.serialize_cdr
+
+    def cut(content: Any, kind: str) -> Any:
+        raw = serialize(content, kind)
+        if kind == TF and content.transforms[0].child_frame_id == "odom":
+            return raw[:40]
+        return raw
+
+    monkeypatch.setattr(bags, "STORE", type("Store", (), {"serialize_cdr": staticmethod(cut)}))
+    monkeypatch.setattr(bags.Writer, "add_connection", _with_store(bags.Writer.add_connection))
+    verdict = judged(bags.write(tmp_path / "cut", said), without=frozenset({"slam_toolbox", "amcl"}))
+    assert [finding.message for finding in verdict.findings] == [
+        "/tf: the message ends after 40 bytes, within what it announces"
+    ]
+
+
+def _with_store(add: Any) -> Any:
+    def added(self: Any, topic: str, kind: str, **_: Any) -> Any:
+        return add(self, topic, kind, typestore=STORE)
+
+    return added
+
+
+def test_parts_of_a_recording(tmp_path: Path) -> None:
+    bag = bags.bag(tmp_path / "bag", seconds=20.0, slam=lambda seconds: not 5.0 < seconds < 15.3)
+    assert rules(judged(bag)) == ["edge-stale"]
+    for times in ({"until": 4.0}, {"since": 16.0}, {"since": 1.0, "until": 5.0}):
+        verdict = judged(bag, **times)
+        assert verdict.findings == [], times
+        assert len(verdict.recording.into) == 15
+    assert rules(judged(bag, stale=11.0)) == []
+
+
+def test_namespace_and_prefix(tmp_path: Path) -> None:
+    said = []
+    for message in bags.messages(Scene(seconds=3.0)):
+        content = message.content
+        for transform in getattr(content, "transforms", []):
+            transform.header.frame_id = f"r1/{transform.header.frame_id}"
+            transform.child_frame_id = f"r1/{transform.child_frame_id}"
+        if hasattr(content, "header") and content.header.frame_id:
+            content.header.frame_id = f"/r1/{content.header.frame_id}"
+        said.append(message._replace(topic=f"/r1{message.topic}"))
+    bag = bags.write(tmp_path / "bag", said)
+    verdict = judged(bag)
+    assert rules(verdict) == ["recording-foreign"]
+    assert verdict.findings[0].help == "--namespace /r1 reads /r1/tf"
+    assert judged(bag, namespace="r1", prefix="r1/").findings == []
+
+
+def test_modes_and_nodes_that_did_not_run(tmp_path: Path) -> None:
+    bag = bags.bag(tmp_path / "bag", seconds=3.0, slam=lambda _: False)
+    for modes, owner in (({"slam": True}, "slam_toolbox"), ({"slam": False}, "amcl")):
+        message = judged(bag, modes=modes).findings[0].message
+        state = "on" if modes["slam"] else "off"
+        assert message == f"nobody published map -> odom; {owner} should (when slam is {state})"
+        assert judged(bag, modes=modes, without=frozenset({owner})).findings == []
+
+
+def test_without_joint_states_edges_are_held_against_their_joints(tmp_path: Path) -> None:
+    """A turn about another axis than that of the joint is wrong whatever the joint states were."""
+
+    def change(messages: list[Message]) -> list[Message]:
+        return [message for message in messages if message.topic != "/joint_states"]
+
+    verdict = judged(bags.bag(tmp_path / "clean", seconds=3.0, change=change))
+    assert rules(verdict) == ["not-compared"]
+    assert not verdict.fails()
+
+    def tilted(messages: list[Message]) -> list[Message]:
+        for message in change(messages):
+            for transform in message.content.transforms if message.topic == "/tf" else ():
+                if transform.child_frame_id == "link3":
+                    wrong = Pose((0.00025563, 0.00074282, 0.08513), (0.1, 0.2, 0.3)).transform()
+                    transform.transform = bags.transform_message(0, "", "", wrong).transform
+        return change(messages)
+
+    assert rules(judged(bags.bag(tmp_path / "tilted", seconds=3.0, change=tilted))) == [
+        "edge-wrong-value",
+        "not-compared",
+    ]
+
+
+def test_warnings_fail_with_strict(tmp_path: Path) -> None:
+    bag = bags.bag(tmp_path / "bag", seconds=2.0, joint_offset={"joint1": 2.0})
+    assert main(["verify", str(bag), ROBOT]) == 0
+    assert main(["verify", str(bag), ROBOT, "--strict"]) == 1

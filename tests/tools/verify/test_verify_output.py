@@ -1,0 +1,205 @@
+"""What verify prints and writes: JSON, JUnit, the picture, the bar; what it needs for that; words in a wrong order."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from xml.etree import ElementTree
+
+import jsonschema
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile import progress
+from rosorin_compile.cli import main
+from rosorin_compile.model import Transform
+from rosorin_compile.report import text as report
+from rosorin_compile.verify.bags import reading
+from rosorin_compile.verify.output.lines import table
+from rosorin_compile.verify.output.machine import as_json, as_junit
+from rosorin_compile.verify.output.picture import as_svg
+from support import bags
+from support.bags import START, TYPES, Message, judged, ns
+from support.paths import DATA, IMPORTED, ROOT
+from support.schemas import properties, schema
+
+ROBOT = str(ROOT / "descriptions" / "rosorin")
+
+
+@pytest.fixture(scope="module")
+def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Return a short clean recording in both storages."""
+    folder = tmp_path_factory.mktemp("clean")
+    return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
+
+
+def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    bag = bags.bag(tmp_path / "bag", seconds=20.0, slam=lambda seconds: not 5.0 < seconds < 15.3)
+    junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
+    command = ["verify", str(bag), ROBOT, "--junit", str(junit), "--picture", str(picture)]
+    assert main([*command, "--json"]) == 1
+    document = json.loads(capsys.readouterr().out)
+    described = schema("recording")
+    jsonschema.Draft202012Validator.check_schema(described)
+    jsonschema.Draft202012Validator(described).validate(document)
+    assert document["as_described"] is False
+    assert [finding["rule"] for finding in document["findings"]] == ["edge-stale"]
+    assert document["findings"][0]["file"].endswith("publishers.yaml")
+    suite = ElementTree.parse(junit).getroot()[0]
+    failed = [case.get("name") for case in suite if case.find("failure") is not None]
+    assert failed == ["map -> odom"]
+    assert suite.get("failures") == "1"
+    assert int(suite.get("tests", "0")) == len(suite) == 19
+    drawn = picture.read_bytes()
+    root = ElementTree.fromstring(drawn)
+    texts = [element.text for element in root.iter() if element.tag.endswith("text")]
+    assert "map -> odom" in texts
+    gaps = [element for element in root.iter() if element.get("class") == "gap"]
+    assert len(gaps) == 1
+    assert float(gaps[0].get("width", "0")) / 720 == pytest.approx(10.3 / 20.0, abs=0.02)
+    assert main(command) == 1
+    assert picture.read_bytes() == drawn
+    capsys.readouterr()
+    assert main(["verify", str(DATA / "recordings/frames.gv"), ROBOT, "--picture", str(picture)]) == 2
+    assert main(["verify", str(bag), ROBOT, "--junit", str(tmp_path / "no" / "junit.xml")]) == 2
+
+
+def test_every_property_of_the_schema_is_described_with_its_unit() -> None:
+    found = properties(schema("recording"))
+    assert len(found) > 60
+    for path, inner in found:
+        assert inner.get("description"), path
+        if "number" in inner.get("type", ()):
+            assert any(word in inner["description"] for word in ("metres", "radians", "seconds", "hertz")), path
+
+
+def test_names_cannot_steer_the_terminal_or_break_the_files(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    name = "x\x1b[31m<&\"'\x00\ud7ff\x07"
+    added = bags.edge(ns(1.0), "base_link", name, Transform(), still=True)
+    bag = bags.bag(tmp_path / "bag", seconds=2.0, change=lambda messages: [*messages, added])
+    junit, picture = tmp_path / "junit.xml", tmp_path / "picture.svg"
+    assert main(["verify", str(bag), ROBOT, "--junit", str(junit), "--picture", str(picture)]) == 0
+    said = capsys.readouterr()
+    assert "\x1b" not in said.out + said.err
+    ElementTree.parse(junit)
+    ElementTree.parse(picture)
+
+
+FRAMES = st.sampled_from(
+    ["base_link", "laser", "link1", "link2", "odom", "map", "", "/", "x" * 300, "imu_link", "a->b"]
+)
+EXTREMES = st.sampled_from([0.0, -0.0, 1.0, -0.5, 1e-320, 1e160, -1e308, math.inf, -math.inf, math.nan])
+TIMES = st.sampled_from([0, -1, 1, START, START + 10**9, 2**31 * bags.SECOND - 1, -(2**31) * bags.SECOND])
+RECEIVED = st.one_of(st.integers(0, 2**62 - 1), st.integers(START, START + 10**10))
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.data())
+def test_any_content_is_judged_and_shown_without_a_traceback(data: st.DataObject) -> None:
+    said = []
+    for _ in range(data.draw(st.integers(1, 12))):
+        received, stamp = data.draw(RECEIVED), data.draw(TIMES)
+        kind = data.draw(st.sampled_from(["tf", "tf", "tf_static", "joint_states", "scan", "robot_description"]))
+        numbers = data.draw(st.tuples(*[EXTREMES] * 7))
+        if kind in ("tf", "tf_static"):
+            transform = bags.transform_message(stamp, data.draw(FRAMES), data.draw(FRAMES), Transform(xyz=numbers[:3]))
+            if data.draw(st.booleans()):
+                transform.transform.rotation = TYPES["geometry_msgs/msg/Quaternion"](*numbers[3:])
+            said.append(bags.tf(received, [transform], kind == "tf_static"))
+        elif kind == "joint_states":
+            names = data.draw(st.sampled_from([bags.ARM, ("joint1", "joint1"), (), ("r_joint", "x")]))
+            state = bags.joint_state(stamp, names, list(numbers[: data.draw(st.integers(0, 7))]))
+            said.append(Message(received, "/joint_states", "sensor_msgs/msg/JointState", state))
+        elif kind == "scan":
+            head = bags.header(stamp, data.draw(FRAMES))
+            said.append(Message(received, "/scan", "sensor_msgs/msg/LaserScan", bags.scan(head)))
+        else:
+            text = TYPES["std_msgs/msg/String"](data.draw(st.sampled_from(["", "<robot/>", "\ud7ff", bags.urdf()])))
+            said.append(Message(received, "/robot_description", "std_msgs/msg/String", text))
+    with tempfile.TemporaryDirectory() as folder:
+        bag = bags.write(Path(folder, "bag"), sorted(said, key=lambda message: message.received), "mcap")
+        verdict = judged(bag)
+    json.loads(as_json(verdict, "bag"))
+    ElementTree.fromstring(as_junit(verdict))
+    if verdict.recording.series:
+        ElementTree.fromstring(as_svg(verdict))
+    assert "\n".join(table(verdict)).isprintable() or table(verdict)
+    assert report(verdict.findings) or not verdict.findings
+
+
+def test_the_command_line_does_not_load_what_it_does_not_need() -> None:
+    code = "import sys, rosorin_compile.cli; print([n for n in ('numpy', 'rosbags', 'yaml') if n in sys.modules])"
+    ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert ran.stdout.strip() == "[]"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("absent", "source", "code", "message"),
+    [
+        ("numpy", "text", 2, "rosorin-compile verify needs numpy, and rosbags for recordings: pip install"),
+        ("rosbags", "text", 0, ""),
+        ("rosbags", "bag", 1, "reading a recording needs the package rosbags, which is not installed"),
+    ],
+)
+def test_what_is_not_installed_is_said(
+    clean: dict[str, Path], absent: str, source: str, code: int, message: str
+) -> None:
+    path = clean["mcap"] if source == "bag" else DATA / "recordings" / "frames.gv"
+    hide = f"import sys; sys.modules[{absent!r}] = None; from rosorin_compile.cli import main"
+    command = f"{hide}; sys.exit(main(['verify', {str(path)!r}, {ROBOT!r}]))"
+    ran = subprocess.run([sys.executable, "-c", command], capture_output=True, text=True, check=False)
+    assert ran.returncode == code, ran.stderr
+    assert message in ran.stderr
+    assert "Traceback" not in ran.stderr
+
+
+def test_a_bar_is_shown_on_a_terminal_after_a_second(
+    clean: dict[str, Path], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(reading, "BATCH", 200)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
+    assert "reading [" not in capsys.readouterr().err
+    monkeypatch.setattr(progress.time, "monotonic", iter(range(1000)).__next__)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
+    said = capsys.readouterr().err
+    shares = [int(share) for share in re.findall(r"\rreading \[#*\.*\] +(\d+)%", said)]
+    assert len(shares) > 2
+    assert shares == sorted(shares)
+    assert 0 < shares[-1] <= 100
+    assert said.endswith("\r\033[K")
+
+
+def test_a_robot_in_the_place_of_the_recording(
+    clean: dict[str, Path], tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arm = str(IMPORTED / "little_arm" / "little_arm.urdf")
+    source = "SOURCE is a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
+    monkeypatch.chdir(ROOT)
+    for words, how in {
+        (arm,): f"SOURCE {arm}; {source}",
+        (arm, str(clean["mcap"])): f"{clean['mcap']} {arm}",
+        (ROBOT,): f"SOURCE {ROBOT}; {source}",
+        (f"{ROBOT}/robot.yaml",): f"SOURCE {ROBOT}/robot.yaml; {source}",
+        ("rosorin",): f"SOURCE rosorin; {source}",
+    }.items():
+        assert main(["verify", *words]) == 2
+        said = capsys.readouterr().err
+        assert said == (f"rosorin-compile: {words[0]} is a robot, and the recording comes first: write verify {how}\n")
+    bag = tmp_path / "rosorin"
+    shutil.copytree(clean["mcap"], bag)
+    (bag / "robot.yaml").write_text("robot: rosorin\n", "utf-8")
+    pasted = tmp_path / "pasted.json"
+    pasted.write_text("{}", "utf-8")
+    for recording, code in ((bag, 0), (pasted, 1)):
+        assert main(["verify", str(recording), ROBOT]) == code
+        assert "comes first" not in capsys.readouterr().err

@@ -1,0 +1,282 @@
+"""verify on text: what people paste from tf2_echo, view_frames and ros2 topic echo."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.cli import main
+from rosorin_compile.model import Pose, Transform
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.verify import Options, Verdict, verify
+from rosorin_compile.verify.expected import Choice
+from rosorin_compile.verify.output.lines import summary
+from support import bags
+from support.bags import rules
+from support.paths import DATA, ROOT
+from support.robots import RECORDED, copy_of_rosorin
+
+RECORDINGS = DATA / "recordings"
+TUCK = Choice(bags.robot().poses[0].positions, "tuck")
+
+
+def judged(text: str, **options: Any) -> Verdict:
+    return bags.judged("-", text, **options)
+
+
+def echo(transform: Transform, decimals: int = 3, only: str = "qrdm") -> str:
+    """Return a transform as tf2_echo prints it (tf2_ros/src/tf2_echo.cpp); ``only`` are the forms of the rotation."""
+
+    def row(values: Any) -> str:
+        return ", ".join(f"{value:.{decimals}f}" for value in values)
+
+    w, x, y, z = transform.quaternion()
+    rpy = transform.rpy()
+    lines = ["At time 1790580004.20000000", f"- Translation: [{row(transform.xyz)}]"]
+    lines += [f"- Rotation: in Quaternion [{row((x, y, z, w))}]"] if "q" in only else []
+    lines += [f"- Rotation: in RPY (radian) [{row(rpy)}]"] if "r" in only else []
+    lines += [f"- Rotation: in RPY (degree) [{row(map(math.degrees, rpy))}]"] if "d" in only else []
+    if "m" in only:
+        matrix = [(*turn, at) for turn, at in zip(transform.rows, transform.xyz, strict=True)]
+        lines += ["- Matrix:"]
+        lines += ["".join(f" {value:6.{decimals}f}" for value in values) for values in (*matrix, (0, 0, 0, 1))]
+    return "\n".join(lines) + "\n"
+
+
+def test_the_values_that_the_guide_recorded_are_as_described() -> None:
+    text = (RECORDINGS / "guide.txt").read_text("utf-8")
+    verdict = judged(text, pose=TUCK)
+    assert verdict.findings == []
+    assert len(verdict.recording.asked) == len(RECORDED["tf"]) == 5
+    for answer, recorded in zip(verdict.recording.asked, RECORDED["tf"], strict=True):
+        assert (answer.source, answer.target) == (recorded["from"], recorded["to"])
+        assert answer.readings[0].xyz == pytest.approx(recorded["translation"], abs=1e-12)
+
+
+def test_without_the_yaw_of_the_laser_they_are_not(tmp_path: Path) -> None:
+    text = (RECORDINGS / "guide.txt").read_text("utf-8")
+    path = copy_of_rosorin(tmp_path, {"lidar_and_imu.yaml": ("rpy: [0, 0, 180 deg]", "rpy: [0, 0, 0]")})
+    made = compile_robot(path)
+    assert made.robot is not None
+    verdict = verify(made.robot, made.artifacts, "-", Options(pose=TUCK), standard_input=text.encode)
+    assert [finding.message for finding in verdict.findings] == [
+        "base_link -> laser is turned by 180 deg about z against the description"
+    ]
+    other = judged(text.replace("180.000", "0.000"), pose=TUCK)
+    assert rules(other) == ["mounted-backwards"]
+
+
+@pytest.mark.parametrize(
+    ("line", "shown"),
+    [
+        ("- Translation: [0.148, 0.000, 0.107]", "printed:   0.148 0 0.107 m (line 2)"),
+        ("- Rotation: in RPY (degree) [0.000, -0.000, 90.000]", "printed:   0 0 90 deg (line 2)"),
+    ],
+)
+def test_only_what_was_printed_is_shown_as_printed(line: str, shown: str) -> None:
+    (finding,) = judged(f"ros2 run tf2_ros tf2_echo base_link laser\n{line}\n").findings
+    assert finding.related[1].message == shown
+
+
+def test_a_pasted_session_is_read_part_by_part() -> None:
+    verdict = judged((RECORDINGS / "session.txt").read_text("utf-8"))
+    assert verdict.findings == []
+    recording = verdict.recording
+    assert [(answer.source, answer.target, len(answer.readings)) for answer in recording.asked] == [
+        ("base_link", "camera_link", 4),
+        ("base_link", "camera_link", 4),
+    ]
+    assert recording.joints.ranges["joint5"].highest == 0.0041887902047863905
+    assert [series.values.compared for series in recording.series.values()] == [1]
+    assert list(recording.sensors["/scan"].frames) == ["laser"]
+
+
+@pytest.mark.parametrize("change", ["0.219", "[0.023, 0.001, 0.289]", "0.998", "0.017  1.000", "1.9058995431778076"])
+def test_any_number_of_it_that_is_another_is_found(change: str) -> None:
+    text = (RECORDINGS / "session.txt").read_text("utf-8")
+    assert change in text
+    numbers = {"0.219": "0.229", "0.998": "0.988", "1.9058995431778076": "1.9158995431778076"}
+    numbers |= {"[0.023, 0.001, 0.289]": "[0.025, 0.001, 0.289]", "0.017  1.000": "0.037  1.000"}
+    assert "edge-wrong-value" in rules(judged(text.replace(change, numbers[change])))
+
+
+ANGLE = st.floats(-2.0, 2.0)
+QUARTER = st.sampled_from([0.0, math.pi / 2, -math.pi / 2, math.pi])
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.tuples(ANGLE, ANGLE, ANGLE, ANGLE, ANGLE), st.sampled_from(["qrdm", "d", "r", "q", "m"]), st.data())
+def test_what_tf2_echo_prints_of_any_pose_is_as_described(
+    arm: tuple[float, ...], only: str, data: st.DataObject
+) -> None:
+    positions = dict(zip(bags.ARM, arm, strict=True))
+    source, target = data.draw(st.permutations(["base_link", "link3", "camera_link", "depth_camera_link", "laser"]))[:2]
+    text = f"$ tf2_echo {source} {target}\n{echo(bags.robot().transform(source, target, positions), only=only)}"
+    assert judged(text, pose=Choice(positions, "")).findings == []
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.tuples(QUARTER, QUARTER, QUARTER), st.sampled_from(["d", "r", "q", "m"]))
+def test_a_turn_about_any_axes_is_found_in_every_form(rpy: tuple[float, float, float], only: str) -> None:
+    """Where pitch is 90 degrees there are many RPY for one rotation: none of them is taken for another rotation."""
+    right = bags.robot().joint_to["laser"].transform()
+    turn = Pose((0.0, 0.0, 0.0), rpy).transform()
+    verdict = judged(f"tf2_echo base_link laser\n{echo(right.then(turn), only=only)}")
+    same = max(
+        abs(a - b)
+        for mine, its in zip(turn.rows, Transform().rows, strict=True)
+        for a, b in zip(mine, its, strict=True)
+    )
+    assert bool(verdict.findings) == (same > 1e-6)
+
+
+@pytest.mark.parametrize("text", ["frames.gv", "frames.yaml.txt"])
+def test_view_frames(text: str) -> None:
+    said = (RECORDINGS / text).read_text("utf-8")
+    verdict = judged(said)
+    assert verdict.findings == []
+    assert len(verdict.recording.rows) == 15
+
+
+def test_view_frames_as_it_is_logged() -> None:
+    said = (RECORDINGS / "frames.yaml.txt").read_text("utf-8")
+    log = f"[INFO] [1790580099.1] [view_frames]: Result:tf2_msgs.srv.FrameGraph_Response(frame_yaml={said!r})\n"
+    verdict = judged(log)
+    assert verdict.findings == []
+    assert len(verdict.recording.rows) == 15
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('"base_link" -> "laser"', '"base_link" -> "lasr"', ["edge-missing", "edge-not-described"]),
+        ('"base_link" -> "laser"', '"link1" -> "laser"', ["edge-wrong-parent"]),
+        ("Recorded at time: 1790580099.9", "Recorded at time: 1790580109.9", ["edge-stale"] * 7),
+        (
+            '"laser"[label=" Broadcaster: default_authority\\nAverage rate: 10000.0',
+            '"laser"[label=" Broadcaster: default_authority\\nAverage rate: 10.0',
+            ["edge-not-static"],
+        ),
+    ],
+)
+def test_faults_in_view_frames(old: str, new: str, expected: list[str]) -> None:
+    said = (RECORDINGS / "frames.gv").read_text("utf-8")
+    assert old in said
+    assert rules(judged(said.replace(old, new))) == expected
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("", {}, "nothing in this text is known: no tf2_echo, no view_frames, no ros2 topic echo"),
+        ("hello\nworld\n", {}, "nothing in this text is known: no tf2_echo, no view_frames, no ros2 topic echo"),
+        (
+            "- Translation: [0.048, 0.000, 0.107]\n",
+            {},
+            "line 1 is where one frame is in another, but the text does not say which",
+        ),
+        (
+            "- Translation: [0.048, 0.000, 0.107]\n",
+            {"frames": ("base_link", "lasr")},
+            'tf2_echo was asked for "lasr", a frame that is not described',
+        ),
+        (
+            "tf2_echo base_link link3\n- Translation: [0.048, 0.000, 0.107]\n",
+            {},
+            "base_link -> link3 cannot be compared: where joint1, joint2, joint3 stood is not known",
+        ),
+        (
+            "tf2_echo map laser\n- Translation: [0.048, 0.000, 0.107]\n",
+            {},
+            "map -> laser cannot be compared: between them is map -> odom, which slam_toolbox alone knows,"
+            " odom -> base_link, which ekf alone knows",
+        ),
+        (
+            'Waiting for transform base_link ->  laser: Invalid frame ID "laser" passed to canTransform argument'
+            " source_frame - frame does not exist\n",
+            {},
+            'tf2_echo got no answer for base_link -> laser: Invalid frame ID "laser" passed to canTransform argument'
+            " source_frame - frame does not exist",
+        ),
+        ('digraph G { "No tf data received" }\n', {}, "view_frames heard no transform at all"),
+        ("digraph G {\n", {}, "line 1 begins what view_frames prints, but it is not whole"),
+        (
+            "ros2 topic echo /tf\ntransforms:\n- header:\n    stamp:\n      sec: 1\n",
+            {},
+            "line 2 begins a message, but it cannot be read: a value is missing or of another kind",
+        ),
+        (
+            "header:\n  stamp: {sec: 1, nanosec: 2}\n  frame_id: laser_link\nrange_min: 1\n",
+            {},
+            'the message is stamped "laser_link" (1 message), a frame that is neither described nor published',
+        ),
+    ],
+)
+def test_text_that_says_too_little(text: str, options: dict[str, Any], message: str) -> None:
+    verdict = judged(text, **options)
+    assert [finding.message for finding in verdict.findings] == [message]
+    assert verdict.fails()
+
+
+@pytest.mark.parametrize("text", ["hello", "- Translation: [1, 2, 3]", "tf2_echo map laser\n- Translation: [1, 2, 3]"])
+def test_text_that_says_too_little_says_nothing_against_the_robot(text: str) -> None:
+    last = summary(judged(text), "rosorin", strict=False)
+    assert last.startswith("rosorin: could not be compared: 1 error")
+
+
+def test_a_joint_that_is_no_number_stands_nowhere() -> None:
+    text = (RECORDINGS / "session.txt").read_text("utf-8").replace("- 1.9058995431778076", "- .inf")
+    assert [finding.message for finding in judged(text).findings] == [
+        "joint3 is no number in 1 of 1 (100 %) messages of /joint_states",
+        "base_link -> camera_link cannot be compared: where joint3 stood is not known",
+    ]
+
+
+def test_who_should_publish_a_frame_without_answer() -> None:
+    verdict = judged('Waiting for transform base_link ->  laser: Invalid frame ID "laser" passed\n')
+    assert verdict.findings[0].help == "tf_base_laser (static_transform_publisher) should publish base_link -> laser"
+
+
+def test_frames_may_be_named_on_the_command_line(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
+    file = tmp_path / "echo.txt"
+    file.write_text(echo(bags.robot().joint_to["laser"].transform()), "utf-8")
+    robot = str(ROOT / "descriptions" / "rosorin")
+    assert main(["verify", str(file), robot, "--frames", "base_link", "laser"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1] == "rosorin: as described (1 answer of tf2_echo)"
+    assert main(["verify", str(file), robot, "--frames", "base_link", "imu_link", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out)["findings"][0]["rule"] == "edge-wrong-value"
+
+
+EVERYTHING = "\n".join(
+    (RECORDINGS / name).read_text("utf-8") for name in ("session.txt", "frames.gv", "frames.yaml.txt", "guide.txt")
+)
+
+
+@settings(max_examples=80, deadline=None)
+@given(st.data())
+def test_damaged_text_is_judged_without_a_traceback(data: st.DataObject) -> None:
+    """Lines are lost, doubled or cut, numbers become words: whatever is left is compared, or it is said why not."""
+    lines = EVERYTHING.splitlines()
+    for _ in range(data.draw(st.integers(1, 12))):
+        at = data.draw(st.integers(0, len(lines) - 1))
+        cut = data.draw(st.integers(0, len(lines[at])))
+        put = data.draw(
+            st.sampled_from(["", "nan", "-", ":", "[", "{", "1e999", "\t", "&a", "*a", "'", "\x85", "---\n"])
+        )
+        lines[at] = data.draw(st.sampled_from([lines[at][:cut], lines[at][:cut] + put + lines[at][cut + 1 :], put]))
+        if data.draw(st.booleans()):
+            del lines[at]
+    verdict = judged("\n".join(lines))
+    assert all(finding.message and finding.rule for finding in verdict.findings)
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.text(max_size=200))
+def test_any_text_is_judged_without_a_traceback(text: str) -> None:
+    judged(text.replace("\0", "") + "\ntransforms:\n" + text.replace("\0", ""))

@@ -1,0 +1,158 @@
+"""The command line is one house: all commands are listed, an option means one thing, a slip is met with a way out."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from collections.abc import Iterator
+
+import pytest
+
+from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
+from rosorin_compile.commands.parser import Parser
+from rosorin_compile.commands.schema import NAMES
+from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
+
+Shown = pytest.CaptureFixture[str]
+COMMANDS_FOLDER = PACKAGE / "commands"
+# Options whose value is another one in another command, and why.
+OTHER_VALUES = {
+    "-o": "a file or a folder, as the command writes one or several",
+    "--output": "the same",
+    "--format": "messages have more forms than results",
+    "--json": "with --format, or without",
+    "--frame": "a frame; extract says that it is a link",
+    "--link": "one, or several",
+    "--robot": "of extract factory the file in the package",
+}
+
+
+def parsers(name: str) -> Iterator[Parser]:
+    """Yield the parsers of a command: of extract those of its three ways."""
+    command = parser([name]).within[name]
+    yield from command.within.values() or [command]
+
+
+def help_of(capsys: Shown, *words: str) -> str:
+    with pytest.raises(SystemExit) as stopped:
+        main([*words, "--help"])
+    assert stopped.value.code == 0
+    return capsys.readouterr().out
+
+
+def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
+    shown = help_of(capsys)
+    at = [shown.index(f"\n{title}:\n") for title in GROUPS]
+    assert at == sorted(at)
+    for name, help in COMMANDS.items():
+        assert f"\n  {name} " in shown
+        assert shown.count(help) == 1
+    assert max(map(len, shown.splitlines())) <= 100
+
+
+def test_every_module_of_a_command_is_listed() -> None:
+    modules = {path.stem for path in COMMANDS_FOLDER.glob("*.py") if "\ndef options(" in path.read_text("utf-8")}
+    assert modules == {MODULES.get(name, name) for name in COMMANDS}
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_of_each_command(name: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    shown = help_of(capsys, name)
+    assert shown.startswith(f"usage: rosorin-compile {name} [")
+    assert COMMANDS[name][1:] in " ".join(shown.split())
+
+
+def test_an_option_has_one_name_for_its_value() -> None:
+    forms: dict[str, set[str]] = defaultdict(set)
+    for name in COMMANDS:
+        for command in parsers(name):
+            for action in command.options:
+                for option in action.option_strings:
+                    forms[option].add(f"{action.metavar or action.choices} {action.nargs} {type(action).__name__}")
+    assert {option: form for option, form in forms.items() if len(form) > 1 and option not in OTHER_VALUES} == {}
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["chek"], 'there is no command "chek"; did you mean "check"?'),
+        (["tf", "a", "b", "--strct"], 'tf has no option --strct; did you mean "--strict"?'),
+        (["all", "--dryrun"], 'all has no option --dryrun; did you mean "--dry-run"?'),
+        (["frames", "--fram=a", "--publishr=b"], 'frames has no option --publishr=b; did you mean "--publisher"?'),
+        (["extract", "boxes", "a.stl", "--jsn"], 'extract has no option --jsn; did you mean "--json"?'),
+        (["extract", "heightmap", "a.stl", "--exact", "-1cm"], "extract has no option -1cm; "),
+        (["init", "a", "b"], 'init takes no "b"; see rosorin-compile init --help'),
+        (["schema", "recordin"], 'there is no schema "recordin"; did you mean "recording"?'),
+    ],
+)
+def test_a_slip_is_met_with_the_nearest_word(capsys: Shown, words: list[str], said: str) -> None:
+    try:
+        code = main(words)
+    except SystemExit as stopped:
+        code = int(stopped.code or 0)
+    assert code == 2
+    assert said in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("words", "wanted"),
+    [
+        (["--xyz", "-12.5mm,-1cm,0"], ("-12.5mm,-1cm,0", False, ["a.stl"])),
+        (["--xyz=-1cm,0,0", "--exact"], ("-1cm,0,0", True, ["a.stl"])),
+        (["--xy", "-.5,0,0"], ("-.5,0,0", False, ["a.stl"])),
+        (["--exact", "--xyz", "-1cm,0,0", "b.stl"], ("-1cm,0,0", True, ["a.stl", "b.stl"])),
+    ],
+)
+def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: tuple[str, bool, list[str]]) -> None:
+    options = parse(["extract", "heightmap", "a.stl", *words])
+    assert (options.xyz, options.exact, options.words) == wanted
+
+
+def test_every_schema_is_printed(capsys: Shown) -> None:
+    assert {f"{name}.schema.json" for name in NAMES} == {path.name for path in (SCHEMAS).glob("*.json")}
+    for name in NAMES:
+        assert main(["schema", name]) == 0
+        shown = capsys.readouterr().out
+        assert shown == (SCHEMAS / f"{name}.schema.json").read_text("utf-8")
+        assert "json-schema.org" in json.loads(shown)["$schema"]
+    assert main(["schema"]) == 0
+    assert capsys.readouterr().out == (SCHEMAS / "authoring.schema.json").read_text("utf-8")
+
+
+def test_the_pages_tell_of_every_command_and_schema() -> None:
+    pages = {path.name: path.read_text("utf-8") for path in (DOCS).glob("*.md")}
+    for name in COMMANDS:
+        assert any(f"$ rosorin-compile {name} " in page for page in pages.values()) or name in ("watch", "schema"), name
+    assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
+    listed = pages["README.md"].partition("## Schemas")[2]
+    assert all(f"`{name}`" in listed for name in NAMES)
+
+
+def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(ROOT)
+    session = str(DATA / "recordings" / "session.txt")
+    for words in (["tf", "map", "odom", "rosorin"], ["frames", "rosorin"], ["verify", session, "rosorin"]):
+        said = set()
+        for form in ("not slam", "slam=off"):
+            main([*words, "--mode", form])
+            said.add(capsys.readouterr())
+        assert len(said) == 1
+        for form, message in (
+            ("slm", 'rosorin has no mode "slm"; did you mean "slam"?'),
+            ("slam=of", '"slam=of" is not a mode: write slam, "not slam", slam=on or slam=off'),
+        ):
+            assert main([*words, "--mode", form]) == 2
+            assert message in capsys.readouterr().err
+
+
+def test_import_names_a_file_that_is_nearly_called_so(capsys: Shown) -> None:
+    known = IMPORTED / "little_arm" / "little_arm.urdf"
+    assert main(["import", str(known.with_suffix(".udf"))]) == 2
+    assert capsys.readouterr().err.endswith(f'little_arm.udf is not there; did you mean "{known}"?\n')
+
+
+def test_import_refuses_arguments_that_nothing_takes(capsys: Shown, tmp_path: object) -> None:
+    known = IMPORTED / "little_arm" / "little_arm.urdf"
+    assert main(["import", str(known), "-o", f"{tmp_path}/new", "height:=2"]) == 2
+    assert "little_arm.urdf takes no arguments: only a xacro does" in capsys.readouterr().err

@@ -1,0 +1,302 @@
+"""The robots in examples/: the same as their xacro, in fewer words, and as their makers publish them; they simulate."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import textwrap
+from collections.abc import Mapping
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from rosorin_compile.diagnostic import NOTE
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.model import Output, Robot
+from rosorin_compile.pipeline import Compiled
+from rosorin_compile.report import text as report
+from rosorin_compile.templating import Templates
+from support.engines import pose as placed
+from support.paths import DOCS, ROOT
+from support.robots import compiled, texts
+from support.urdf_robots import differences, facts
+
+pytestmark = pytest.mark.slow
+
+EXAMPLES = sorted(path.parent for path in (ROOT / "examples").glob("*/robot.yaml"))
+NAMES = [folder.name for folder in EXAMPLES]
+STATES = 200
+
+MASSES = {"turtlebot3_burger": 1.00173292, "ur5e": 21.7, "unitree_a1": 13.74}  # kg, the sum of what is published
+
+# UR5e: a (m), d (m) and alpha (rad) of the joints, by https://www.universal-robots.com/articles/ur/
+# application-installation/dh-parameters-for-calculations-of-kinematics-and-dynamics/
+DH_A = (0, -0.425, -0.3922, 0, 0, 0)
+DH_D = (0.1625, 0, 0, 0.1333, 0.0997, 0.0996)
+DH_ALPHA = (np.pi / 2, 0, 0, np.pi / 2, -np.pi / 2, 0)
+
+
+@lru_cache
+def example(name: str) -> Compiled:
+    return compiled(ROOT / "examples" / name / "robot.yaml")
+
+
+def robot_of(name: str) -> Robot:
+    robot = example(name).robot
+    assert robot is not None
+    return robot
+
+
+def artifact(name: str, suffix: str) -> str:
+    return texts(example(name))[f"{name}{suffix}"]
+
+
+def expanded_xacro(name: str) -> str:
+    xacro = pytest.importorskip("xacro")
+    return str(xacro.process_file(str(ROOT / "examples" / name / "xacro" / "robot.xacro")).toxml())
+
+
+def code(path: Path) -> str:
+    """Return a file without comments and blank lines."""
+    text = path.read_text("utf-8")
+    if path.suffix == ".xacro":
+        text = re.sub(r"<!--.*?-->", "", text, flags=re.DOTALL)
+    else:
+        text = re.sub(r"(^|\s)#.*", r"\1", text, flags=re.MULTILINE)
+    return "\n".join(line for line in text.splitlines() if line.strip())
+
+
+def size(paths: list[Path]) -> tuple[int, int, int]:
+    """Return lines, words and characters; a word is a run of letters, digits, underscores and points."""
+    text = "\n".join(code(path) for path in paths)
+    return len(text.splitlines()), len(re.findall(r"[\w.]+", text)), len("".join(text.split()))
+
+
+def sizes(name: str) -> list[tuple[int, int]]:
+    """Return lines, words and characters of a description and of its xacro, each with the tables that it loads."""
+    folder = ROOT / "examples" / name
+    ours, xacro = sorted(folder.glob("*.yaml")), sorted((folder / "xacro").iterdir())
+    own = {path.name for path in xacro}
+    shared = [path for path in ours if path.name != "robot.yaml" and path.name not in own]
+    return list(zip(size(ours), size([*xacro, *shared]), strict=True))
+
+
+def test_there_are_examples() -> None:
+    assert sorted(MASSES) == NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_compiles_with_notes_at_most(name: str) -> None:
+    made = example(name)
+    assert not [found for found in made.diagnostics if found.severity != NOTE], report(made.diagnostics)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_artifact_can_be_made(name: str) -> None:
+    robot = robot_of(name)
+    for kind in sorted(name for name, one in FORMATS.items() if one.write and name != "template"):
+        text, _ = FORMATS[kind].write(robot, Output(kind, kind, kind, {}), Templates())
+        assert robot.name in text or kind in ("static_tf_json", "robot_model"), kind
+        if kind == "static_tf":
+            ast.parse(text)
+        if kind in ("static_tf_json", "robot_model"):
+            json.loads(text)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_every_entry_says_its_source(name: str) -> None:
+    robot = robot_of(name)
+    for entry in (*robot.links, *robot.joints, *robot.sensors, *robot.poses):
+        assert entry.source.status, entry.name
+        assert entry.source.note, entry.name
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_is_the_robot_of_its_xacro(name: str) -> None:
+    ours, theirs = facts(artifact(name, ".urdf")), facts(expanded_xacro(name))
+    assert differences(theirs, ours) == []
+    assert len(ours) > 200
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_is_shorter_than_its_xacro(name: str) -> None:
+    """Ours says more: where each number is from, which artifacts there are, what a simulator and tf2 need to know."""
+    assert all(ours < theirs for ours, theirs in sizes(name)), sizes(name)
+
+
+def test_page_shows_what_the_examples_say() -> None:
+    page = (DOCS / "examples.md").read_text("utf-8")
+    for name in NAMES:
+        row = " | ".join(f"{ours} / {theirs}" for ours, theirs in sizes(name))
+        assert f"| {name} | {row} |" in page, f"| {name} | {row} |"
+    said = "\n".join((folder / "robot.yaml").read_text("utf-8") for folder in EXAMPLES)
+    for block in re.findall(r"```yaml\n(.*?)```", page, re.DOTALL):
+        assert any(textwrap.indent(block, " " * depth) in said for depth in range(8)), block
+
+
+def test_turtlebot_drives_on_wheels_of_the_published_size() -> None:
+    robot = robot_of("turtlebot3_burger")
+    left, right = (robot.pose_in_root(f"wheel_{side}_link", {}) for side in ("left", "right"))
+    assert left.xyz == pytest.approx((0, 0.08, 0.033), abs=1e-15)
+    assert right.xyz == pytest.approx((0, -0.08, 0.033), abs=1e-15)
+    for side in ("left", "right"):
+        assert robot.joint[f"wheel_{side}_joint"].axis == (0, 1, 0)  # equal speeds drive straight on
+    assert robot.pose_in_root("base_scan", {}).xyz == pytest.approx((-0.032, 0, 0.182), abs=1e-15)
+    assert robot.pose_in_root("imu_link", {}).xyz == pytest.approx((-0.032, 0, 0.078), abs=1e-15)
+
+
+def test_ur5e_reaches_where_its_dh_parameters_say() -> None:
+    robot = robot_of("ur5e")
+    joints = ["shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3"]
+    base = robot.pose_in_root("base", {}).inverse()
+    generator = np.random.default_rng(5)
+    for _ in range(STATES):
+        angles = generator.uniform(-np.pi, np.pi, 6)
+        expected = np.eye(4)
+        for angle, a, d, alpha in zip(angles, DH_A, DH_D, DH_ALPHA, strict=True):
+            expected = expected @ placed((0, 0, d), (0, 0, angle)) @ placed((a, 0, 0), (alpha, 0, 0))
+        state = {f"{joint}_joint": float(angle) for joint, angle in zip(joints, angles, strict=True)}
+        found = base.then(robot.pose_in_root("tool0", state))
+        # The table of the calibration rounds quarter turns to nine decimals.
+        np.testing.assert_allclose(found.rows, expected[:3, :3], atol=2e-9)
+        np.testing.assert_allclose(found.xyz, expected[:3, 3], atol=2e-9)
+
+
+# The hips and thighs of a1.urdf: x and y of the centre of mass (m), ixy, ixz, iyz (kg*m^2).
+HIPS = {
+    "FR_hip": (-0.003311, -0.000635, 9.409e-06, -3.42e-07, 4.66e-07),
+    "FL_hip": (-0.003311, 0.000635, -9.409e-06, -3.42e-07, -4.66e-07),
+    "RR_hip": (0.003311, -0.000635, -9.409e-06, 3.42e-07, 4.66e-07),
+    "RL_hip": (0.003311, 0.000635, 9.409e-06, 3.42e-07, -4.66e-07),
+    "FR_thigh": (-0.003237, 0.022327, -4.825e-06, 0.000343869, -2.2448e-05),
+    "FL_thigh": (-0.003237, -0.022327, 4.825e-06, 0.000343869, 2.2448e-05),
+    "RR_thigh": (-0.003237, 0.022327, -4.825e-06, 0.000343869, -2.2448e-05),
+    "RL_thigh": (-0.003237, -0.022327, 4.825e-06, 0.000343869, 2.2448e-05),
+}
+
+
+def test_legs_of_the_a1_are_mirrored_as_published() -> None:
+    robot = robot_of("unitree_a1")
+    for name, row in HIPS.items():
+        inertial = robot.link[name].inertial
+        assert inertial is not None
+        found = (*inertial.pose.xyz[:2], inertial.ixy, inertial.ixz, inertial.iyz)
+        assert found == pytest.approx(row, rel=1e-12), name
+    for leg, x, y in (("FR", 1, -1), ("FL", 1, 1), ("RR", -1, -1), ("RL", -1, 1)):
+        for joint, axis in (("hip", (1, 0, 0)), ("thigh", (0, 1, 0)), ("calf", (0, 1, 0))):
+            assert robot.joint[f"{leg}_{joint}_joint"].axis == axis
+        foot = robot.pose_in_root(f"{leg}_foot", {})
+        assert foot.xyz == pytest.approx((0.1805 * x, (0.047 + 0.0838) * y, -0.4), abs=1e-15)
+        # Both knees bend forward, both hips turn about x: the drivers count so.
+        bent = robot.pose_in_root(f"{leg}_foot", {f"{leg}_hip_joint": 0.1, f"{leg}_calf_joint": -1.0})
+        assert bent.xyz[0] > foot.xyz[0]
+        assert bent.xyz[1] > foot.xyz[1]
+
+
+def scene(name: str) -> tuple[Any, Any]:
+    """Return a robot in MuJoCo on a floor at z = 0, in its first named pose if it has one."""
+    mujoco = pytest.importorskip("mujoco", minversion="4")
+    spec = mujoco.MjSpec.from_string(artifact(name, ".xml"))
+    spec.worldbody.add_geom(name="floor", type=mujoco.mjtGeom.mjGEOM_PLANE).size = [0, 0, 1]
+    model = spec.compile()
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    return model, data
+
+
+def run(model: Any, data: Any, seconds: float = 1.0) -> None:
+    """Simulate; every state is finite, and every joint stays within its limits (a soft bound gives a little)."""
+    import mujoco
+
+    from support.simulator import no_warning
+
+    limited = np.flatnonzero(model.jnt_limited)
+    at, (lower, upper) = model.jnt_qposadr[limited], model.jnt_range[limited].T
+    with no_warning():
+        while data.time < seconds - 1e-9:
+            mujoco.mj_step(model, data)
+            assert np.isfinite([*data.qpos, *data.qvel]).all()
+            assert ((data.qpos[at] > lower - 0.01) & (data.qpos[at] < upper + 0.01)).all()
+
+
+def touching(model: Any, data: Any) -> set[str]:
+    """Return the bodies that touch the floor; no body touches another."""
+    from support.simulator import contacts
+
+    pairs = contacts(model, data)
+    assert all("world" in pair for pair in pairs), pairs
+    return {name for pair in pairs for name in pair} - {"world"}
+
+
+def tilt(data: Any, body: str) -> float:
+    """Return the angle between the z of a body and the vertical (rad)."""
+    return float(np.arccos(np.clip(data.body(body).xmat[8], -1, 1)))
+
+
+def pinocchio_at(pinocchio: Any, model: Any, state: Mapping[str, float]) -> Any:
+    velocity = np.zeros(model.nv)
+    for name, value in state.items():
+        velocity[model.joints[model.getJointId(name)].idx_v] = value
+    return pinocchio.integrate(model, pinocchio.neutral(model), velocity)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+@pytest.mark.parametrize("name", NAMES)
+def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:
+    pytest.importorskip("mujoco", minversion="4")
+    pinocchio = pytest.importorskip("pinocchio")
+    from support import simulator
+
+    robot = robot_of(name)
+    model, data = simulator.load(simulator.emit(robot, base))
+    assert simulator.contacts(model, data) == set()
+    assert sum(model.body_mass) == pytest.approx(MASSES[name], rel=1e-12)
+    judge = pinocchio.buildModelFromXML(artifact(name, ".urdf"))
+    judge_data = judge.createData()
+    for state in simulator.random_states(robot, STATES):
+        simulator.pose(robot, model, data, state)
+        pinocchio.framesForwardKinematics(judge, judge_data, pinocchio_at(pinocchio, judge, state))
+        for link in robot.links:
+            judged = judge_data.oMf[judge.getFrameId(link.name)]
+            expected = np.column_stack((judged.rotation, judged.translation))
+            np.testing.assert_allclose(simulator.frame(data, "body", link.name), expected, atol=1e-9)
+
+
+def test_turtlebot_stands_on_its_wheels_and_drives() -> None:
+    model, data = scene("turtlebot3_burger")
+    run(model, data)
+    assert touching(model, data) - {"caster_back_link"} == {"wheel_left_link", "wheel_right_link"}
+    assert tilt(data, "base_link") < np.radians(0.5)  # the caster of the file hangs half a millimetre above the floor
+    assert data.body("base_footprint").xpos == pytest.approx([0, 0, 0], abs=1e-3)
+    assert data.sensor("imu_accelerometer").data[2] == pytest.approx(9.81, abs=0.01)
+    for side in ("left", "right"):
+        data.qfrc_applied[model.joint(f"wheel_{side}_joint").dofadr[0]] = 0.02  # N*m
+    run(model, data, 2.0)
+    x, y, _ = data.body("base_footprint").xpos
+    assert x > 0.05
+    assert abs(y) < 0.05 * x  # the caster is a box that drags
+
+
+def test_ur5e_holds_its_home() -> None:
+    model, data = scene("ur5e")
+    home = data.qpos.copy()
+    run(model, data)
+    assert touching(model, data) == set()
+    assert 0 < np.abs(data.qpos - home).max() < np.radians(1)  # it hangs on springs
+
+
+def test_a1_stands() -> None:
+    model, data = scene("unitree_a1")
+    data.qpos[2] = 0.27  # of the base; the feet are just above the floor
+    run(model, data)
+    feet = touching(model, data)
+    assert feet == {"FR_foot", "FL_foot", "RR_foot", "RL_foot"}
+    assert data.body("trunk").xpos[2] > 0.23
+    assert tilt(data, "trunk") < np.radians(5)
+    assert np.abs(data.qvel).max() < 0.5
+    assert sum(data.sensor(f"{foot}_contact").data[0] for foot in feet) == pytest.approx(9.81 * 13.74, rel=0.05)

@@ -1,0 +1,284 @@
+"""Nothing that a person can write ends in a traceback, hangs or grows without bound; it is told with its place."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.expression import CONSTANTS, FUNCTIONS, ExpressionError, evaluate
+from rosorin_compile.quantity import LENGTH, Quantity
+from support.fuzzing import VALUES, held, mutated, replaced, steps_of, whole, write
+from support.paths import TESTS
+
+pytestmark = pytest.mark.slow
+
+SECONDS, MEGABYTES = 20, 1_000
+
+ROBOT = "robot: bomb\nlinks:\n  base_link: {}\n"
+
+
+def lets(*pairs: tuple[str, str]) -> str:
+    return f"{ROBOT}let:\n" + "".join(f"  {name}: {value}\n" for name, value in pairs)
+
+
+def doubled(first: str, following: str, times: int = 60) -> str:
+    """Named values, each made of the one before twice: ``following`` has {0} for its name."""
+    return lets(("a0", first), *((f"a{n + 1}", following.format(f"a{n}")) for n in range(times)))
+
+
+def nested(levels: int, last: str) -> str:
+    """Parts, each of which uses the next one twice."""
+    parts = "".join(f"  p{n}: {{use: {{x: {{part: p{n + 1}}}, y: {{part: p{n + 1}}}}}}}\n" for n in range(levels))
+    return f"{ROBOT}parts:\n{parts}  p{levels}: {last}\nuse: {{u: {{part: p0}}}}\n"
+
+
+def comprehension(item: str) -> str:
+    letters = ("letters", "${join('', ['aaaaaaaaaa' for i in range(9999)])}")
+    return lets(("many", "${range(100000)}"), letters, ("x", f"${{[{item} for i in range(100000)]}}"))
+
+
+ALIASES = lets(("a0", "&a0 [1]"), *((f"a{n}", f"&a{n} [*a{n - 1}, *a{n - 1}]") for n in range(1, 60)))
+
+# What grows, and the rule that stops it; without a rule it has to end well.
+BOMBS = {
+    "text-doubled": (doubled("aaaaaaaa", "${{{0} + {0}}}"), "expression"),
+    "text-joined": (doubled("aaaaaaaa", '"${{{0}}}${{{0}}}"'), "expression"),
+    "list-doubled": (doubled("[1, 2]", "${{{0} + {0}}}"), "expression"),
+    "list-of-lists": (doubled("[1, 2]", "${{[{0}, {0}]}}"), "expression"),
+    "list-written": (doubled("[1, 2]", '["${{{0}}}", "${{{0}}}"]'), "expression"),
+    "table-written": (doubled("[1, 2]", '{{x: "${{{0}}}", y: "${{{0}}}"}}'), "expression"),
+    "digits-doubled": (doubled("${[9**60]}", "${{[{0}[0] * {0}[0]]}}"), "expression"),
+    "power": (lets(("x", "${9**9**9}")), "expression"),
+    "heavy-ranges": (comprehension("range(100000)"), "expression"),
+    "heavy-texts": (comprehension("letters + 'b'"), "expression"),
+    "heavy-slices": (comprehension("many[:]"), "expression"),
+    "heavy-sorts": (comprehension("sorted(many)"), "expression"),
+    "heavy-searches": (comprehension("-1 in many"), "expression"),
+    "heavy-sums": (comprehension("sum(many)"), "expression"),
+    "heavy-comparisons": (comprehension("many == many"), "expression"),
+    "heavy-capitals": (comprehension("upper(letters)"), "expression"),
+    "loops-in-loops": (comprehension("[j for j in many for k in many]"), "expression"),
+    "range": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(10**9)}}"}}}}\n', "expression"),
+    "product": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(10000)}}", j: "${{range(10000)}}"}}}}\n', "too-large"),
+    "parts-22": (nested(22, "{links: {l: {}}}"), "too-large"),
+    "parts-60": (nested(60, "{links: {l: {}}}"), "part-cycle"),
+    "part-of-itself": (nested(1, "{use: {x: {part: p0}, y: {part: p0}, z: {part: p1}}}"), "part-cycle"),
+    "aliases": (ALIASES, "yaml-too-large"),
+    "brackets": (lets(("x", "[" * 5_000 + "]" * 5_000)), "yaml-too-deep"),
+    "braces": (f"{ROBOT}let: {'{a: ' * 5_000}{'}' * 5_000}\n", "yaml-too-deep"),
+    "chain-of-lets": (lets(*((f"a{n}", f"${{a{n + 1} + 1}}") for n in range(3_000)), ("a3000", "1")), "expression"),
+    "list-in-list": (lets(("a0", "[1]"), *((f"a{n + 1}", f'["${{a{n}}}"]') for n in range(3_000))), "too-large"),
+    "line-of-text": (lets(("x", f'"{"a" * 10_000_000}"')), ""),
+    "line-of-digits": (lets(("x", "9" * 10_000_000)), ""),
+    "line-of-units": (lets(("x", f"9 {'m*' * 5_000_000}m")), ""),
+    "line-of-items": (lets(("x", f"[{'1,' * 5_000_000}1]")), "yaml-too-large"),
+    "line-of-an-expression": (lets(("x", f'"${{{"1+" * 5_000_000}1}}"')), "expression"),
+    "line-of-openings": (lets(("x", f'"{"${" * 5_000_000}"')), "expression"),
+    "line-of-a-key": (f'robot: bomb\nlinks: {{"{"a" * 10_000_000}": {{}}}}\n', "yaml-syntax"),
+    "many-mistakes": (ROBOT + "".join(f'  l{n}: {{x: "${{zz}}"}}\n' for n in range(2_000)), "expression"),
+    "many-names": (lets(*((f"name_{n}", f"${{nmae_{n}}}") for n in range(1_000))), "expression"),
+    "many-roots": (f'{ROBOT}  "l${{i}}": {{for: {{i: "${{range(50000)}}"}}}}\n', "several-roots"),
+    "comment": (f"{ROBOT}#{'#' * 10_000_000}\n", ""),
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+def test_what_grows_is_stopped(name: str, tmp_path: Path) -> None:
+    text, rule = BOMBS[name]
+    write({"robot.yaml": text}, tmp_path)
+    command = [sys.executable, "-m", "support.fuzzing", "robot.yaml", str(SECONDS), str(MEGABYTES)]
+    environment = {**os.environ, "PYTHONPATH": str(TESTS)}
+    ran = subprocess.run(
+        command, cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert ran.returncode == 0, ran.stderr[-2_000:] or f"killed: {ran.returncode}"
+    assert ran.stderr == ""
+    assert rule in json.loads(ran.stdout) or not rule
+
+
+ENCODED = {
+    "utf-16": ROBOT.encode("utf-16"),
+    "utf-16-be": ROBOT.encode("utf-16-be"),
+    "utf-32": ROBOT.encode("utf-32"),
+    "latin-1": "robot: größe\n".encode("latin-1"),
+    "nul": ROBOT.encode() + b"\0",
+    "bytes": bytes(range(256)) * 100,
+    "half-a-letter": ROBOT.encode() + "# ö".encode()[:-1],
+    "nothing": b"",
+}
+
+
+@pytest.mark.parametrize("name", ENCODED)
+@pytest.mark.parametrize("way", ["first", "included", "loaded"])
+def test_other_encodings(name: str, way: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    data = ENCODED[name]
+    texts = {
+        "included": f"{ROBOT}include: [other.yaml]\n",
+        "loaded": f"{ROBOT}let: {{x: '${{load(\"other.yaml\")}}'}}\n",
+    }
+    write({"robot.yaml": texts.get(way, data), "other.yaml": data}, tmp_path)
+    made = held(Path("robot.yaml"))
+    assert made.robot is None or (name, way) == ("nothing", "loaded")
+
+
+@pytest.mark.parametrize(
+    "path",
+    ["robot.yaml", ".", "", "/etc/passwd", "../x", "a" * 5_000, "a\\0b", "\\ud800", "big.yaml", "no/such/file"],
+)
+def test_names_of_files(path: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A file that is named by a description: itself, none, outside, too large, or no name at all."""
+    monkeypatch.chdir(tmp_path)
+    for text in (
+        f'include: ["{path}"]\n',
+        f'use: {{u: {{part: "{path}/x"}}, v: {{part: "os:{path}/x"}}, w: {{part: "{path}:a/x"}}}}\n',
+        f"let: {{x: '${{load(\"{path}\")}}'}}\n",
+    ):
+        write({"robot.yaml": ROBOT + text, "big.yaml": b"a" * 20_000_001}, tmp_path)
+        made = held(Path("robot.yaml"))
+        assert made.robot is None or (path, text[:3]) == ("robot.yaml", "let")
+
+
+def test_the_whole_description_is_fine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Otherwise the tests below would break what is broken already."""
+    monkeypatch.chdir(tmp_path)
+    write(whole(), tmp_path)
+    assert len(held(Path("robot.yaml")).artifacts) == 6
+
+
+def test_any_value_at_any_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """At each place of the description in turn stands something that does not belong there."""
+    monkeypatch.chdir(tmp_path)
+    chance = random.Random(20261120)  # noqa: S311
+    files = whole()
+    refused = 0
+    for name, tree in files.items():
+        for steps in steps_of(tree):
+            value = chance.choice(VALUES)
+            tell(steps, value)
+            write({**files, name: replaced(tree, steps, value)}, tmp_path)
+            refused += held(Path("robot.yaml")).robot is None
+    assert refused > 300
+
+
+def test_any_change(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Values, keys and entries are replaced, added, removed and exchanged, up to three at a time."""
+    monkeypatch.chdir(tmp_path)
+    chance = random.Random(1123)  # noqa: S311
+    for number in range(200):
+        files = whole()
+        for _ in range(chance.choice([1, 1, 2, 3])):
+            files = mutated(files, chance)
+        tell(number)
+        write(files, tmp_path)
+        held(Path("robot.yaml"))
+
+
+def tell(*what: object) -> None:
+    """Print what is tried; pytest shows it after a failure."""
+    sys.stdout.write(f"{what}\n")
+
+
+WORDS = [
+    *(
+        "1",
+        "0",
+        "-1",
+        "2.5",
+        "1e300",
+        "10**18",
+        "'a'",
+        "''",
+        "'mm'",
+        "[]",
+        "[1, 2]",
+        "[[1, 2], [3, 4]]",
+        "x",
+        "side",
+        "length",
+    ),
+    *(
+        "table",
+        "spots",
+        "nothing",
+        "mm",
+        "deg",
+        "kg",
+        *CONSTANTS,
+        "+",
+        "-",
+        "*",
+        "/",
+        "//",
+        "%",
+        "**",
+        "==",
+        "!=",
+        "<",
+        ">=",
+    ),
+    *(
+        " in ",
+        " not in ",
+        " and ",
+        " or ",
+        "not ",
+        " if ",
+        " else ",
+        " for i in ",
+        "i",
+        "(",
+        ")",
+        "[",
+        "]",
+        ",",
+        ":",
+        ".",
+        "=",
+    ),
+    *(f"{name}(" for name in (*FUNCTIONS, "load", "open", "__import__")),
+]
+NAMES = {
+    "x": 0.05,
+    "side": "left",
+    "length": Quantity(2.0, LENGTH),
+    "spots": [["a", 1], ["b", 2]],
+    "table": {"a": {"b": 1}},
+}
+
+
+@settings(max_examples=1_500, deadline=None, derandomize=True, database=None)
+@given(st.lists(st.sampled_from(WORDS), max_size=14).map("".join))
+def test_any_expression(text: str) -> None:
+    problem = problem_of(text)
+    if problem is not None:
+        python = ("object", "NoneType", "argument", "unhashable", "subscript", "iterable")
+        assert problem.message
+        assert not any(word in problem.message for word in python), problem.message
+
+
+def problem_of(text: str) -> ExpressionError | None:
+    """Return what is wrong with an expression; its value is one that a description can hold."""
+    try:
+        value = evaluate(text, NAMES.__getitem__)
+    except ExpressionError as problem:
+        return problem
+    assert value is None or isinstance(value, (bool, int, float, str, list, dict))
+    return None
+
+
+@settings(max_examples=300, deadline=None, derandomize=True, database=None)
+@given(st.binary(max_size=200) | st.text(alphabet="{}[]:,-&*!|>'\"% \n\tab#?1$<", max_size=80).map(str.encode))
+def test_any_file(tmp_path_factory: pytest.TempPathFactory, data: bytes) -> None:
+    folder = tmp_path_factory.getbasetemp() / "any_file"
+    folder.mkdir(exist_ok=True)
+    write({"robot.yaml": data}, folder)
+    held(folder / "robot.yaml")

@@ -1,0 +1,272 @@
+"""Planar and floating joints: every artifact means the same motion, at states that are not zero."""
+
+from __future__ import annotations
+
+import math
+import random
+from pathlib import Path
+
+import numpy as np
+import pinocchio
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.emit import FORMATS
+from rosorin_compile.model import Joint, Pose, Transform, plane_axes
+from support.robots import compiled_text, sound
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+ROBOT = """
+robot: mobile
+publishers: {tracker: {}}
+links:
+  world_frame: {}
+  base: &body {inertial: {mass: 2, xyz: [0.1, 0, 0], inertia: {ixx: 1, iyy: 2, izz: 2.5}}}
+  table: *body
+  "tool 1": *body
+  finger: *body
+joints:
+  free: {type: floating, parent: world_frame, child: base, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3], publisher: tracker}
+  sliding:
+    type: planar
+    parent: base
+    child: table
+    xyz: [0.5, 0.1, -1]
+    rpy: [0.3, -0.2, 1]
+    axis: AXIS
+    publisher: tracker
+    limit: {lower: -1, upper: 1, effort: 5, velocity: 1}
+    dynamics: {damping: 1}
+  "ns/turn": {type: continuous, parent: table, child: tool 1, xyz: [0, 0, 0.2], axis: [0, 1, 0]}
+  follow:
+    type: continuous
+    parent: tool 1
+    child: finger
+    axis: [1, 0, 0]
+    mimic: {joint: ns/turn, multiplier: 2, offset: 0.5}
+poses: {home: {positions: {ns/turn: 0.5}}}
+outputs:
+  urdf: {file: a.urdf}
+  mjcf: {file: a.xml}
+  frames: {file: a.md}
+  robot_model: {file: a.json}
+"""
+AXES = [(0.0, 0.0, 1.0), (0.6, 0.0, 0.8), (0.0, 0.0, -1.0), (1.0, 0.0, 0.0), (-0.36, 0.48, -0.8)]
+
+
+def robot_with(folder: Path, axis: tuple[float, ...]):
+    return sound(compiled_text(folder, ROBOT.replace("AXIS", str(list(axis)))))
+
+
+def states(seed: int):
+    dice = random.Random(seed)  # noqa: S311
+    for _ in range(20):
+        quaternion = [dice.gauss(0, 1) for _ in range(4)]
+        length = math.hypot(*quaternion)
+        yield (
+            [dice.uniform(-2, 2) for _ in range(3)] + [q / length for q in quaternion],
+            [dice.uniform(-2, 2) for _ in range(3)],
+            dice.uniform(-3, 3),
+        )
+
+
+def placed(robot, free, sliding, turn) -> dict[str, Transform]:
+    """Return each link in the root, by the model alone."""
+    at = {"free": free, "sliding": sliding, "ns/turn": turn, "follow": 2 * turn + 0.5}
+    found = {}
+    for link in robot.link:
+        here = Transform()
+        for joint in robot.chain(link):
+            here = here.then(joint.transform(at[joint.name]))
+        found[link] = here
+    return found
+
+
+def assert_same(transform: Transform, rows, xyz) -> None:
+    assert np.allclose(np.array(transform.rows), np.asarray(rows).reshape(3, 3), atol=1e-9)
+    assert np.allclose(transform.xyz, xyz, atol=1e-9)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_mujoco_moves_the_bodies_as_the_model_says(tmp_path, axis):
+    robot, artifacts, _ = robot_with(tmp_path, axis)
+    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
+    data = mujoco.MjData(model)
+    names = [model.joint(index).name for index in range(model.njnt)]
+    assert names == [
+        "free_TX",
+        "free_TY",
+        "free_TZ",
+        "free_R",
+        *(f"sliding_{e}" for e in ("TX", "TY", "RZ")),
+        "ns/turn",
+        "follow",
+    ]
+    for free, sliding, turn in states(1):
+        x, y, z, qx, qy, qz, qw = free
+        data.qpos = [x, y, z, qw, qx, qy, qz, *sliding, turn, 2 * turn + 0.5]
+        mujoco.mj_kinematics(model, data)
+        for link, transform in placed(robot, free, sliding, turn).items():
+            assert_same(transform, data.body(link).xmat, data.body(link).xpos)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_mujocos_own_reader_of_urdf_has_the_same_planar_joint(tmp_path, axis):
+    """It makes a free joint of a floating one, which is at the origin of the world: left out of the comparison."""
+    robot, artifacts, _ = robot_with(tmp_path, axis)
+    urdf = artifacts["urdf"].replace('type="floating"', 'type="fixed"')
+    model = mujoco.MjModel.from_xml_string(urdf)
+    data = mujoco.MjData(model)
+    joints = [model.joint(f"sliding_{end}").id for end in ("TX", "TY", "RZ")]
+    moved = 0
+    for _, sliding, turn in states(2):
+        for joint, value in zip(
+            [*joints, model.joint("ns/turn").id, model.joint("follow").id],
+            [*sliding, turn, 2 * turn + 0.5],
+            strict=True,
+        ):
+            data.qpos[model.jnt_qposadr[joint]] = value
+        mujoco.mj_kinematics(model, data)
+        for link, transform in placed(robot, 0.0, sliding, turn).items():
+            body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, link)
+            if body > 0:
+                moved += 1
+                assert_same(transform, data.xmat[body], data.xpos[body])
+    assert moved >= 60
+
+
+def test_pinocchio_moves_the_links_as_the_model_says(tmp_path):
+    """JointModelFreeFlyer takes x y z qx qy qz qw, JointModelPlanar x y cos sin, about z whatever the axis."""
+    robot, artifacts, _ = robot_with(tmp_path, (0.0, 0.0, 1.0))
+    model = pinocchio.buildModelFromXML(artifacts["urdf"])
+    data = model.createData()
+    assert [model.joints[model.getJointId(name)].shortname() for name in ("free", "sliding")] == [
+        "JointModelFreeFlyer",
+        "JointModelPlanar",
+    ]
+    for free, (x, y, angle), turn in states(3):
+        q = pinocchio.neutral(model)
+        for name, values in (
+            ("free", free),
+            ("sliding", [x, y, math.cos(angle), math.sin(angle)]),
+            ("ns/turn", [math.cos(turn), math.sin(turn)]),
+            ("follow", [math.cos(2 * turn + 0.5), math.sin(2 * turn + 0.5)]),
+        ):
+            joint = model.joints[model.getJointId(name)]
+            q[joint.idx_q : joint.idx_q + joint.nq] = values
+        pinocchio.framesForwardKinematics(model, data, q)
+        for link, transform in placed(robot, free, (x, y, angle), turn).items():
+            frame = data.oMf[model.getFrameId(link)]
+            assert_same(transform, frame.rotation, frame.translation)
+
+
+@pytest.mark.parametrize("axis", AXES)
+def test_readers_know_them_again(tmp_path, axis):
+    _, artifacts, _ = robot_with(tmp_path, axis)
+    facts = {name: FORMATS[name].facts(artifacts[name]) for name in ("urdf", "mjcf")}
+    for name, kind in (("free", "floating"), ("sliding", "planar")):
+        for read in facts.values():
+            found = {
+                fact.quantity: value.value for fact, value in read.items() if (fact.kind, fact.name) == ("joint", name)
+            }
+            assert found["type"] == kind
+            if kind == "planar":
+                assert [found[f"axis {letter}"] for letter in "xyz"] == pytest.approx(axis)
+    poses = {fact.quantity: value.value for fact, value in facts["mjcf"].items() if fact.kind == "pose"}
+    assert poses["ns/turn"] == 0.5
+    assert poses["free_R w"] == 1.0
+    assert poses["sliding_TX"] == 0.0
+
+
+def test_what_is_left_out_is_told(tmp_path):
+    _, artifacts, made = robot_with(tmp_path, (0.0, 0.0, 1.0))
+    told = [d.message for d in made.diagnostics if d.severity == "warning" and "mimic" not in d.message]
+    assert told == [
+        'joint "sliding" is planar, which robot_state_publisher takes for fixed: it publishes the transform into'
+        ' "table" from the URDF, beside tracker',
+        'joint "sliding" is planar: its limit and its dynamics are left out of the MJCF',
+        "robot_model has no word for floating: joint free is left out",
+        "robot_model has no word for planar: joint sliding is left out",
+    ]
+    assert '<limit lower="-1" upper="1" effort="5" velocity="1"/>' in artifacts["urdf"]
+    assert '<dynamics damping="1" friction="0"/>' in artifacts["urdf"]
+
+
+def test_names_of_others_are_not_taken(tmp_path):
+    text = ROBOT.replace("AXIS", "[0, 0, 1]").replace("follow:", "sliding_RZ:")
+    _, artifacts, _ = sound(compiled_text(tmp_path, text))
+    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
+    assert [model.joint(index).name for index in range(4, 9)] == [
+        "sliding__TX",
+        "sliding__TY",
+        "sliding__RZ",
+        "ns/turn",
+        "sliding_RZ",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("kind", "publisher", "who", "motion", "topic"),
+    [
+        ("floating", "", "nobody: robot_state_publisher publishes no floating joint", "moving", "none"),
+        ("floating", "publisher: tracker", "tracker", "moving", "/tf"),
+        ("floating", "publisher: {none: nobody asks}", "nobody: nobody asks", "moving", "none"),
+        ("planar", "", "robot_state_publisher", "static", "/tf_static"),
+        ("planar", "publisher: tracker", "tracker", "moving", "/tf"),
+    ],
+)
+def test_frames_say_who_publishes_them(tmp_path, kind, publisher, who, motion, topic):
+    text = f"""
+robot: mobile
+publishers: {{tracker: {{}}}}
+links: {{world_frame: {{}}, base: {{}}}}
+joints:
+  free:
+    type: {kind}
+    parent: world_frame
+    child: base
+    {publisher}
+outputs: {{urdf: {{file: a.urdf}}, frames: {{file: a.md}}}}
+"""
+    _, artifacts, _ = sound(compiled_text(tmp_path, text))
+    row = next(line for line in artifacts["frames"].splitlines() if line.startswith("| world_frame"))
+    cells = [cell.strip().replace("\\", "") for cell in row.split(" | ")]
+    assert cells[2:5] == [who, motion, topic]
+    assert f'type="{kind}"' in artifacts["urdf"]
+
+
+def test_coordinates():
+    assert Joint("a", "floating", "x", "y").coordinates == ("x", "y", "z", "qx", "qy", "qz", "qw")
+    assert Joint("a", "planar", "x", "y").coordinates == ("x", "y", "angle")
+    assert Joint("a", "revolute", "x", "y").coordinates == ("position",)
+    assert Joint("a", "fixed", "x", "y").coordinates == ()
+    origin = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
+    for kind in ("floating", "planar", "fixed", "prismatic"):
+        assert Joint("a", kind, "x", "y", origin, (0.0, 0.0, 1.0)).transform() == origin.transform()
+
+
+@pytest.mark.parametrize(
+    ("kind", "numbers"), [("planar", (1.0,)), ("floating", (1.0,) * 6), ("planar", 1.0), ("revolute", (1.0,))]
+)
+def test_wrong_number_of_coordinates(kind, numbers):
+    with pytest.raises(ValueError, match="position"):
+        Joint("a", kind, "x", "y").transform(numbers)
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_plane_axes_are_a_right_handed_frame(seed):
+    dice = random.Random(seed)  # noqa: S311
+    normal = (dice.gauss(0, 1), dice.gauss(0, 1), dice.gauss(0, 1))
+    x, y = plane_axes(normal)
+    rows = np.array([x, y, np.array(normal) / np.linalg.norm(normal)])
+    assert np.allclose(rows @ rows.T, np.eye(3), atol=1e-12)
+    assert np.linalg.det(rows) == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize(("name", "told"), [("sliding", "axis x"), ("free", "floating"), ("tool 1", "ns/turn")])
+def test_explain_knows_them(tmp_path, monkeypatch, capsys, name, told):
+    robot_with(tmp_path, (0.0, 0.0, 1.0))
+    monkeypatch.chdir(tmp_path)
+    assert main(["explain", "robot.yaml", name, "--pose", "home"]) == 0
+    assert told in capsys.readouterr().out

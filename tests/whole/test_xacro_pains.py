@@ -1,0 +1,314 @@
+"""What people complain of in xacro (survey, 2026-11), each with a test that it is no complaint here.
+
+1 no line numbers, 2 typos pass, 3 types, 4 speed, 5 eval, 6 number formatting, 7 bound to ROS, 8 versions drift,
+9 those who read plain URDF ask for the expanded file.
+"""
+
+from __future__ import annotations
+
+import ast
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rosorin_compile
+from rosorin_compile.diagnostic import ERROR, Diagnostic
+from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.report import text as report
+from support.cases import told
+from support.paths import XACRO
+from support.xacro_table import read, ready
+from support.xacro_typos import TYPOS
+
+HEAD = "rosorin_compile: 1\nrobot: r\noutputs: {urdf: {file: r.urdf, number_format: exact}}\n"
+
+Make = Callable[..., Compiled]
+
+
+@pytest.fixture
+def make(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Make:
+    """Compile a description from the texts of its files, the head of the first is there already."""
+    monkeypatch.chdir(tmp_path)
+
+    def make_robot(robot: str, arguments: dict[str, str] | None = None, **files: str) -> Compiled:
+        for name, text in files.items():
+            path = Path(f"{name}.yaml")
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, "utf-8")
+        Path("robot.yaml").write_text(HEAD + robot, "utf-8")
+        return compile_robot(Path("robot.yaml"), arguments)
+
+    return make_robot
+
+
+def urdf(made: Compiled) -> str:
+    assert made.artifacts, report(made.diagnostics)
+    return made.artifacts[0].text
+
+
+def errors(made: Compiled) -> list[Diagnostic]:
+    return [found for found in made.diagnostics if found.severity == ERROR]
+
+
+# 1. Every error has file, line and column, and the way there (ros/xacro#33, #61, #75, #236, #267, #344).
+
+
+def test_error_has_its_place_and_the_way_there(make: Make) -> None:
+    made = make(
+        "include: [arm.yaml]\nlinks: {base: {}}\n",
+        arm="include: [parts/joints.yaml]\nuse:\n  arm: {part: arm, parent: base}\n",
+        **{
+            "parts/joints": """
+parts:
+  segment:
+    params: {length: {type: length}}
+    links: {segment: {}}
+    joints: {joint: {type: fixed, parent: mount, child: segment, xyz: [0, 0, "${2 * lenght}"]}}
+  arm:
+    use:
+      "s${i}": {for: {i: "${range(2)}"}, part: segment, parent: mount, with: {length: 0.2}}
+"""
+        },
+    )
+    assert told(errors(made), "robot.yaml") == [
+        '# expect: parts/joints.yaml:6:85: error[expression]: there is no value named "lenght"',
+        '#   help: did you mean "length"?',
+        '#   related: parts/joints.yaml:9:7: part "segment" used here as "s0"',
+        "#   related: parts/joints.yaml:9:26: i = 0",
+        '#   related: arm.yaml:3:3: part "arm" used here as "arm"',
+        "#   related: 4:11: included here",
+    ]
+
+
+def test_place_of_an_error_of_meaning_in_a_part(make: Make) -> None:
+    made = make(
+        """parts:
+  wheel:
+    params: {axis: {type: list}}
+    links: {wheel: {}}
+    joints: {axle: {type: continuous, parent: mount, child: wheel, axis: "${axis}"}}
+use:
+  left: {part: wheel, parent: base, with: {axis: [0, 2, 0]}}
+links: {base: {}}
+"""
+    )
+    axis, used = "robot.yaml:10:50: ", "robot.yaml:8:74: used here"
+    said = report(made.diagnostics)
+    assert f'{axis}error[axis-not-unit]: the axis of joint "left_axle" has length 2, not 1' in said
+    assert used in said
+
+
+# 2. Typos are errors.
+
+
+@pytest.mark.parametrize("name", TYPOS)
+def test_typo_is_an_error(make: Make, name: str) -> None:
+    description, rule, line, word = TYPOS[name]
+    made = make(description, more="links: {}\n")
+    assert not made.artifacts
+    found = errors(made)[0]
+    assert found.rule == rule
+    assert found.span is not None
+    assert found.span.line == line + HEAD.count("\n")
+    assert word in found.message + found.help
+
+
+def test_there_are_typos() -> None:
+    assert len(TYPOS) > 40
+
+
+# 3. Values have types, from the command line too (ros/xacro#22, #128, #176, #321).
+
+
+ARGUMENTS = """args:
+  legs: {type: integer, default: 4}
+  reach: {type: length, default: 0.5 m}
+  lidar: {type: boolean, default: true}
+  name: {type: text, default: a7}
+let: {half: "${reach / 2}"}
+links:
+  "${name}_${legs * 2}": {visual: [{sphere: {radius: "${half}"}}], if: "${lidar}"}
+  other: {if: "${not lidar}"}
+"""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        ({}, '<link name="a7_8"> 0.25'),
+        ({"legs": "6", "reach": "30 cm", "name": "007"}, '<link name="007_12"> 0.15'),
+        ({"reach": "1e-1"}, '<link name="a7_8"> 0.05'),
+        ({"lidar": "false"}, '<link name="other"/>'),
+        ({"legs": "four"}, '"legs" of the description is an integer, not the text "four"'),
+        ({"legs": "4.5"}, '"legs" of the description is an integer, not a number'),
+        ({"reach": "2 kg"}, '"reach" of the description is a length, not a mass (kg)'),
+        ({"lidar": "yes"}, '"lidar" of the description is a boolean, not the text "yes"'),
+        ({"legz": "4"}, 'the description has no argument "legz"'),
+    ],
+)
+def test_argument_has_its_type(make: Make, arguments: dict[str, str], said: str) -> None:
+    made = make(ARGUMENTS, arguments)
+    if made.artifacts:
+        root = ET.fromstring(urdf(made))
+        radius = root.find(".//sphere")
+        name = root.find("link").get("name")  # type: ignore[union-attr]
+        size = f"> {radius.get('radius')}" if radius is not None else "/>"
+        assert said == f'<link name="{name}"{size}'
+    else:
+        assert said in errors(made)[0].message
+
+
+# 4. Time grows with the robot, no faster (ros/xacro#57, #292); the benchmarks have the seconds.
+
+
+@pytest.mark.slow
+def test_work_grows_with_the_number_of_uses(make: Make) -> None:
+    robot = """parts:
+  peg:
+    params: {x: {type: length}, r: {type: length, default: 10 mm}}
+    let: {mass: "${1000*kg/m**3 * pi * r**2 * 0.1*m}"}
+    links:
+      peg:
+        inertial: {mass: "${mass}", inertia: {ixx: "${mass * r**2}", iyy: "${mass * r**2}", izz: "${mass * r**2}"}}
+        collision: [{cylinder: {radius: "${r}", length: 0.1}}]
+    joints: {foot: {type: fixed, parent: mount, child: peg, xyz: ["${x}", 0, 0]}}
+use:
+  "p${i}": {for: {i: "${range(COUNT)}"}, part: peg, parent: board, with: {x: "${i * 20*mm}"}}
+links: {board: {}}
+"""
+    calls = {count: _calls(lambda count=count: make(robot.replace("COUNT", str(count)))) for count in (100, 200, 400)}
+    first, second = calls[200] - calls[100], calls[400] - calls[200]
+    assert second < 2.2 * first, f"twice the uses take {second / first:.2f} times the calls"
+    assert first / 100 < 2_000, f"{first / 100:.0f} calls for a use"
+
+
+def _calls(work: Callable[[], Compiled]) -> int:
+    """Return how many Python functions a compilation calls."""
+    count = 0
+
+    def watch(_frame: Any, event: str, _argument: Any) -> None:
+        nonlocal count
+        count += event == "call"
+
+    before = sys.getprofile()
+    sys.setprofile(watch)
+    try:
+        made = work()
+    finally:
+        sys.setprofile(before)
+    assert made.artifacts, report(made.diagnostics)
+    return count
+
+
+# 5. Expressions reach nothing but values, and end: test_xacro_escapes.py.
+
+
+# 6. Numbers are printed in one form, however they were written (ros-controls/ros2_control_demos#1021).
+
+
+@pytest.mark.parametrize(
+    ("written", "exact", "six"),
+    [
+        ("${0.1 + 0.2}", "0.30000000000000004", "0.3"),
+        ("1e-7", "1e-07", "1e-07"),
+        ("0.0000001", "1e-07", "1e-07"),
+        ("0.10", "0.1", "0.1"),
+        ("1e-1", "0.1", "0.1"),
+        ("10 cm", "0.1", "0.1"),
+        ("100.0 mm", "0.1", "0.1"),
+        ("${1/3}", "0.3333333333333333", "0.333333"),
+        ("${-0.0}", "0", "0"),
+        ("2.0", "2", "2"),
+    ],
+)
+def test_number_is_printed_in_one_form(make: Make, written: str, exact: str, six: str) -> None:
+    robot = "links: {a: {}, b: {}}\njoints: {j: {type: fixed, parent: a, child: b, xyz: ['0', 0, 0]}}\n"
+    robot = robot.replace("'0'", f'"{written}"' if "$" in written else written)
+    assert f'xyz="{exact} 0 0"' in urdf(make(robot))
+    Path("robot.yaml").write_text((HEAD + robot).replace("exact", "six"), "utf-8")
+    assert f'xyz="{six} 0 0"' in urdf(compile_robot(Path("robot.yaml")))
+
+
+# 7. No ROS (ros/xacro#197, #328, #329, #340).
+
+
+CORE = {"jinja2", "markupsafe", "yaml", "jsonschema_rs", "rosorin_compile"}
+EXTRAS = {"collada", "mujoco", "numpy", "rosbags", "scipy", "trimesh", "xacro"}
+EXTRAS |= {"backports", "compression", "lz4"}  # what rosbags decompresses with
+
+
+@pytest.mark.slow
+def test_nothing_of_ros_is_imported() -> None:
+    package = Path(rosorin_compile.__file__).parent
+    roots: set[str] = set()
+    for path in package.rglob("*.py"):
+        for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+            if isinstance(node, ast.Import):
+                roots |= {alias.name.partition(".")[0] for alias in node.names}
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                roots.add((node.module or "").partition(".")[0])
+    assert roots - sys.stdlib_module_names <= CORE | EXTRAS
+
+
+@pytest.mark.slow
+def test_a_compilation_imports_no_extra(make: Make, tmp_path: Path) -> None:
+    make("links: {base: {}}\n")
+    program = """
+import sys
+from rosorin_compile.cli import main
+assert main(["all", "robot.yaml"]) == 0
+print(*sorted({name.partition(".")[0] for name in sys.modules}))
+"""
+    ran = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, check=True, capture_output=True, text=True)
+    assert not set(ran.stdout.splitlines()[-1].split()) & EXTRAS
+
+
+def test_robot_compiles_where_there_is_no_ros(make: Make, tmp_path: Path) -> None:
+    made = urdf(make("links: {base: {}}\n"))
+    program = """
+import sys
+class NoRos:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("rclpy", "ament_index_python", "launch", "launch_ros", "xacro", "rospkg"):
+            raise ImportError(name)
+sys.meta_path.insert(0, NoRos())
+from pathlib import Path
+from rosorin_compile.pipeline import compile_robot
+print(compile_robot(Path("robot.yaml")).artifacts[0].text, end="")
+"""
+    environment = {"PYTHONPATH": ":".join(path for path in sys.path if path)}
+    options = {"env": environment, "check": True, "capture_output": True, "text": True}
+    ran = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, **options)
+    assert ran.stdout == made
+
+
+# 8. A description says the version of the language (ros/xacro#315, fmauch/universal_robot#19).
+
+
+@pytest.mark.parametrize("version", ["2", "0", "1.1", "'1'", "latest"])
+def test_other_version_is_refused(make: Make, version: str) -> None:
+    made = make("links: {base: {}}\n")
+    assert made.artifacts
+    text = (HEAD + "links: {base: {}}\n").replace("rosorin_compile: 1", f"rosorin_compile: {version}")
+    Path("robot.yaml").write_text(text, "utf-8")
+    (found,) = errors(compile_robot(Path("robot.yaml")))
+    assert (found.rule, found.span.line if found.span else 0) == ("wrong-value", 1)
+
+
+# 9. Plain URDF comes out, the same every time (pollen-robotics/reachy2_core#104, gkjohnson/xacro-parser#75).
+
+GOLDEN = XACRO / "46-macro"
+
+
+def test_plain_urdf_comes_out() -> None:
+    case = read(GOLDEN)
+    with ready(case):
+        first, second = (urdf(compile_robot(Path("robot.yaml"))) for _ in range(2))
+    assert first == second == (GOLDEN / "robot.urdf").read_text("utf-8")
+    assert not re.search(r"xacro|\$\{|\$\(", first)

@@ -1,0 +1,143 @@
+"""What xacro says is said here: for each of its features the same robot in both, or the reason why not."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.diagnostic import NOTE
+from rosorin_compile.expression import evaluate
+from rosorin_compile.pipeline import Compiled, compile_robot
+from rosorin_compile.report import text
+from support.cases import told
+from support.pages import FENCED
+from support.paths import XACRO
+from support.urdf_robots import differences, facts
+from support.xacro_page import PAGE, page
+from support.xacro_table import AREAS, Case, Name, cases, expand, names, ready
+
+xacro = pytest.importorskip("xacro")
+
+ALL = cases()
+SAME = [case for case in ALL if case.has("robot.yaml") and not case.expected]
+REFUSED = [case for case in ALL if case.expected]
+
+
+def compiled_case(case: Case) -> Compiled:
+    with ready(case):
+        return compile_robot(Path("robot.yaml"), case.arguments)
+
+
+def test_there_are_cases() -> None:
+    assert len(ALL) >= 60
+    assert len(SAME) >= 45
+    assert [case.name[:2] for case in ALL] == [f"{number:02}" for number in range(1, len(ALL) + 1)]
+    assert {case.area for case in ALL} == set(AREAS)
+    assert [case.area for case in ALL] == sorted((case.area for case in ALL), key=AREAS.index)
+    assert {path.name for path in XACRO.iterdir() if path.is_dir()} == {case.name for case in ALL}
+
+
+@pytest.mark.parametrize("case", ALL, ids=lambda case: case.name)
+def test_case_is_whole(case: Case) -> None:
+    assert case.why or (case.has("robot.xacro") and case.has("robot.yaml"))
+    assert not case.has("why.md") or 10 < len(case.why.split()) < 90
+    assert bool(case.expected) == bool(case.xacro)
+
+
+@pytest.mark.parametrize("case", SAME, ids=lambda case: case.name)
+def test_same_robot(case: Case) -> None:
+    made = compiled_case(case)
+    assert made.artifacts, text(made.diagnostics)
+    assert [d for d in made.diagnostics if d.severity != NOTE] == [], text(made.diagnostics)
+    (artifact,) = [artifact for artifact in made.artifacts if artifact.backend == "urdf"]
+    theirs, ours = facts(expand(case)), facts(artifact.text)
+    assert differences(theirs, ours) == []
+    assert sum(key.startswith("link ") for key in ours) >= 1
+
+
+@pytest.mark.parametrize("case", REFUSED, ids=lambda case: case.name)
+def test_refused(case: Case) -> None:
+    found = told(compiled_case(case).diagnostics, "robot.yaml")
+    assert tuple(found) == case.expected, "\n".join(["it gets", *found])
+    assert any(" error[" in line for line in found)
+    if case.xacro == "accepts":
+        facts(expand(case))
+        return
+    kind, _, words = case.xacro.partition(": ")
+    assert kind == "refuses"
+    with pytest.raises(xacro.XacroException) as raised:
+        expand(case)
+    assert words in str(raised.value)
+
+
+NAMES = names()
+SAID = [name for name in NAMES if name.ours]
+
+
+def number(value: Any) -> Any:
+    """Return a value as it is compared: numbers as floats, lists and tuples alike."""
+    if isinstance(value, (list, tuple)):
+        return [number(item) for item in value]
+    return float(value) if isinstance(value, (int, float)) else value
+
+
+def test_every_name_of_xacro_is_in_the_table() -> None:
+    symbols = xacro._global_symbols
+    spaces = ("math", "python", "xacro")
+    listed = {space: {name.name for name in NAMES if name.space == space} for space in spaces}
+    for space in spaces:
+        assert set(symbols[space]) - {"cbrt", "exp2", "fma", "sumprod"} <= listed[space]
+    assert set(symbols) - set(spaces) - {"__builtins__"} <= set().union(*listed.values())
+    assert all(bool(name.ours) + bool(name.case) + bool(name.why) == 1 for name in NAMES)
+    assert {name.case for name in NAMES} - {""} <= {case.name for case in ALL}
+
+
+@pytest.mark.parametrize("name", SAID, ids=lambda name: f"{name.space}.{name.name}")
+def test_name_has_the_same_value(name: Name) -> None:
+    symbols = {**xacro._global_symbols["math"], **xacro._global_symbols["python"]}
+    if name.name not in symbols:
+        pytest.skip("newer than this Python")
+    assert name.name in name.theirs
+    theirs = number(xacro.safe_eval(name.theirs, symbols))
+    ours = number(evaluate(name.ours, {}.__getitem__))
+    assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-12) if isinstance(theirs, float) else ours == theirs
+
+
+def test_page_is_up_to_date() -> None:
+    assert PAGE.read_text("utf-8") == page(), "python tests/renew.py from-xacro"
+
+
+def test_headings_of_the_page_are_each_there_once() -> None:
+    titles = re.findall(r"^###? (.+)$", FENCED.sub("", page()), re.MULTILINE)
+    assert len({title.lower() for title in titles}) == len(titles)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('radius="0.05"', 'radius="0.0500000001"'),
+        ('xyz="0 0.1 0"', 'xyz="0 0.1 1e-9"'),
+        ('rpy="1.5707963267948966 0 0"', 'rpy="1.57079 0 0"'),
+        ('<axis xyz="0 1 0"/>', '<axis xyz="0 -1 0"/>'),
+        ('type="continuous"', 'type="fixed"'),
+        ("left_wheel", "wheel_left"),
+        ('name="left_axle"', 'name="axle"'),
+        ('<parent link="body"/>', '<parent link="right_wheel"/>'),
+    ],
+)
+def test_a_difference_is_seen(old: str, new: str) -> None:
+    urdf = (XACRO / "46-macro" / "robot.urdf").read_text("utf-8")
+    assert old in urdf
+    assert differences(facts(urdf), facts(urdf)) == []
+    assert differences(facts(urdf), facts(urdf.replace(old, new, 1))) != []
+
+
+@pytest.mark.parametrize(
+    "more", ['<plugin reference="a"/>', '<link name="a" kind="b"/>', "<link name='a'><note/></link>"]
+)
+def test_what_is_not_compared_is_an_error(more: str) -> None:
+    with pytest.raises(ValueError, match="not compared"):
+        facts(f'<robot name="r">{more}</robot>')

@@ -8,17 +8,20 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import jinja2
-from jinja2.sandbox import ImmutableSandboxedEnvironment
 from markupsafe import Markup, escape
 
 from .data import data_folder
 from .diagnostic import Diagnostic, Source, Span, error
 from .paths import shown as as_shown
 from .registry import TEMPLATES, Rule
+
+if TYPE_CHECKING:
+    import jinja2
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 RULES = (
     Rule(
@@ -67,48 +70,59 @@ def comment(text: str) -> str:
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
-class _Sandbox(ImmutableSandboxedEnvironment):
-    """The sandbox, with a short way to what the model itself offers.
+@cache
+def _sandbox() -> type[ImmutableSandboxedEnvironment]:
+    """Return the sandbox of Jinja, which is imported when the first template is rendered."""
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-    The model is frozen values whose public attributes and methods are harmless, so Jinja's long check of each access is
-    spared; a name that begins with an underscore, and every other object, goes the long way.
-    """
+    class Sandbox(ImmutableSandboxedEnvironment):
+        """The sandbox, with a short way to what the model itself offers.
 
-    def __init__(self, **options: Any) -> None:
-        super().__init__(**options)
-        self.harmless: dict[type, bool] = {}
+        The model is frozen values whose public attributes and methods are harmless, so Jinja's long check of each access is
+        spared; a name that begins with an underscore, and every other object, goes the long way.
+        """
 
-    def getattr(self, obj: Any, attribute: str) -> Any:
-        kind = type(obj)
-        harmless = self.harmless.get(kind)
-        if harmless is None:
-            module = kind.__module__
-            harmless = self.harmless[kind] = module.startswith((f"{__package__}.model.", f"{__package__}.emit."))
-        if harmless and not attribute.startswith("_"):
-            try:
-                return getattr(obj, attribute)
-            except AttributeError:
-                pass
-        return super().getattr(obj, attribute)
+        def __init__(self, **options: Any) -> None:
+            super().__init__(**options)
+            self.harmless: dict[type, bool] = {}
+
+        def getattr(self, obj: Any, attribute: str) -> Any:
+            kind = type(obj)
+            harmless = self.harmless.get(kind)
+            if harmless is None:
+                module = kind.__module__
+                harmless = self.harmless[kind] = module.startswith((f"{__package__}.model.", f"{__package__}.emit."))
+            if harmless and not attribute.startswith("_"):
+                try:
+                    return getattr(obj, attribute)
+                except AttributeError:
+                    pass
+            return super().getattr(obj, attribute)
+
+    return Sandbox
 
 
 class Templates:
     """Renders the templates of the tool and those in ``folder``, the folder of a description."""
 
     def __init__(self, folder: Path | None = None) -> None:
+        import jinja2
+
         self.folder = folder
         self.used: set[Path] = set()
         cache = _bytecode_cache()
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-        self.environment = _Sandbox(autoescape=_is_xml, **options)
+        self.environment = _sandbox()(autoescape=_is_xml, **options)
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
         """Return the text of a template; ``asked`` is the place in the description that names it.
 
         Raises TemplateProblem with the place in the template that fails.
         """
+        import jinja2
+
         try:
             return self.environment.get_template(name).render(values)
         except jinja2.TemplateSyntaxError as problem:
@@ -170,6 +184,8 @@ def _line(problem: BaseException) -> int:
 
 def _bytecode_cache() -> jinja2.BytecodeCache | None:
     """Return a cache of compiled templates in the user's own cache folder; None where there is none to write to."""
+    import jinja2
+
     from .cache import cache_folder
 
     folder = cache_folder("templates")

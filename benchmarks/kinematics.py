@@ -19,7 +19,7 @@ import pinocchio
 from numpy.typing import NDArray
 
 from pairs import compare, row
-from rosorin_compile.kinematics import Kinematics
+from rosorin_compile.model.kinematics import Kinematics
 from rosorin_compile.pipeline import compile_robot
 
 STATES = 100_000

@@ -21,10 +21,11 @@ from pathlib import Path
 from rosbags.rosbag2 import Reader, StoragePlugin, Writer
 from rosbags.typesys import Stores, get_typestore
 
-from rosorin_compile.emit import Artifact
+from rosorin_compile.formats import Artifact
 from rosorin_compile.model import ROBOT_STATE_PUBLISHER, Robot, Transform
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.verify import Options, verify
+from rosorin_compile.tools.verify.expected import Options
+from rosorin_compile.tools.verify.sources import verify
 
 ROOT = Path(__file__).resolve().parent.parent
 ROBOT = ROOT / "descriptions" / "rosorin" / "robot.yaml"

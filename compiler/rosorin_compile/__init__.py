@@ -8,17 +8,19 @@ __version__ = "0.1.0"
 
 TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
-    from .diagnostic import Diagnostic as Diagnostic
-    from .difference import Difference as Difference
-    from .difference.reading import diff as diff
-    from .emit.record import Format as Format
-    from .expression.functions import function as function
-    from .model import Robot as Robot
-    from .pipeline import Compiled as Compiled
-    from .pipeline import Reading as Reading
-    from .pipeline import compile as compile  # noqa: A004 - re.compile is called so, too
-    from .pipeline import read as read
-    from .registry import rule as rule
+    from .diagnostics import Diagnostic
+    from .diagnostics.registry import rule
+    from .formats.format import Format
+    from .frontend.expression.functions import function
+    from .meaning.item import Difference
+    from .model import Robot
+    from .pipeline import (
+        Compiled,
+        Reading,
+        compile,  # noqa: A004 - re.compile is called so, too
+        read,
+    )
+    from .tools.sides import diff
 
 # Each public name and the module that has it.
 _HOMES = {

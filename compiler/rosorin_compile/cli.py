@@ -1,4 +1,4 @@
-"""The command line: the table of commands. Each is a module of ``commands``, imported when it is called.
+"""The command line: the table of commands. Each is a module of ``tools``, imported when it is called.
 
 Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 """
@@ -13,8 +13,8 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
-from .commands.parser import Parser
-from .commands.shared import PROBLEMS, USAGE, WrongUsage
+from .tools.parser import Parser
+from .tools.shared import PROBLEMS, USAGE, WrongUsage
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -66,8 +66,17 @@ WORDS = {
     "verify": "SOURCE [ROBOT]",
 }
 
-# Commands whose name is a word of Python.
-MODULES = {"import": "import_"}
+# Where the module of a command stands in ``tools``, where that is not its name.
+MODULES = {
+    "import": "importer.command",
+    "extract": "extract.command",
+    "explain": "explain.command",
+    "tf": "transforms.tf",
+    "pulses": "transforms.pulses",
+    "package": "package.command",
+    "deploy": "package.deploy_command",
+    "verify": "verify.command",
+}
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
 _MORE = """rosorin-compile COMMAND --help says more about one.
@@ -105,7 +114,7 @@ def _stopped(problem: Exception) -> int:
 
     if not isinstance(problem, PluginFailed):
         raise problem
-    from .report import text
+    from .diagnostics.report import text
 
     sys.stderr.write(text([problem.diagnostic]))
     return PROBLEMS
@@ -143,7 +152,7 @@ def parser(words: Sequence[str]) -> Parser:
     for name, help in COMMANDS.items():
         command = commands.add_parser(name, description=f"{help[0].upper()}{help[1:]}.")
         if name == called:
-            module = import_module(f".commands.{MODULES.get(name, name)}", __package__)
+            module = import_module(f".tools.{MODULES.get(name, name)}", __package__)
             module.options(command)
             if name in WORDS:
                 command.usage = f"{top.prog} {name} [options] {WORDS[name]}"
@@ -173,7 +182,7 @@ def _called(words: Sequence[str]) -> str:
 
 
 def _near(word: str, known: Iterable[str]) -> str:
-    from .diagnostic import did_you_mean
+    from .diagnostics import did_you_mean
 
     return did_you_mean(word.partition("=")[0], known)
 

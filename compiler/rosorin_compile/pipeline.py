@@ -11,22 +11,22 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .accepting import settled, unknown
-from .build import Built, build
-from .diagnostic import NOTE, Diagnostic, arrange, error, has_errors
-from .emit import FORMATS, Artifact, plugged_diagnostics
-from .expand import Expanded, expand
-from .expand.vendor import Tell
-from .expression.functions import plugged as plugged_functions
-from .importing import Readers
+from .diagnostics import NOTE, Diagnostic, arrange, error, has_errors
+from .formats import FORMATS, Artifact, plugged_diagnostics
+from .formats.reading import Readers
+from .frontend.accepting import settled, unknown
+from .frontend.expand import Expanded, expand
+from .frontend.expand.included_robots import Tell
+from .frontend.expression.functions import plugged as plugged_functions
+from .frontend.lower import Built, build
+from .frontend.tree import Map, locate
+from .frontend.validate import validate
 from .model import Robot
 from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
-from .tree import Map, locate
-from .validate import validate
 
 if TYPE_CHECKING:
-    from .asked import Asked
+    from .frontend.asked import Asked
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
@@ -116,7 +116,7 @@ def compile(  # noqa: A001 - the word of the API
     ``arguments`` are texts as behind ``-a NAME=``, or values of Python: numbers in SI units, truth values, None, lists
     and tables. ``packages`` are folders of ROS packages by name. Without ``robot`` there are errors in ``diagnostics``.
     """
-    from .asked import ask, description_of, is_description
+    from .frontend.asked import ask, description_of, is_description
 
     asked = ask(path, arguments, packages)
     first, missing = description_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
@@ -142,7 +142,7 @@ def read(
     where a robot comes out all the same. Nothing that is wrong with the input is an exception; a xacro is expanded in a
     process of its own, and what it says in Python is run there.
     """
-    from .asked import ask, file_of, is_description
+    from .frontend.asked import ask, file_of, is_description
 
     asked = ask(path, arguments, packages)
     file, missing = file_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
@@ -157,8 +157,9 @@ def read(
 
 def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
     """Return the robot of a file that is no description."""
-    from .asked import as_texts, deaf
-    from .importing import ReadOptions, read_robot
+    from .formats.imported import ReadOptions
+    from .formats.reading import read_robot
+    from .frontend.asked import as_texts, deaf
 
     texts, wrong = as_texts(asked.arguments)
     if wrong:
@@ -197,7 +198,7 @@ def compile_robot(
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
     """Return the artifacts that the robot's outputs ask for, what the formats cannot say, and the templates used."""
-    from .templating import TemplateProblem, Templates
+    from .formats.templating import TemplateProblem, Templates
 
     templates = Templates(folder)
     artifacts: list[Artifact] = []
@@ -227,7 +228,7 @@ def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
     """Return a robot, and what there is to say of it, for a notebook."""
     from html import escape
 
-    from .report import text
+    from .diagnostics.report import text
 
     remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
     if len(diagnostics) > MAX_SHOWN:

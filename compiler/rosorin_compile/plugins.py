@@ -20,9 +20,9 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from .cache import cache_folder
-from .diagnostic import Diagnostic, error
-from .registry import PLUGINS, Rule
+from .diagnostics import Diagnostic, error
+from .diagnostics.registry import PLUGINS, Rule
+from .project import cache_folder
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -1,8 +1,12 @@
-"""The project: where descriptions and outputs stand on disk."""
+"""The project: where descriptions and outputs stand on disk.
+
+The data that ships with the tool, the user's cache folder and paths as people read them stand here too.
+"""
 
 from __future__ import annotations
 
 import os
+from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
@@ -49,7 +53,7 @@ def first_file(name: str) -> Path:
     if is_file(Path(name)):
         return Path(name)
     known = [path.parent.name for path in all_here()]
-    from .diagnostic import did_you_mean
+    from .diagnostics import did_you_mean
 
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
@@ -76,3 +80,52 @@ def _from_here(path: Path) -> Path:
     """Return an absolute path relative to here if it is below, as a person would name it."""
     here = os.path.relpath(path)
     return path if here.startswith("..") else Path(here)
+
+
+def nearest_file(path: Path) -> Path | None:
+    """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
+    from .diagnostics import nearest
+
+    try:
+        # Files of one kind end alike: that is no likeness.
+        stems = {file.stem: file for file in sorted(path.parent.iterdir()) if file.is_file()}
+    except (OSError, ValueError):  # no folder, or a name that no file can have
+        return None
+    close = nearest(path.stem, stems)
+    return None if close is None else stems[close]
+
+
+def shown(path: Path) -> str:
+    """Return a path as a person would name it: relative to here if it is below."""
+    try:
+        here = os.path.relpath(path)
+    except OSError:  # the folder of this process is gone
+        return str(path)
+    return str(path) if here.startswith("..") else here
+
+
+# The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).
+DATA = ("parts_library", "schemas", "templates")
+
+
+def data_folder(name: str) -> Path:
+    """Return the folder of a data package: "templates", "schemas" or "parts_library"."""
+    return Path(import_module(f".{name}", __package__).__path__[0])
+
+
+def cache_folder(name: str) -> Path | None:
+    """Return the folder for one kind of cached files, made private to the user; None if there is nowhere to write.
+
+    ``ROSORIN_COMPILE_CACHE`` names another place; ``off`` turns caching off. Otherwise the XDG base directory
+    specification holds.
+    """
+    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
+    if chosen == "off":
+        return None
+    base = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
+    folder = Path(chosen or os.path.join(base, "rosorin-compile")) / name
+    try:
+        folder.mkdir(parents=True, exist_ok=True, mode=0o700)
+    except OSError:
+        return None
+    return folder if os.access(folder, os.W_OK) else None

@@ -10,8 +10,8 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.bounded import MAX_DEPTH, json_of, python_of, yaml_of
 from rosorin_compile.cli import main
+from rosorin_compile.diagnostics.bounded import MAX_DEPTH, json_of, python_of, yaml_of
 
 DEEP = 100_000
 

@@ -13,8 +13,8 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostic import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
-from rosorin_compile.report import FORMATS, text
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span
+from rosorin_compile.diagnostics.report import FORMATS, text
 
 ROBOT = """\
 robot: cart

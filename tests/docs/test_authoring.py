@@ -13,14 +13,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from jsonschema import Draft7Validator
 
-from rosorin_compile import authoring
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.expand import forms, parameters
-from rosorin_compile.load import parse_yaml, plain_scalar
-from rosorin_compile.quantity import UNITS, Quantity
-from rosorin_compile.tree import Map, Seq
-from rosorin_compile.validate import validate
+import authoring
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.expand import forms, parameters
+from rosorin_compile.frontend.load import parse_yaml, plain_scalar
+from rosorin_compile.frontend.tree import Map, Seq
+from rosorin_compile.frontend.validate import validate
+from rosorin_compile.units import UNITS, Quantity
 from support import paths
 from support.paths import DOCS, ROOT, SCHEMAS, XACRO
 
@@ -68,7 +68,7 @@ def pages() -> Iterator[tuple[str, str]]:
 
 
 def test_it_is_what_the_generator_gives() -> None:
-    how = "python -m rosorin_compile.authoring > schemas/authoring.schema.json"
+    how = "python docs/make/authoring.py > schemas/authoring.schema.json"
     assert FILE.read_text("utf-8") == authoring.text(), how
 
 

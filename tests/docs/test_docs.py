@@ -26,16 +26,16 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.expression import CONSTANTS
-from rosorin_compile.expression.functions import BUILT_IN
-from rosorin_compile.load import parse_yaml
+from reference import language, reference
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.diagnostics.registry import every_rule
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.frontend.expression import CONSTANTS
+from rosorin_compile.frontend.expression.functions import BUILT_IN
+from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.quantity import UNITS
-from rosorin_compile.reference import language, reference
-from rosorin_compile.registry import every_rule
-from rosorin_compile.report import text as report
-from rosorin_compile.rules_reference import page as page_of_rules
+from rosorin_compile.units import UNITS
+from rules_reference import page as page_of_rules
 from support.pages import ELLIPSIS, FENCED, README, blocks, is_session, play
 from support.paths import BAD, DOCS, ROOT
 
@@ -117,7 +117,7 @@ def test_every_page_is_in_the_index() -> None:
 
 def test_reference_is_what_the_generator_gives() -> None:
     made = reference(language(), HEAD.read_text("utf-8"))
-    assert (DOCS / "language.md").read_text("utf-8") == made, "python -m rosorin_compile.reference > docs/language.md"
+    assert (DOCS / "language.md").read_text("utf-8") == made, "python docs/make/reference.py > docs/language.md"
 
 
 def test_python_on_a_page_runs(tmp_path: Path) -> None:

@@ -8,11 +8,12 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.build import build
-from rosorin_compile.diagnostic import has_errors
-from rosorin_compile.importing import Imported, read_robot
+from rosorin_compile.diagnostics import has_errors
+from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.tree import locate
 from rosorin_compile.model import Box, HeightMap
-from rosorin_compile.tree import locate
 from support.comparing import told
 from support.paths import ROOT
 

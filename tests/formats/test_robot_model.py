@@ -11,8 +11,9 @@ from typing import Any
 import jsonschema
 import pytest
 
-from rosorin_compile.diagnostic import Diagnostic
-from rosorin_compile.emit import Fact, Value, robot_model
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.formats import Fact, Value, robot_model
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     Box,
     Cylinder,
@@ -29,7 +30,6 @@ from rosorin_compile.model import (
     Shape,
     Source,
 )
-from rosorin_compile.templating import Templates
 from support.robots import compiled, texts
 from support.schemas import schema
 

@@ -16,7 +16,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.emit import Fact, Value, static_tf, static_tf_json
+from rosorin_compile.formats import Fact, Value, static_tf, static_tf_json
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -30,7 +31,6 @@ from rosorin_compile.model import (
     Robot,
     Source,
 )
-from rosorin_compile.templating import Templates
 from support.launch import ParameterValue, command_line, run
 from support.robots import compiled, texts
 from support.schemas import schema

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.emit import FORMATS, Artifact, static_tf
-from rosorin_compile.formatting import METRE_DIGITS, RADIAN_DIGITS, decimal
+from rosorin_compile.formats import FORMATS, Artifact, static_tf
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,8 +27,8 @@ from rosorin_compile.model import (
     Robot,
 )
 from rosorin_compile.model.geometry import Transform
-from rosorin_compile.packaging.package import Options, make
-from rosorin_compile.templating import Templates
+from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS, decimal
+from rosorin_compile.tools.package.package import Options, make
 from support.launch import command_line, read, run
 from support.robots import found as problems
 from support.schemas import schema

@@ -11,10 +11,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.emit import template
+from rosorin_compile.formats import template
+from rosorin_compile.formats.templating import TemplateProblem, Templates
 from rosorin_compile.model import Box, Joint, JointPose, Limit, Link, Output, Pose, Robot, Shape, Source
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.templating import TemplateProblem, Templates
 from support.robots import compiled, copy_of_rosorin, texts
 
 TESTER = Robot(

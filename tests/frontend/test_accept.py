@@ -6,8 +6,8 @@ import numpy as np
 import pinocchio
 import pytest
 
-from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.diagnostic import NOTE, has_errors
+from rosorin_compile.diagnostics import NOTE, has_errors
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.rules import acceptable
 from support.robots import compiled_text
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import stamp
 from rosorin_compile.cli import main
+from rosorin_compile.output import stamp
 
 ROBOT = """\
 robot: cart

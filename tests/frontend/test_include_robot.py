@@ -18,9 +18,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostic import ERROR, WARNING
-from rosorin_compile.expand.prefixing import _Renamer
-from rosorin_compile.importing import read_robot
+from rosorin_compile.diagnostics import ERROR, WARNING
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.frontend.expand.prefixing import _Renamer
 from rosorin_compile.pipeline import compile_robot
 from support.engines import pose
 from support.paths import DATA
@@ -290,7 +290,7 @@ def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_pat
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
     answer = {"missing": "xacro", "said": ""}
-    monkeypatch.setattr("rosorin_compile.importing.xacro.expanding._expand", lambda *_: answer)
+    monkeypatch.setattr("rosorin_compile.formats.xacro.expanding._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"
     assert found.help == "pip install 'rosorin-compile[import]'"
@@ -343,7 +343,9 @@ def test_a_urdf_that_is_included_is_remembered_until_it_changes(tmp_path, monkey
     monkeypatch.chdir(tmp_path)
     arm = tmp_path / "descriptions/cell/vendor/arm.urdf"
     seen = []
-    monkeypatch.setattr("rosorin_compile.importing.read_robot", lambda *given: seen.append(1) or read_robot(*given))
+    monkeypatch.setattr(
+        "rosorin_compile.formats.reading.read_robot", lambda *given: seen.append(1) or read_robot(*given)
+    )
     time.sleep(0.05)  # of files that were written just now nobody knows which version was read
     for text in (None, None, arm.read_text("utf-8").replace('value="4"', 'value="5"')):
         if text is not None:
@@ -356,7 +358,7 @@ def test_a_urdf_that_is_included_is_remembered_until_it_changes(tmp_path, monkey
 
 def test_the_list_of_arguments_runs_nothing(monkeypatch, capsys):
     monkeypatch.chdir(CASES)
-    monkeypatch.setattr("rosorin_compile.importing.read_robot", None)
+    monkeypatch.setattr("rosorin_compile.formats.reading.read_robot", None)
     assert main(["args", "cell"]) == 0
     assert "gap" in capsys.readouterr().out
 

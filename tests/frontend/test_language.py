@@ -9,11 +9,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.expression import ExpressionError, evaluate
-from rosorin_compile.formatting import exact, fixed, six
-from rosorin_compile.load import LoadError, parse_yaml, plain_scalar
-from rosorin_compile.quantity import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, parse_quantity, parse_unit
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.frontend.expression import ExpressionError, evaluate
+from rosorin_compile.frontend.load import LoadError, parse_yaml, plain_scalar
+from rosorin_compile.numbers import exact, fixed, six
+from rosorin_compile.units import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, parse_quantity, parse_unit
 
 NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
 

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 import yaml
 
+from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.pipeline import Compiled
-from rosorin_compile.report import text as report
 from support.cases import told
 from support.robots import compiled_text
 

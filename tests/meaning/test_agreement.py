@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from rosorin_compile.compare import agreement
-from rosorin_compile.emit import FORMATS, Artifact
+from rosorin_compile.formats import FORMATS, Artifact
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Output, Robot
-from rosorin_compile.templating import Templates
 from support.comparing import BASE, COMMITTED
 from support.machines import machine
 from support.robots import compiled

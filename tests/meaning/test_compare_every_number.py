@@ -16,7 +16,7 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare import compare
+from rosorin_compile.meaning.golden import compare
 from support.paths import ROSORIN
 from support.robots import compiled, copy_of_rosorin
 

@@ -10,8 +10,8 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.difference import Item, Side, compare_robots
-from rosorin_compile.difference.values import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE
+from rosorin_compile.meaning.item import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, Item, Side
+from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import (
     Box,
     Capsule,

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.kinematics import Graph, Kinematics, NoWay
-from rosorin_compile.kinematics.batch import SLICE
 from rosorin_compile.model import NODE, Edge, Joint, Link, Mimic, Pose, Publisher, Robot, Transform
+from rosorin_compile.model.kinematics import Graph, Kinematics, NoWay
+from rosorin_compile.model.kinematics.batch import SLICE
 from support.robots import RECORDED, compiled
 
 TOLERANCE = 1e-12
@@ -288,7 +288,7 @@ def test_numpy_is_imported_when_it_is_needed_and_named_when_it_is_missing() -> N
     program = """
 import sys
 sys.modules["numpy"] = None
-from rosorin_compile.kinematics import Kinematics
+from rosorin_compile.model.kinematics import Kinematics
 from rosorin_compile.model import Link, Robot
 try:
     Kinematics(Robot("made", (Link("base"),), ()))

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import Joint, Limit, Link, Robot, ServoGroup
-from rosorin_compile.pulses import (
+from rosorin_compile.model.pulses import (
     Nearest,
     NoModel,
     NoPulse,

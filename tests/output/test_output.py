@@ -9,7 +9,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile import output
-from rosorin_compile.output import OutputError, Written, exchange, read_set, write_set
+from rosorin_compile.output import OutputError, Written, read_set, staging, write_set
 from support.output_child import A, B, encoded, files_in, names, no_swap, refused, stages
 
 STALE = ".rosorin-compile-0123456789abcdef"
@@ -89,7 +89,7 @@ def test_what_others_keep_there_stays_theirs(folder, monkeypatch, way):
     (folder / "run.bag").write_bytes(bytes(range(256)))
     os.utime(folder / "run.bag", ns=(1_000_000_001, 2_000_000_002))
     if way == "aside":
-        monkeypatch.setattr(exchange, "swap", no_swap)
+        monkeypatch.setattr(staging, "swap", no_swap)
     elif way == "copies":
         monkeypatch.setattr(os, "link", lambda *_, **__: no_swap(folder, folder))
     else:

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.output import exchange, read_set, write_set
+from rosorin_compile.output import read_set, staging, write_set
 from support import output_child
 from support.output_child import NEW, OLD, A, B, encoded, files_in, names, no_swap, refused, stages, state
 
@@ -233,7 +233,7 @@ def test_files_of_others_and_folders_without_the_right_to_write_are_carried_over
 
 def test_a_change_during_the_write_is_not_lost(folder, monkeypatch):
     (folder / "mine.txt").write_text("mine")
-    swap = exchange.swap
+    swap = staging.swap
 
     def late(one, other):
         (folder / "new.txt").write_text("late")
@@ -241,7 +241,7 @@ def test_a_change_during_the_write_is_not_lost(folder, monkeypatch):
         (folder / "mine.new").rename(folder / "mine.txt")
         swap(one, other)
 
-    monkeypatch.setattr(exchange, "swap", late)
+    monkeypatch.setattr(staging, "swap", late)
     write_set(folder, dict.fromkeys(A, "x"))
     assert files_in(folder) == {**dict.fromkeys(A, b"x"), "new.txt": b"late", "mine.txt": b"changed"}
 
@@ -258,7 +258,7 @@ def test_an_error_leaves_the_old_set(folder, monkeypatch, name):
 
 def test_an_error_of_the_last_rename_leaves_the_old_set(folder, monkeypatch):
     rename = Path.rename
-    monkeypatch.setattr(exchange, "swap", no_swap)
+    monkeypatch.setattr(staging, "swap", no_swap)
     monkeypatch.setattr(Path, "rename", lambda one, two: broken() if one.name == "new" else rename(one, two))
     refused(folder, B, "output-failed")
 
@@ -272,7 +272,7 @@ def bound_to_its_place(folder, monkeypatch):
             raise OSError(errno.EXDEV, os.strerror(errno.EXDEV))
         return rename(one, two)
 
-    monkeypatch.setattr(exchange, "swap", no_swap)
+    monkeypatch.setattr(staging, "swap", no_swap)
     monkeypatch.setattr(Path, "rename", renamed)
 
 
@@ -305,7 +305,7 @@ def test_an_interrupt_in_the_worst_moment_leaves_the_old_set(folder, monkeypatch
     def interrupted(*_):
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(exchange, "swap", no_swap)
+    monkeypatch.setattr(staging, "swap", no_swap)
     rename = Path.rename
     # The folder is aside already, and nobody is left to bring it back but the clearing away at the end.
     monkeypatch.setattr(Path, "rename", lambda one, two: (rename(one, two), two.parent.name == "old" and interrupted()))

@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile import stamp
-from rosorin_compile.stamp import recall, remember
+from rosorin_compile.output import stamp
+from rosorin_compile.output.stamp import recall, remember
 
 KEY = {"description": "/robots/r.yaml", "arguments": {"a": "1"}, "form": ["text", False]}
 SAID = ["warning: ä\n", {"n": [1, 2.5, None]}]
@@ -139,7 +139,7 @@ def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     ):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
-    monkeypatch.setattr(stamp, "__file__", str(tool / "stamp.py"))
+    monkeypatch.setattr(stamp, "__file__", str(tool / "output" / "stamp.py"))
     monkeypatch.setattr(stamp, "data_folder", lambda name: tool / name)
     run.remember()
     for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "schemas/s.json", "parts_library/p.yaml"):
@@ -258,10 +258,10 @@ def test_old_stamps_go(run, monkeypatch):
 
 
 def test_imports_nothing_that_compiling_needs():
-    code = "import sys, rosorin_compile.stamp; print(*sys.modules)"
+    code = "import sys, rosorin_compile.output.stamp; print(*sys.modules)"
     modules = set(subprocess.run([sys.executable, "-c", code], capture_output=True, text=True).stdout.split())
-    assert "rosorin_compile.stamp" in modules
-    assert not modules & {"yaml", "jinja2", "jsonschema_rs", "ctypes", "shutil", "rosorin_compile.load"}
+    assert "rosorin_compile.output.stamp" in modules
+    assert not modules & {"yaml", "jinja2", "jsonschema_rs", "ctypes", "shutil", "rosorin_compile.frontend.load"}
 
 
 def test_recalling_is_fast(remembered):

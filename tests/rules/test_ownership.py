@@ -11,13 +11,13 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.build import build
-from rosorin_compile.compare import agreement
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.drawing.situations import situations
-from rosorin_compile.emit import frames
-from rosorin_compile.emit.static_tf import condition
-from rosorin_compile.load import parse_yaml
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.formats import frames
+from rosorin_compile.formats.drawing.situations import situations
+from rosorin_compile.formats.static_tf import condition
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules.conditions import combinations, holds

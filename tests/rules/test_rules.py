@@ -9,14 +9,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.build import build
-from rosorin_compile.diagnostic import NOTE
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.expand import expand
+from rosorin_compile.diagnostics import NOTE
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.expand import expand
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.schema import schema, with_formats
 from rosorin_compile.model import IDENTITY, Inertial
+from rosorin_compile.model.mass import principal_moments
 from rosorin_compile.rules import CHECKS, check
-from rosorin_compile.rules.inertia import principal_moments
-from rosorin_compile.schema import schema, with_formats
 from support.paths import ROSORIN
 from support.robots import compiled, robot, rules
 

@@ -9,12 +9,12 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.build import build
-from rosorin_compile.diagnostic import NOTE, Source, has_errors
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.load import parse_yaml
+from rosorin_compile.diagnostics import NOTE, Source, has_errors
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.validate import validate
 from rosorin_compile.rules import check
-from rosorin_compile.validate import validate
 from support.robots import rules
 
 

@@ -5,8 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from rosorin_compile.diagnostic import Diagnostic, Span, arrange
-from rosorin_compile.importing import Imported, ReadOptions, read_robot
+from rosorin_compile.diagnostics import Diagnostic, Span, arrange
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import read_robot
 
 _HEADER = re.compile(r"<!--\n(.*?)-->\n", re.DOTALL)
 

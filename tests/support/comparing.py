@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from rosorin_compile.cli import main
-from rosorin_compile.compare import Comparison, compare, lines
+from rosorin_compile.meaning.golden import Comparison, compare, lines
 from rosorin_compile.pipeline import Compiled
 from support.paths import DATA, ROSORIN
 from support.robots import compiled, copy_of_rosorin

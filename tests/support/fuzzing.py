@@ -17,9 +17,9 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.diagnostic import Diagnostic, Span, has_errors
+from rosorin_compile.diagnostics import Diagnostic, Span, has_errors
+from rosorin_compile.diagnostics.report import FORMATS
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.report import FORMATS
 from support.paths import DATA
 
 Tree = Any

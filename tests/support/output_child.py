@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from rosorin_compile import output
-from rosorin_compile.output import exchange
+from rosorin_compile.output import staging
 
 STAGE = ".rosorin-compile-"
 NOTES = "notes/mine.txt"
@@ -148,7 +148,7 @@ def die_at(step: int) -> None:
     write = os.write
     os.write = stepping(lambda handle, data: write(handle, data[:300]))
     os.fsync = stepping(os.fsync)
-    exchange.swap = stepping(exchange.swap)
+    staging.swap = stepping(staging.swap)
     sys.addaudithook(heard)
 
 
@@ -156,7 +156,7 @@ def each_step(folder: Path, how: str) -> list[dict[str, object]]:
     """Kill a write of NEW over OLD at its first step, at its second step and so on; return what was found each time."""
     found: list[dict[str, object]] = []
     if how == "aside":
-        exchange.swap = no_swap
+        staging.swap = no_swap
     while not found or found[-1]["exit"] != 0:
         if how != "overlay":
             shutil.rmtree(folder.parent, ignore_errors=True)
@@ -209,7 +209,7 @@ def on_overlay(base: Path) -> dict[str, object]:
     folder = base / "top" / "out"
     found: dict[str, object] = {"steps": each_step(folder, "overlay")}
     remount_overlay(folder)
-    swap, swaps = exchange.swap, []
+    swap, swaps = staging.swap, []
 
     def failing(one: Path, other: Path) -> None:
         swaps.append(one)
@@ -217,10 +217,10 @@ def on_overlay(base: Path) -> dict[str, object]:
             raise OSError(errno.EIO, "broken")
         swap(one, other)
 
-    exchange.swap = failing
+    staging.swap = failing
     found["failed"] = attempt(folder, NEW)
     found["after failure"] = state(folder, {"old": OLD}), stages(folder)
-    exchange.swap = swap
+    staging.swap = swap
     pruned = {"f3.txt": "only", "sub/new.txt": "new"}
     found["pruned"] = attempt(folder, pruned, prune=True)
     found["after pruning"] = files_in(folder) == encoded(pruned), names(folder), stages(folder)

@@ -5,14 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 from rosorin_compile.cli import main
-from rosorin_compile.model import (
-    STATIC_TRANSFORM_PUBLISHER,
-    Joint,
-    Pose,
-    Publisher,
-    Robot,
-)
-from rosorin_compile.packaging.package import Options, make
+from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Publisher, Robot
+from rosorin_compile.tools.package.package import Options, make
 from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
@@ -113,7 +107,7 @@ def names_in(folder: Path) -> list[str]:
 
 def made(folder: Path, robot: Robot) -> Path:
     """Write the package of a robot that no description says, and return it."""
-    from rosorin_compile.emit import Artifact
+    from rosorin_compile.formats import Artifact
 
     artifact = Artifact("robot.urdf", '<robot name="r"><link name="base_link"/></robot>', "urdf", "urdf")
     for name, data in make(robot, [artifact], Options("made"), (), folder).files.items():

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from hypothesis import strategies as st
 
-from rosorin_compile.drawing import SUFFIXES
-from rosorin_compile.emit import frames_picture
+from rosorin_compile.formats import frames_picture
+from rosorin_compile.formats.drawing import SUFFIXES
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     NODE,
     STATIC_TRANSFORM_PUBLISHER,
@@ -18,7 +19,6 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.templating import Templates
 
 SVG = "{http://www.w3.org/2000/svg}"
 FILES = tuple(f"frames{suffix}" for suffix in SUFFIXES)

@@ -10,16 +10,16 @@ from typing import Any
 
 import yaml
 
-from rosorin_compile.build import build
-from rosorin_compile.compare.agreement import agreement
-from rosorin_compile.diagnostic import NOTE, Diagnostic, Source, arrange, has_errors
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.load import parse_yaml
+from rosorin_compile.diagnostics import NOTE, Diagnostic, Source, arrange, has_errors
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.validate import validate
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Robot
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.report import text as report
 from rosorin_compile.rules import check
-from rosorin_compile.validate import validate
 from support.paths import DATA, ROSORIN
 
 RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))

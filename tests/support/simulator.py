@@ -10,9 +10,9 @@ import mujoco
 import numpy as np
 from numpy.typing import NDArray
 
-from rosorin_compile.emit import mjcf
+from rosorin_compile.formats.mjcf import write as mjcf
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Transform
-from rosorin_compile.templating import Templates
 from support.robots import compiled
 
 BASES = ("fixed", "free")

@@ -10,13 +10,9 @@ import xml.etree.ElementTree as ElementTree
 from collections.abc import Mapping
 from typing import Any
 
-from rosorin_compile.emit import urdf
-from rosorin_compile.model import (
-    Output,
-    Pose,
-    Robot,
-)
-from rosorin_compile.templating import Templates
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.urdf import write as urdf
+from rosorin_compile.model import Output, Pose, Robot
 
 Facts = dict[str, "float | str"]
 

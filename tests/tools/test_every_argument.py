@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.arguments import Argument
 from rosorin_compile.cli import main
-from rosorin_compile.commands.every_argument import _with, choices, combinations
-from rosorin_compile.diagnostic import Source, Span
+from rosorin_compile.diagnostics import Source, Span
+from rosorin_compile.frontend.arguments import Argument
+from rosorin_compile.tools.check import _with, choices, combinations
 
 ROBOT = """
 robot: armed

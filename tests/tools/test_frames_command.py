@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.commands import frames as command
-from rosorin_compile.drawing import read
+from rosorin_compile.formats.drawing import read
+from rosorin_compile.tools import frames as command
 from support.paths import ROOT
 from support.robots import compiled, copy_of_rosorin
 
@@ -282,7 +282,7 @@ def test_nothing_heavy_is_imported() -> None:
 
 def test_the_sentences_are_those_of_the_list_of_frames() -> None:
     """Each edge of the robot is said once, whichever frame is asked for."""
-    from rosorin_compile.drawing.situations import situations
+    from rosorin_compile.formats.drawing.situations import situations
     from rosorin_compile.model.frame_tree import rows
 
     robot = compiled().robot

@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.starter import CannotStart, check_name, start
+from rosorin_compile.tools.init import CannotStart, check_name, start
 from support.paths import PACKAGE, ROOT, SCHEMAS
 from support.robots import compiled, texts
 
@@ -219,8 +219,8 @@ def test_killed_at_any_moment_it_is_there_or_not(here: Path) -> None:
         "    if changes and str(arguments[0]).startswith('descriptions'):\n"
         "        left -= 1\n"
         "        if left < 0: os._exit(9)\n"
-        "from rosorin_compile.starter import start\n"
-        "from rosorin_compile import load\n"
+        "from rosorin_compile.tools.init import start\n"
+        "from rosorin_compile.frontend import load\n"
         "sys.addaudithook(stop)\n"
         "start('bot', Path())\n"
     )

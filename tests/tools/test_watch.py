@@ -15,8 +15,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.starter import start
-from rosorin_compile.watch import Inputs, mark
+from rosorin_compile.output.watch import Inputs, mark
+from rosorin_compile.tools.init import start
 from support.robots import copy_of_rosorin
 
 pytestmark = pytest.mark.slow

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostic import ERROR, NOTE
+from rosorin_compile.diagnostics import ERROR, NOTE
 from rosorin_compile.pipeline import compile_robot
 from support.cases import told
 from support.paths import BAD, PACKAGE
@@ -30,8 +30,10 @@ CASES = sorted([*BAD.glob("*.yaml"), *BAD.glob("*/robot.yaml")])
 FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")]
 
 # What the stages of a compilation can say, beside the rules for writing, which have tests of their own.
-STAGES = ["load", "expand/*", "expression/*", "validate/*", "build/*"]
-STAGES += ["templating", "pipeline", "accepting", "rules/*", "emit/*"]
+WRITERS = ["__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__"]
+WRITERS += ["frames", "frames_picture", "mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts"]
+WRITERS += ["urdf/write", "urdf/facts"]
+STAGES = ["pipeline", "frontend/**/*", "rules/*", *(f"formats/{writer}" for writer in WRITERS)]
 TELLERS = {"Diagnostic", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
 
 # Said by the functions below, whose input cannot stand in a file of its own.

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 import pytest
 
 from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
-from rosorin_compile.commands.parser import Parser
-from rosorin_compile.commands.schema import NAMES
+from rosorin_compile.tools.parser import Parser
+from rosorin_compile.tools.schema import NAMES
 from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]

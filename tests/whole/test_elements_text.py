@@ -4,12 +4,12 @@ import doctest
 
 import pytest
 
-from rosorin_compile import elements_text
-from rosorin_compile.elements_text import canonical, tree_of
+from rosorin_compile.xml import elements
+from rosorin_compile.xml.elements import canonical, tree_of
 
 
 def test_what_the_examples_say():
-    failed, tried = doctest.testmod(elements_text)
+    failed, tried = doctest.testmod(elements)
     assert tried
     assert not failed
 

@@ -14,12 +14,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from rosorin_compile.diagnostic import NOTE
-from rosorin_compile.emit import FORMATS
+from rosorin_compile.diagnostics import NOTE
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import Compiled
-from rosorin_compile.report import text as report
-from rosorin_compile.templating import Templates
 from support.engines import pose as placed
 from support.paths import DOCS, ROOT
 from support.robots import compiled, texts

@@ -11,7 +11,7 @@ import pinocchio
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.emit import FORMATS
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import Joint, Pose, Transform, plane_axes
 from support.robots import compiled_text, sound
 

@@ -23,8 +23,8 @@ joints:
 outputs: {urdf: {file: cart.urdf}}
 """
 TOY = """\
-from rosorin_compile.expression.functions import function
-from rosorin_compile.registry import rule
+from rosorin_compile.frontend.expression.functions import function
+from rosorin_compile.diagnostics.registry import rule
 
 
 @rule("wheel-too-heavy", "A wheel is heavier than a motor can turn.", "Take a lighter one.", accept="link")

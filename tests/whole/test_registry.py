@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostic import ERROR, Diagnostic
-from rosorin_compile.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
-from rosorin_compile.report import FORMATS
+from rosorin_compile.diagnostics import ERROR, Diagnostic
+from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
+from rosorin_compile.diagnostics.report import FORMATS
 from rosorin_compile.rules import CHECKS, acceptable, is_id
 
 PACKAGE = Path(__file__).resolve().parent.parent / "compiler" / "rosorin_compile"

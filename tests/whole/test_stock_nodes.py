@@ -14,10 +14,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.kinematics.graph import Graph
-from rosorin_compile.kinematics.lookup import lookup
+from rosorin_compile.formats import FORMATS
 from rosorin_compile.model import NODE, Robot
+from rosorin_compile.model.kinematics.graph import Graph
+from rosorin_compile.model.kinematics.lookup import lookup
 from support import stock_nodes
 from support.paths import DATA, ROOT, ROSORIN
 from support.robots import compiled, texts

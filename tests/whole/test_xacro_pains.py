@@ -18,9 +18,9 @@ from typing import Any
 import pytest
 
 import rosorin_compile
-from rosorin_compile.diagnostic import ERROR, Diagnostic
+from rosorin_compile.diagnostics import ERROR, Diagnostic
+from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.report import text as report
 from support.cases import told
 from support.paths import XACRO
 from support.xacro_table import read, ready

@@ -8,10 +8,10 @@ from typing import Any
 
 import pytest
 
-from rosorin_compile.diagnostic import NOTE
-from rosorin_compile.expression import evaluate
+from rosorin_compile.diagnostics import NOTE
+from rosorin_compile.diagnostics.report import text
+from rosorin_compile.frontend.expression import evaluate
 from rosorin_compile.pipeline import Compiled, compile_robot
-from rosorin_compile.report import text
 from support.cases import told
 from support.pages import FENCED
 from support.paths import XACRO

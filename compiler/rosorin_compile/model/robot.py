@@ -15,7 +15,7 @@ from .shape import Material, Rgba, Shape
 from .simulated import Simulated
 
 if TYPE_CHECKING:
-    from ..kinematics import Kinematics
+    from .kinematics import Kinematics
 
 Named = TypeVar("Named")
 
@@ -38,7 +38,7 @@ class ByName(dict[str, Named]):
 
 def unknown(kind: str, name: object, known: Iterable[str], more: str = "") -> KeyError:
     """Return the KeyError about a name that is not there; ``more`` says what it is instead."""
-    from ..diagnostic import did_you_mean
+    from ..diagnostics import did_you_mean
 
     way_out = more or did_you_mean(str(name), known) or "the robot has none"
     return KeyError(f'there is no {kind} "{name}"; {way_out}')
@@ -280,7 +280,7 @@ class Robot:
     @cached_property
     def kinematics(self) -> Kinematics:
         """Forward kinematics of many joint states at once. Raises ImportError, with what to install, without numpy."""
-        from ..kinematics import Kinematics
+        from .kinematics import Kinematics
 
         return Kinematics(self)
 

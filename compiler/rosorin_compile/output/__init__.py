@@ -1,7 +1,7 @@
 """Output: the only code that writes artifacts.
 
 A set of artifacts is replaced as a whole. The new set is written into a folder of its own beside the old one, and then
-the two change places (see ``exchange``, which also says what remains of this promise on file systems that cannot do
+the two change places (see ``staging``, which also says what remains of this promise on file systems that cannot do
 it). A lock on the parent folder keeps two runs from working at once; it leaves no file behind.
 
 The output folder is for artifacts. What else somebody keeps there is carried over into the new folder as hard links,
@@ -18,10 +18,10 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostic import Diagnostic, error
-from ..registry import WRITING, Rule
-from ..wording import printable
-from . import exchange
+from ..diagnostics import Diagnostic, error
+from ..diagnostics.registry import WRITING, Rule
+from ..diagnostics.wording import printable
+from . import staging
 from .staging import There, is_stage, replace, tidy
 
 RULES = (
@@ -117,7 +117,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
         with _locked(folder.parent, exclusive=False):
             if _status(folder) is None:
                 return {}
-            entries = [(n, entry.path) for n, entry in exchange.below(folder) if entry.is_file(follow_symlinks=False)]
+            entries = [(n, entry.path) for n, entry in staging.below(folder) if entry.is_file(follow_symlinks=False)]
             return {printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
     except OSError as problem:
         raise _explained(problem, folder, "read") from None
@@ -221,7 +221,7 @@ def _status(folder: Path) -> os.stat_result | None:
 def _look(folder: Path, device: int, ours: set[str]) -> There:
     """Return all that is in the output folder. Raises OutputError if it does not look like an output folder."""
     there, foreign = {}, 0
-    for name, entry in exchange.below(folder):
+    for name, entry in staging.below(folder):
         there[name] = entry.stat(follow_symlinks=False)
         foreign += name not in ours
         if entry.name == ".git" or foreign > MAX_FOREIGN:

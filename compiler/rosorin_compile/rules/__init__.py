@@ -16,18 +16,18 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..build.shapes import RULES as _OF_SHAPES
-from ..diagnostic import Diagnostic
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import OF_PLUGINS, Check, Rule, checks_of, find
+from ..frontend.lower.shapes import RULES as _OF_SHAPES
+from ..frontend.tree import Map
+from ..frontend.tree import Path as TreePath
 from ..model import Robot
 from ..plugins import Plugin, broken, failed, load
-from ..registry import Check, Rule, checks_of, find
-from ..tree import Map
-from ..tree import Path as TreePath
 from .case import USED, Case
 from .remarkable import collect
 
 if TYPE_CHECKING:
-    from ..emit import Format
+    from ..formats import Format
 
 __all__ = ["CHECKS", "acceptable", "check", "plugged"]
 
@@ -57,7 +57,9 @@ class Plugged(NamedTuple):
 @cache
 def plugged() -> Plugged:
     """Return the checks of plug-ins: entry points of ``rosorin_compile.rules``."""
-    return Plugged(*load("rules", Check, _ids, lambda id: bool(find([id]))))
+    plugged = Plugged(*load("rules", Check, _ids, lambda id: bool(find([id]))))
+    OF_PLUGINS.update((rule.id, rule) for _, check in plugged.checks for rule in check.rules)
+    return plugged
 
 
 def _ids(check: Check) -> list[str]:

@@ -6,14 +6,14 @@ from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..accepting import names_at
-from ..diagnostic import ERROR, Diagnostic, Related, Span, did_you_mean
+from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
+from ..frontend.accepting import names_at
+from ..frontend.tree import Map, Path, Place, Seq, locate
 from ..model import Joint, Output, Robot
-from ..tree import Map, Path, Place, Seq, locate
 from .remarkable import Remarkable
 
 if TYPE_CHECKING:
-    from ..emit import Format
+    from ..formats import Format
 
 USED = "used here"
 

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from itertools import product
 
-from ..diagnostic import WARNING, Diagnostic
-from ..expression import ExpressionError, evaluate
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import FRAMES, rule
+from ..frontend.expression import ExpressionError, evaluate
+from ..frontend.tree import Path, Text
 from ..model import Edge, Robot
-from ..registry import FRAMES, rule
-from ..tree import Path, Text
 from .case import Case, at, suggest
 
 AFTER = "inertia"

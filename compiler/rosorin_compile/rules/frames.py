@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from ..diagnostic import Diagnostic
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import FRAMES, rule
+from ..frontend.tree import Path
 from ..model import Pose, Transform
-from ..registry import FRAMES, rule
-from ..tree import Path
 from .case import Case, exists
 from .kinematics import WORLD_FRAMES
 from .remarkable import FULL_TURN

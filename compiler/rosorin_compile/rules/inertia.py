@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostic import Diagnostic
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import NUMBERS, rule
 from ..model import principal_moments
-from ..registry import NUMBERS, rule
 from .case import Case, number
 
 AFTER = "mimic"

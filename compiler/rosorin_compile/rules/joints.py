@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostic import WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import JOINTS, Check, rule
+from ..diagnostics.wording import listed
+from ..frontend.schema import subject, unit_at
+from ..frontend.tree import Path
 from ..model import Joint, Limit
 from ..model.geometry import norm
-from ..quantity import Quantity, describe, parse_unit
-from ..registry import JOINTS, Check, rule
-from ..schema import subject, unit_at
-from ..tree import Path
-from ..wording import listed
+from ..units import Quantity, describe, parse_unit
 from .case import Case, at, exists, number
 
 AFTER = "frames"

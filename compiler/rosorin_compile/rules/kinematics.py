@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 
-from ..diagnostic import Diagnostic, nearest
+from ..diagnostics import Diagnostic, nearest
+from ..diagnostics.registry import JOINTS, rule
+from ..diagnostics.wording import quoted
+from ..frontend.tree import Path
 from ..model import Joint, Robot
-from ..registry import JOINTS, rule
-from ..tree import Path
-from ..wording import quoted
 from .case import Case, suggest
 
 AFTER = ""

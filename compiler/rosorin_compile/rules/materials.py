@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostic import NOTE, Diagnostic
+from ..diagnostics import NOTE, Diagnostic
+from ..diagnostics.registry import NUMBERS, rule
+from ..diagnostics.wording import quoted
+from ..frontend.tree import Path
 from ..model import Material
-from ..registry import NUMBERS, rule
-from ..tree import Path
-from ..wording import quoted
 from .case import Case, number
 
 AFTER = "values"

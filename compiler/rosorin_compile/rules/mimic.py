@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostic import WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import JOINTS, rule
 from ..model import ROBOT_STATE_PUBLISHER, Joint, Mimic
-from ..registry import JOINTS, rule
 from .case import Case, number, suggest
 
 AFTER = "joints"

@@ -6,10 +6,10 @@ import posixpath
 import re
 from collections.abc import Iterator
 
-from ..diagnostic import Diagnostic, did_you_mean
+from ..diagnostics import Diagnostic, did_you_mean
+from ..diagnostics.registry import OUTPUTS, rule
+from ..frontend.tree import Path
 from ..model import Output
-from ..registry import OUTPUTS, rule
-from ..tree import Path
 from .case import Case, exists
 
 AFTER = "poses"

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostic import WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import POSES, rule
+from ..frontend.tree import Path
 from ..model import Joint
-from ..registry import POSES, rule
-from ..tree import Path
 from .case import Case, number
 from .remarkable import FULL_TURN
 

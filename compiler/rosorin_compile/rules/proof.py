@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from ..expression import ExpressionError
+from ..diagnostics.wording import listed
+from ..frontend.expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
-from ..wording import listed
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostic import WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
+from ..diagnostics.wording import first_of, listed, quoted
+from ..frontend.tree import Path, Seq
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
-from ..registry import FRAMES, JOINTS, Check, rule
-from ..tree import Path, Seq
-from ..wording import first_of, listed, quoted
 from . import conditions
 from .case import Case, at, exists, fed
 from .kinematics import children

@@ -6,7 +6,7 @@ import math
 import re
 from typing import Any, NamedTuple
 
-from ..tree import Map, Path, Seq
+from ..frontend.tree import Map, Path, Seq
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
-from ..diagnostic import WARNING, Diagnostic
-from ..registry import FRAMES, rule
-from ..tree import Path
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import FRAMES, rule
+from ..frontend.tree import Path
 from . import conditions
 from .case import Case, exists, suggest
 from .tf_tree import Step, active_in, is_tree, legal_steps

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from ..diagnostic import NOTE, Diagnostic
-from ..registry import OUTPUTS, rule
-from ..tree import Path
-from ..wording import first_of
+from ..diagnostics import NOTE, Diagnostic
+from ..diagnostics.registry import OUTPUTS, rule
+from ..diagnostics.wording import first_of
+from ..frontend.tree import Path
 from .case import Case
 
 AFTER = "xml_elements"

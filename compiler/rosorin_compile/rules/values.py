@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Any
 
-from ..diagnostic import ERROR, WARNING, Diagnostic, Span
-from ..registry import NUMBERS, rule
-from ..schema import subject, unit_at
-from ..tree import Path
+from ..diagnostics import ERROR, WARNING, Diagnostic, Span
+from ..diagnostics.registry import NUMBERS, rule
+from ..frontend.schema import subject, unit_at
+from ..frontend.tree import Path
 from .case import Case, number, written
 from .remarkable import NOT_XML
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from ..diagnostic import Diagnostic
-from ..elements_text import damage
-from ..registry import NUMBERS, rule
-from ..tree import Path
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import NUMBERS, rule
+from ..frontend.tree import Path
+from ..xml.elements import damage
 from .case import Case
 
 AFTER = "materials"

@@ -12,7 +12,7 @@ from xml.etree import ElementTree
 import pytest
 from hypothesis import given, settings
 
-from rosorin_compile.drawing.letters import PALETTE, wrapped
+from rosorin_compile.formats.drawing.letters import PALETTE, wrapped
 from rosorin_compile.model import (
     NODE,
     STATIC_TRANSFORM_PUBLISHER,

@@ -9,7 +9,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.emit import Fact, Value, frames
+from rosorin_compile.formats import Fact, Value, frames
+from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import (
     NODE,
     STATIC_TRANSFORM_PUBLISHER,
@@ -28,7 +29,6 @@ from rosorin_compile.model import (
     Shape,
     Source,
 )
-from rosorin_compile.templating import Templates
 from support.robots import compiled, texts
 
 EKF = Publisher(NODE, "ekf", "robot_localization", "publish_tf: true")

@@ -17,11 +17,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare import agreement, compare, lines
-from rosorin_compile.drawing import read
-from rosorin_compile.drawing.situations import situations
-from rosorin_compile.emit import Artifact, Facts, frames, frames_picture
-from rosorin_compile.expression import evaluate
+from rosorin_compile.formats import Artifact, Facts, frames, frames_picture
+from rosorin_compile.formats.drawing import read
+from rosorin_compile.formats.drawing.situations import situations
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.frontend.expression import evaluate
+from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.golden import compare, lines
 from rosorin_compile.model import (
     NODE,
     STATIC_TRANSFORM_PUBLISHER,
@@ -35,7 +37,6 @@ from rosorin_compile.model import (
 )
 from rosorin_compile.model.frame_tree import Row
 from rosorin_compile.model.frame_tree import lines as tree_lines
-from rosorin_compile.templating import Templates
 from support.paths import OUTPUTS, ROOT
 from support.pictures import FILES, NOBODY, ODD, drawn, output, robots
 from support.robots import compiled, copy_of_rosorin, texts

@@ -9,17 +9,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.drawing.situations import TooMany, situations
-from rosorin_compile.emit import frames_picture
-from rosorin_compile.expression import evaluate
-from rosorin_compile.model import (
-    NODE,
-    Edge,
-    Link,
-    Publisher,
-    Robot,
-)
-from rosorin_compile.templating import Templates
+from rosorin_compile.formats import frames_picture
+from rosorin_compile.formats.drawing.situations import TooMany, situations
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.frontend.expression import evaluate
+from rosorin_compile.model import NODE, Edge, Link, Publisher, Robot
 from support.pictures import output
 
 CONDITIONS = ("", "a", "not a", "a and b", "a or b", "not (a and c)", "a and not b or c", "b")

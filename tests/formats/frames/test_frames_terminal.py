@@ -13,8 +13,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.drawing.letters import cells
-from rosorin_compile.drawing.terminal import look, table, tree
+from rosorin_compile.formats.drawing.letters import cells
+from rosorin_compile.formats.drawing.terminal import look, table, tree
 from rosorin_compile.model.frame_tree import Row, lines
 from support.robots import copy_of_rosorin
 

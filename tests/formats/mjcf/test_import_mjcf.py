@@ -17,8 +17,8 @@ import pytest
 
 pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.importing import ReadOptions
-from rosorin_compile.importing.mjcf.robot import read_mjcf
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.model import Inertial, Joint, Link, Pose, Robot
 from support.mjcf_oracle import Case, frames_differ, imported, inertias_differ, limits_differ, shapes_differ
 from support.paths import DATA, OUTPUTS, ROOT

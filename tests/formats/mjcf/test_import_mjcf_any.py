@@ -15,9 +15,9 @@ from scipy.spatial.transform import Rotation
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.importing.mjcf import engine, robot  # noqa: E402
-from rosorin_compile.importing.mjcf.numbers import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
-from rosorin_compile.importing.mjcf.process import Answer  # noqa: E402
+from rosorin_compile.formats.mjcf import engine, robot  # noqa: E402
+from rosorin_compile.formats.mjcf.process import Answer  # noqa: E402
+from rosorin_compile.formats.mjcf.reading import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
 from support.mjcf_oracle import frames_differ, imported, inertias_differ, limits_differ  # noqa: E402
 

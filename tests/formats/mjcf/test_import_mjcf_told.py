@@ -12,9 +12,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.importing import ReadOptions, read_robot
-from rosorin_compile.importing.mjcf import process
-from rosorin_compile.importing.mjcf.robot import read_mjcf
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.mjcf import process
+from rosorin_compile.formats.mjcf.robot import read_mjcf
+from rosorin_compile.formats.reading import read_robot
 from support.paths import DATA
 
 pytestmark = pytest.mark.slow

@@ -10,7 +10,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 pinocchio = pytest.importorskip("pinocchio")
 
-from rosorin_compile.emit import mjcf  # noqa: E402
+from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere  # noqa: E402
 from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
 from support.simulator import BASES, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402

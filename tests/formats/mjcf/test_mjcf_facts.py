@@ -7,8 +7,9 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.emit import mjcf, urdf  # noqa: E402
-from rosorin_compile.emit.xml_facts import angles  # noqa: E402
+from rosorin_compile.formats.facts import angles  # noqa: E402
+from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
+from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
 from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402

@@ -8,9 +8,10 @@ import pytest
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.emit import Fact, mjcf  # noqa: E402
+from rosorin_compile.formats import Fact  # noqa: E402
+from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
+from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.model import Joint, Limit, Link, Mesh, Output, Pose, Robot, Shape, Sphere  # noqa: E402
-from rosorin_compile.templating import Templates  # noqa: E402
 from support.machines import BODY, chain, machine  # noqa: E402
 from support.simulator import BASES, load  # noqa: E402
 

@@ -21,7 +21,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostic import ERROR, has_errors
+from rosorin_compile.diagnostics import ERROR, has_errors
 from support.cases import header, read, told_in_xml
 from support.paths import BROKEN_SOURCES
 

@@ -11,11 +11,12 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostic import ERROR, arrange
-from rosorin_compile.importing import Imported, ReadOptions, read_robot
-from rosorin_compile.quantity import Quantity
-from rosorin_compile.report import text as report
-from rosorin_compile.tree import Map
+from rosorin_compile.diagnostics import ERROR, arrange
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.frontend.tree import Map
+from rosorin_compile.units import Quantity
 from support.importing import urdf_of
 
 LIMIT = '<limit lower="-1" upper="1" effort="1" velocity="1"/>'
@@ -294,7 +295,7 @@ def test_format_is_found_by_content(tmp_path):
 
 
 def test_reading_imports_no_heavy_package():
-    code = "import sys, rosorin_compile.importing, rosorin_compile.importing.reader, rosorin_compile.importing.urdf;"
+    code = "import sys, rosorin_compile.formats.reading, rosorin_compile.formats.reading, rosorin_compile.formats.urdf;"
     code += "bad = {'numpy', 'xacro', 'mujoco', 'trimesh', 'subprocess'} & set(sys.modules);"
     code += "sys.exit(str(bad) if bad else 0)"
     subprocess.run([sys.executable, "-c", code], check=True)

@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.build import build  # noqa: E402
-from rosorin_compile.emit import urdf  # noqa: E402
-from rosorin_compile.importing import ReadOptions, read_robot  # noqa: E402
+from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
+from rosorin_compile.formats.reading import read_robot  # noqa: E402
+from rosorin_compile.formats.templating import Templates  # noqa: E402
+from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
+from rosorin_compile.frontend.lower import build  # noqa: E402
 from rosorin_compile.model import Output, Robot  # noqa: E402
-from rosorin_compile.templating import Templates  # noqa: E402
 from support.paths import OUTPUTS, ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import emit, load, pose, random_states  # noqa: E402

@@ -11,17 +11,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from rosorin_compile.emit import urdf
-from rosorin_compile.model import (
-    Capsule,
-    Joint,
-    Link,
-    Output,
-    Robot,
-    Shape,
-    Transform,
-)
-from rosorin_compile.templating import Templates
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.urdf import write as urdf
+from rosorin_compile.model import Capsule, Joint, Link, Output, Robot, Shape, Transform
 from support.machines import BOX, TESTER
 from support.robots import compiled, texts
 from support.urdf_robots import emit, link, numbers, parsed

@@ -9,10 +9,10 @@ import yourdfpy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.compare import compare, lines
-from rosorin_compile.elements_text import damage, indented
-from rosorin_compile.emit import FORMATS, Fact
+from rosorin_compile.formats import FORMATS, Fact
+from rosorin_compile.meaning.golden import compare, lines
 from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.xml.elements import damage, indented
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
@@ -377,8 +377,8 @@ use: {left: {part: leg}}
 
 
 def test_the_schema_knows_the_rules_that_may_be_accepted():
+    from rosorin_compile.frontend.schema import schema
     from rosorin_compile.rules import acceptable
-    from rosorin_compile.schema import schema
 
     ids = schema("authoring")["definitions"]["acceptance"]["properties"]["rule"]["anyOf"][0]["enum"]
     assert ids == sorted(acceptable())

@@ -9,10 +9,11 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.diagnostic import Diagnostic, arrange
-from rosorin_compile.importing import Imported, ReadOptions, read_robot
-from rosorin_compile.importing.xacro import expanding as reader
-from rosorin_compile.report import text as report
+from rosorin_compile.diagnostics import Diagnostic, arrange
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.xacro import expanding as reader
 
 pytestmark = pytest.mark.slow
 

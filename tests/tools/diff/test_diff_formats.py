@@ -12,15 +12,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.build import build
-from rosorin_compile.difference import Side, compare_robots
-from rosorin_compile.difference.printing import printing_of
-from rosorin_compile.difference.values import YAML
-from rosorin_compile.emit import FORMATS
-from rosorin_compile.importing import read_robot
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.frontend.lower import build
+from rosorin_compile.meaning.item import YAML, Side
+from rosorin_compile.meaning.robots import compare_robots
+from rosorin_compile.meaning.tolerance import printing_of
 from rosorin_compile.model import Output, Robot
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.templating import Templates
 from support.comparing import DIFF, changed, compared, diff, told
 from support.machines import robot_of
 from support.paths import ROOT, ROSORIN

@@ -10,15 +10,13 @@ import trimesh
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.build.shapes import build_shape
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.extract import writing
-from rosorin_compile.extract.circle import smallest_circle, smallest_rectangle
-from rosorin_compile.extract.fits import KINDS, Fit, fits
-from rosorin_compile.extract.measure import Ruler
-from rosorin_compile.extract.solid import closed, solid
-from rosorin_compile.load import parse_yaml
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.frontend.load import parse_yaml
+from rosorin_compile.frontend.lower.shapes import build_shape
 from rosorin_compile.model import IDENTITY, Box, Capsule, Cylinder, Pose, Shape
+from rosorin_compile.tools.extract import writing
+from rosorin_compile.tools.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
+from rosorin_compile.tools.extract.measure import Ruler, closed, solid
 from support.meshes import box, dome, random_points
 
 BRICK = box((-0.1, -0.05, -0.03), (0.1, 0.05, 0.03))

@@ -285,7 +285,8 @@ def test_help_of_all_three(capsys: Said) -> None:
 
 def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
-    code = "import itertools, sys, rosorin_compile.progress as p, rosorin_compile.extract.heightmap as h\n"
+    code = "import itertools, sys, rosorin_compile.diagnostics.console as p\n"
+    code += "import rosorin_compile.tools.extract.heightmap as h\n"
     code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
     code += "h.CHUNK = 3\n"
     code += "from rosorin_compile.cli import main\n"
@@ -317,6 +318,6 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
-    monkeypatch.setattr("rosorin_compile.progress._AFTER", -1.0)
+    monkeypatch.setattr("rosorin_compile.diagnostics.console._AFTER", -1.0)
     assert main(["extract", "heightmap", "brick.stl", "--json"]) == 0
     assert "sampling [" not in capsys.readouterr().err

@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.extract.grid import Grid
-from rosorin_compile.extract.heightmap import below, grid_around, height_map, rounded_up
-from rosorin_compile.extract.problems import ExtractProblem
-from rosorin_compile.extract.sampling import DIVISIONS, divisions_needed, longest_edge, samples
+from rosorin_compile.tools.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
+from rosorin_compile.tools.extract.heightmap import below, grid_around, height_map, rounded_up
+from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
 
 CELL = 0.01
@@ -254,9 +253,9 @@ def test_order_and_chunks_do_not_matter(monkeypatch: pytest.MonkeyPatch) -> None
     told: list[tuple[int, int]] = []
     whole = height_map(mesh, GRID, progress=lambda done, total: told.append((done, total)))
     assert told == [(1600, 1600)]
-    monkeypatch.setattr("rosorin_compile.extract.heightmap.CHUNK", 7)
-    monkeypatch.setattr("rosorin_compile.extract.sampling.MOST_POINTS", 50)
-    monkeypatch.setattr("rosorin_compile.extract.exact.MOST_POINTS", 50)
+    monkeypatch.setattr("rosorin_compile.tools.extract.heightmap.CHUNK", 7)
+    monkeypatch.setattr("rosorin_compile.tools.extract.grid.MOST_POINTS", 50)
+    monkeypatch.setattr("rosorin_compile.tools.extract.grid.MOST_POINTS", 50)
     assert height_map(mesh[::-1], GRID).tolist() == whole.tolist()
 
 

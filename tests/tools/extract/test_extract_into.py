@@ -13,12 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.extract.into import changes, find_block, replaced
-from rosorin_compile.extract.problems import ExtractProblem
-from rosorin_compile.load import parse_yaml
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.model import HeightMap
 from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.tools.extract.into import changes, find_block, replaced
+from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box
 from support.paths import ROSORIN
 

@@ -15,8 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.extract.meshes import bounds, load_mesh, too_large
-from rosorin_compile.extract.problems import ExtractProblem
+from rosorin_compile.tools.extract.meshes import bounds, load_mesh, too_large
+from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box
 from support.paths import DATA
 
@@ -181,7 +181,8 @@ def test_without_trimesh_the_way_out_is_said(
 
 
 def test_starting_the_command_line_imports_no_heavy_package() -> None:
-    code = "import sys, rosorin_compile.cli, rosorin_compile.commands.extract as e, rosorin_compile.extract.heights;"
+    code = "import sys, rosorin_compile.cli, rosorin_compile.tools.extract.command as e;"
+    code += "import rosorin_compile.tools.extract.heightmap;"
     code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "[]\n"

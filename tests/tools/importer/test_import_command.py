@@ -15,8 +15,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.importing import read_robot, round_trip
+from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.tools.importer import round_trip
 from support.paths import IMPORTED, ROOT
 
 ARM = IMPORTED / "little_arm" / "little_arm.urdf"

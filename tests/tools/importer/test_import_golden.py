@@ -12,9 +12,9 @@ import sys
 
 import pytest
 
-from rosorin_compile.importing import read_robot
-from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.writing.layout import WIDTH
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.tools.importer.layout import WIDTH
+from rosorin_compile.tools.importer.round_trip import check_round_trip
 from support.paths import IMPORTED
 
 FOLDER = IMPORTED

@@ -30,7 +30,8 @@ def child(folder: Path) -> None:
     """Do what is said on standard input, one kill a line."""
     from rosorin_compile import output
     from rosorin_compile.cli import main
-    from rosorin_compile.importing import read_robot, round_trip
+    from rosorin_compile.formats.reading import read_robot
+    from rosorin_compile.tools.importer import round_trip
     from support.output_child import die_at
 
     quiet = Path(os.devnull).open("w", encoding="utf-8")  # noqa: SIM115 (for as long as the process lives)

@@ -10,14 +10,13 @@ import yaml
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostic import Source, Span
-from rosorin_compile.expand.ledger import Ledger
-from rosorin_compile.expand.scope import Scope
-from rosorin_compile.importing.writing.layout import WIDTH, Expression, Remarks, Verbatim, layout
-from rosorin_compile.importing.writing.numbers import in_degrees, number
-from rosorin_compile.load import parse_yaml, plain_scalar
-from rosorin_compile.tree import Place, first_line
-from rosorin_compile.yaml_text import escaped, scalar
+from rosorin_compile.diagnostics import Source, Span
+from rosorin_compile.frontend.expand.ledger import Ledger
+from rosorin_compile.frontend.expand.scope import Scope
+from rosorin_compile.frontend.load import parse_yaml, plain_scalar
+from rosorin_compile.frontend.tree import Place, first_line
+from rosorin_compile.frontend.yaml_text import escaped, scalar
+from rosorin_compile.tools.importer.layout import WIDTH, Expression, Remarks, Verbatim, in_degrees, layout, number
 
 ODD = [
     *("on", "no", "y", "1", "1.5", "0x1F", "1e3", "1_000", "12:30", "2020-01-01", "null", "~", "true", ".inf", ".nan"),

@@ -10,15 +10,14 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
-from rosorin_compile.expand import expand
-from rosorin_compile.importing import read_robot
-from rosorin_compile.importing.round_trip import check_round_trip
-from rosorin_compile.importing.writing import outputs, write
-from rosorin_compile.importing.writing.naming import named, safe
-from rosorin_compile.importing.writing.numbers import ROTATING
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.frontend.expand import expand
+from rosorin_compile.frontend.tree import Map, Seq
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.report import text as report
-from rosorin_compile.tree import Map, Seq
+from rosorin_compile.tools.importer.description import named, outputs, safe, write
+from rosorin_compile.tools.importer.layout import ROTATING
+from rosorin_compile.tools.importer.round_trip import check_round_trip
 from support.engines import Pinocchio, Yourdfpy
 from support.importing import robot
 from support.paths import IMPORTED

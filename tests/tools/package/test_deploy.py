@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.packaging import finding
+from rosorin_compile.tools.package import finding
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
 from support.paths import ROSORIN

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.packaging.finding import files_below
+from rosorin_compile.tools.package.finding import files_below
 from support.paths import ROSORIN
 from support.robots import compiled, texts
 

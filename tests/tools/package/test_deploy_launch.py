@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.diagnostic import Source
-from rosorin_compile.emit import static_tf
+from rosorin_compile.diagnostics import Source
+from rosorin_compile.formats import static_tf
 from rosorin_compile.model import (
     NODE,
     STATIC_TRANSFORM_PUBLISHER,
@@ -24,8 +24,7 @@ from rosorin_compile.model import (
     Publisher,
     Robot,
 )
-from rosorin_compile.packaging.static_calls import Unreadable, calls, is_launch_file
-from rosorin_compile.packaging.static_check import check, understood
+from rosorin_compile.tools.package.launch_files import Unreadable, calls, check, is_launch_file, understood
 
 LASER = Pose((0.048156, 7.5552e-05, 0.106748), (0.0, 0.0, math.pi))
 STATIC = Publisher(STATIC_TRANSFORM_PUBLISHER, "tf_base_laser")

@@ -12,8 +12,8 @@ from typing import Any
 import pytest
 
 from rosorin_compile.output import OutputError
-from rosorin_compile.packaging import placing
-from rosorin_compile.packaging.placing import READY, STAGE, place
+from rosorin_compile.tools.package import placing
+from rosorin_compile.tools.package.placing import READY, STAGE, place
 
 NEW = {"urdf/a.urdf": b"new a", "config/b.json": b"new b", "launch/c.py": b"new c"}
 OLD = {"urdf/a.urdf": b"old a", "config/b.json": b"old b", "config/other.yaml": b"other"}

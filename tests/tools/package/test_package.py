@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.packaging.meshes import named, settle
-from rosorin_compile.packaging.naming import is_legal, package_name
+from rosorin_compile.tools.package.meshes import named, settle
+from rosorin_compile.tools.package.naming import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
 from support.paths import ROSORIN
 from support.robots import compiled

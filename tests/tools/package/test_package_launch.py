@@ -11,16 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
-from rosorin_compile.emit import static_tf
-from rosorin_compile.formatting import METRE_DIGITS, RADIAN_DIGITS
-from rosorin_compile.model import (
-    Joint,
-    Link,
-    Output,
-    Pose,
-    Robot,
-    Transform,
-)
+from rosorin_compile.formats import static_tf
+from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
+from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS
 from support.launch import command_line, read
 from support.packages import EXAMPLES, FORMS, describe, made, static, written
 from support.robots import compiled

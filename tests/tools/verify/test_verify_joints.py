@@ -9,14 +9,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.diagnostics.report import text
 from rosorin_compile.model import Pose, Robot
 from rosorin_compile.pipeline import understand
-from rosorin_compile.report import text
-from rosorin_compile.verify import Verdict, verify
-from rosorin_compile.verify.arrays import Samples, arrays_of, transform_from
-from rosorin_compile.verify.expected import Description, Options
-from rosorin_compile.verify.recording.joints import JointLog
-from rosorin_compile.verify.recording.reference import Moving, reference
+from rosorin_compile.tools.verify.arrays import Samples, arrays_of, transform_from
+from rosorin_compile.tools.verify.expected import Description, Options
+from rosorin_compile.tools.verify.joints import JointLog
+from rosorin_compile.tools.verify.judge import Verdict
+from rosorin_compile.tools.verify.series import Moving, reference
+from rosorin_compile.tools.verify.sources import verify
 from support import bags
 from support.bags import Message, ns
 from support.paths import DATA, ROOT

@@ -17,14 +17,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile import progress
 from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import console
+from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.model import Transform
-from rosorin_compile.report import text as report
-from rosorin_compile.verify.bags import reading
-from rosorin_compile.verify.output.lines import table
-from rosorin_compile.verify.output.machine import as_json, as_junit
-from rosorin_compile.verify.output.picture import as_svg
+from rosorin_compile.tools.verify import bags as reading
+from rosorin_compile.tools.verify.lines import table
+from rosorin_compile.tools.verify.machine import as_json, as_junit
+from rosorin_compile.tools.verify.picture import as_svg
 from support import bags
 from support.bags import START, TYPES, Message, judged, ns
 from support.paths import DATA, IMPORTED, ROOT
@@ -168,7 +168,7 @@ def test_a_bar_is_shown_on_a_terminal_after_a_second(
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
     assert "reading [" not in capsys.readouterr().err
-    monkeypatch.setattr(progress.time, "monotonic", iter(range(1000)).__next__)
+    monkeypatch.setattr(console.time, "monotonic", iter(range(1000)).__next__)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
     said = capsys.readouterr().err

@@ -1,0 +1,116 @@
+"""Formats: what a robot is written as and read from. Each is known by its record (``format.Format``), and only by it.
+
+``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
+imported when somebody asks for its format.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..model import ROBOT_STATE_PUBLISHER
+from .format import Artifact, Fact, Facts, Format, Opened, Value
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from .plugged import Plugged
+
+__all__ = [
+    "FORMATS",
+    "Artifact",
+    "Fact",
+    "Facts",
+    "Format",
+    "Formats",
+    "Opened",
+    "Value",
+    "endings",
+    "feeds",
+    "names_meshes",
+    "plugged_diagnostics",
+    "published",
+]
+
+
+class Formats(Mapping[str, Format]):
+    """The formats by name, in the order of lists."""
+
+    def __getitem__(self, name: str) -> Format:
+        return _built_in(name) or _of_others()[name]
+
+    def __contains__(self, name: object) -> bool:
+        return isinstance(name, str) and (_built_in(name) is not None or name in _of_others())
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(_names())
+
+    def __len__(self) -> int:
+        return len(_names())
+
+
+FORMATS = Formats()
+
+
+@cache
+def _names() -> tuple[str, ...]:
+    every = [*filter(None, map(_built_in, _homes())), *_of_others().values()]
+    return tuple(one.name for one in sorted(every, key=lambda one: (one.rank, one.name)))
+
+
+@cache
+def _homes() -> frozenset[str]:
+    """Return the modules of this folder by name; those that export a record are formats."""
+    names = (path.name.removesuffix(".py") for path in Path(__path__[0]).iterdir() if not path.name.startswith("_"))
+    return frozenset(name for name in names if name.isidentifier())
+
+
+@cache
+def _built_in(name: str) -> Format | None:
+    """Return the format of that name which this folder has; None if it has none."""
+    if name not in _homes():
+        return None
+    found: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
+    return found
+
+
+def _of_others() -> Mapping[str, Format]:
+    """Return the formats of other packages."""
+    return _plugged().formats
+
+
+def _plugged() -> Plugged:
+    from .plugged import plugged
+
+    return plugged(_homes())
+
+
+def plugged_diagnostics() -> tuple[Diagnostic, ...]:
+    """Return what is wrong with the formats of other packages."""
+    return _plugged().diagnostics
+
+
+def endings(*, include: bool = False) -> tuple[str, ...]:
+    """Return how the names of files end that hold a robot; with ``include`` of those that a description may include."""
+    readable = [one for one in FORMATS.values() if one.read is not None and (one.include or not include)]
+    return tuple(dict.fromkeys(ending for one in readable for ending in one.endings))
+
+
+def published() -> Format:
+    """Return the format that robot_state_publisher reads."""
+    return next(one for one in FORMATS.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
+
+
+def feeds(name: str, publisher: str) -> bool:
+    """Say whether publishers of a kind read a format."""
+    return publisher in FORMATS[name].feeds
+
+
+def names_meshes(artifact: Artifact) -> bool:
+    """Say whether an artifact names meshes as URDF does; one of a template by the name of its file."""
+    if FORMATS[artifact.backend].meshes:
+        return True
+    return any(one.meshes and artifact.file.endswith(one.endings) for one in FORMATS.values())

@@ -1,0 +1,40 @@
+"""Drawing: the tree of frames as text and as pictures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+
+from ...model import Robot
+from ...model.frame_tree import lines, publishers, rows
+from .graphs import dot, markdown, mermaid
+from .letters import colours
+from .reading import Shown, read_graph, read_svg
+from .situations import Situation
+from .svg import Panel, svg
+
+# Each kind of picture by the end of its file name.
+_WRITERS: Mapping[str, Callable[[str, Sequence[Panel], Mapping[str, str]], str]] = {
+    ".svg": svg,
+    ".dot": dot,
+    ".gv": dot,
+    ".mmd": mermaid,
+    ".md": markdown,
+}
+SUFFIXES = tuple(_WRITERS)
+
+
+def suffix(file: str) -> str:
+    """Return the end of a file name that says which kind of picture it is; empty if it is none."""
+    return next((end for end in SUFFIXES if file.casefold().endswith(end)), "")
+
+
+def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
+    """Return situations as one picture; ``kind`` is one of SUFFIXES."""
+    names = [link.name for link in robot.links]
+    panels = [Panel(situation.label, lines(situation.edges, names)) for situation in shown]
+    return _WRITERS[kind](robot.name, panels, colours(publishers(rows(robot))))
+
+
+def read(text: str) -> list[Shown]:
+    """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
+    return read_svg(text) if text.lstrip().startswith("<") else read_graph(text)

@@ -1,0 +1,140 @@
+"""Reading: what a picture of frames shows, for comparison by meaning, in the terms of the list of frames."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ...diagnostics.bounded import json_of
+from ...model.frame_tree import NO_TOPIC, NOBODY, Row
+from ...xml.elements import tree_of
+from .. import Fact, Facts, Value
+
+_NODE = re.compile(r'n(\d+) ?\[(?:label=)?"(.*)"\];?')
+_EDGE = re.compile(r'n(\d+) (?:->|==>|-->|-\.->) ?(?:\|"(.*)"\| )?n(\d+)(?: \[label="(.*?)(?<!\\)", color=.*)?;?')
+_JOINT = re.compile(r"(.+) \((\w+)\)")
+_CODE = re.compile(r"#(\d+);")
+_BACKSLASH = re.compile(r"\\(.)")
+
+
+class Shown(NamedTuple):
+    """One situation as a picture shows it: its label, the frames, and the edges; only an SVG shows their joints."""
+
+    label: str
+    frames: tuple[str, ...]
+    edges: tuple[Row, ...]
+
+
+def facts(shown: Sequence[Shown]) -> Facts:
+    """Return what a picture says, all situations together; of joints their child and type."""
+    found: Facts = {}
+    for row in (row for one in shown for row in one.edges):
+        which = "" if row.first == row.parent else f" below {row.parent}"
+        which += f" when {row.when}" if row.when else ""
+        for quantity, value in (("parent", row.parent), ("publisher", row.who), ("topic", row.topic)):
+            found[Fact("frame", row.child, quantity + which)] = Value(value)
+        if row.joint:
+            found[Fact("joint", row.joint, "child")] = Value(row.child)
+            found[Fact("joint", row.joint, "type")] = Value(row.kind)
+    return found
+
+
+def read_svg(text: str) -> list[Shown]:
+    """Return what an SVG shows. Raises ValueError if it is damaged, or its letters are not what its data says."""
+    found = []
+    for panel in tree_of(text).iter("g"):
+        if panel.get("class") != "panel":
+            continue
+        frames: dict[str, None] = {}
+        edges = []
+        for line in panel.iter("g"):
+            if line.get("class") != "line":
+                continue
+            letters = {part.get("class", ""): part.text or "" for part in line.iter("text")}
+            data = {key.removeprefix("data-"): value for key, value in line.items()}
+            frames[data.get("frame", "")] = None
+            if "child" in data:
+                edges.append(_row_of(data, letters))
+            _same(letters.get("name", "").removesuffix(" (again)"), data.get("frame", "").removesuffix(" (again)"))
+        found.append(Shown(panel.get("data-when", ""), tuple(frames), tuple(edges)))
+    if not found:
+        raise ValueError("there is no tree of frames")
+    return found
+
+
+def _row_of(data: dict[str, str], letters: dict[str, str]) -> Row:
+    """Return the edge of a line; what stands beside it has to be the same. Raises ValueError."""
+    missing = [key for key in ("frame", "parent", "publisher", "topic") if key not in data]
+    if missing:
+        raise ValueError(f"a line has no {missing[0]}")
+    why, topic = data.get("why", ""), data["topic"]
+    beside = letters.get("publisher", "")
+    _same(re.sub(r" \(\d+\)$", "", beside) if why else beside, data["publisher"])
+    _same(letters.get("topic", NO_TOPIC), topic)
+    if data["frame"] not in (data["parent"], data["child"]):
+        raise ValueError(f"the line of {data['frame']} says another frame")
+    first = data.get("first", "") or data["parent"]
+    joint = _JOINT.fullmatch(letters.get("joint", ""))
+    named = (joint[1], joint[2]) if joint else ("", "")
+    return Row(data["parent"], data["child"], data["publisher"], why, topic, data.get("when", ""), first, *named)
+
+
+def _same(letters: str, data: str) -> None:
+    if letters != data:
+        raise ValueError(f'a line shows "{letters}" and says "{data}"')
+
+
+def read_graph(text: str) -> list[Shown]:
+    """Return what a graph for Graphviz or Mermaid shows. Raises ValueError if it is damaged."""
+    found: list[Shown] = []
+    names: dict[str, str] = {}
+    said: list[str] = []
+    for line in map(str.strip, text.splitlines()):
+        comment = re.fullmatch(r"(?://|%%) (situation|edge) (\[.*\])", line)
+        if comment:
+            said = _texts(comment[2])
+            if comment[1] == "situation":
+                found.append(Shown(said[0], (), ()))
+                names = {}
+            continue
+        node, edge = _NODE.fullmatch(line), _EDGE.fullmatch(line)
+        if edge and found:
+            row = _edge(edge, names, said)
+            found[-1] = found[-1]._replace(edges=(*found[-1].edges, row))
+        elif node and found:
+            names[node[1]] = _plain(node[2], line.endswith(";"))
+            found[-1] = found[-1]._replace(frames=tuple(names.values()))
+    if not found:
+        raise ValueError("there is no tree of frames")
+    return found
+
+
+def _texts(text: str) -> list[str]:
+    said = json_of(text)
+    if not isinstance(said, list) or not said or not all(isinstance(one, str) for one in said):
+        raise ValueError("a comment is no list of texts")
+    return said
+
+
+def _edge(match: re.Match[str], names: dict[str, str], said: list[str]) -> Row:
+    """Return an edge: ends and publisher as the arrow shows them, the rest as its comment says. Raises ValueError."""
+    if match[1] not in names or match[3] not in names or len(said) != 4:
+        raise ValueError("an edge leads to no frame, or nothing is said of it")
+    topic, why, when, first = said
+    parent, child = names[match[1]], names[match[3]]
+    mermaid = match[2] is not None
+    label = match[2] if mermaid else match[4] or ""
+    publisher, _, shown = label.rpartition("<br>" if mermaid else "\\n")
+    if topic == NO_TOPIC:
+        publisher, shown = NOBODY, NO_TOPIC if label == NOBODY else label
+    if shown != topic:
+        raise ValueError(f'an edge shows "{shown}" and says "{topic}"')
+    return Row(parent, child, _plain(publisher, not mermaid), why, topic, when, first or parent)
+
+
+def _plain(text: str, dot: bool) -> str:
+    """Return the text of a label."""
+    if dot:
+        return _BACKSLASH.sub(r"\1", text)
+    return _CODE.sub(lambda code: chr(int(code[1])), text)

@@ -1,0 +1,195 @@
+"""What the readers of XML artifacts share: parsing, numbers with their printed precision, and the names of facts.
+
+Both readers call a thing by the same name and put it in the same terms, so that a fact of the URDF and one of the MJCF
+can be compared:
+
+==========  ==========================================================================================================
+frame       by child link: "parent", "origin x|y|z" in the parent (m), "roll|pitch|yaw" (rad; see ``angles``)
+joint       by joint: "type", "child", "axis x|y|z", "lower|upper|velocity|effort", "damping|friction|armature",
+            "mimic joint|multiplier|offset"
+link        by link: "mass", "centre of mass x|y|z", "inertia xx|yy|zz|xy|xz|yz" about the centre of mass along the axes
+            of the link, "collision shapes"; of each shape "collision 1 geometry", "collision 1 origin x", "collision 1
+            roll", "collision 1 size x" (full extents); the same with "visual"
+==========  ==========================================================================================================
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ..model import Transform, Vector
+from ..model.geometry import dot
+from ..numbers import six
+from ..xml.elements import tree_of
+from .format import Fact, Facts, Value
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+AXES = ("x", "y", "z")
+ANGLES = ("roll", "pitch", "yaw")
+INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
+# The names of the sizes of a shape: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
+SIZES = {
+    "box": ("size x", "size y", "size z"),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "sphere": ("radius",),
+    "mesh": ("scale x", "scale y", "scale z"),
+}
+# What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.
+ROTATION_ROUNDING = 1e-12
+
+Six = tuple[float, float, float, float, float, float]
+
+
+def parse(text: str, tag: str) -> Element:
+    """Return the root element of an XML text. Raises ValueError if it is damaged or its root is not ``tag``."""
+    root = tree_of(text)
+    if root.tag != tag:
+        raise ValueError(f"the root element is {root.tag}, not {tag}")
+    return root
+
+
+def number_of(text: str) -> float:
+    """Return a number of an attribute. Raises ValueError if it is none or not finite."""
+    value = float(text)
+    if "_" in text or not math.isfinite(value):
+        raise ValueError(f"not a number: {text}")
+    return value
+
+
+def half_width(value: float) -> float:
+    """Return half of the last digit of a value printed by ``formatting.six``; it prints 0 for zero alone."""
+    if value == 0:
+        return 0.0
+    return min(0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5), 5e-7)
+
+
+def is_exact(root: Element) -> bool:
+    """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
+    for element in root.iter():
+        for name, text in element.items():
+            if name == "name":
+                continue
+            for token in text.split():
+                try:
+                    value = number_of(token)
+                except ValueError:
+                    continue
+                if float(six(value)) != value:
+                    return True
+    return False
+
+
+class FactSheet:
+    """Collects the facts of one XML artifact."""
+
+    def __init__(self, text: str, tag: str) -> None:
+        self.root = parse(text, tag)
+        self.facts: Facts = {}
+        self.exact = is_exact(self.root)
+
+    def half_width(self, value: float) -> float:
+        """Return half the width of what was printed of a value: 0 where every digit was printed."""
+        return 0.0 if self.exact else half_width(value)
+
+    def text(self, element: Element, attribute: str) -> str:
+        """Return an attribute. Raises ValueError if it is not there."""
+        value = element.get(attribute)
+        if value is None:
+            raise ValueError(f"<{element.tag}> has no {attribute}")
+        return value
+
+    def vector(self, element: Element, attribute: str, length: int, default: Sequence[float]) -> tuple[float, ...]:
+        """Return the numbers of an attribute. Raises ValueError unless there are ``length`` of them."""
+        text = element.get(attribute)
+        if text is None:
+            return tuple(default)
+        found = tuple(number_of(token) for token in text.split())
+        if len(found) != length:
+            raise ValueError(f'<{element.tag} {attribute}="{text}">: {length} numbers are needed')
+        return found
+
+    def vector3(self, element: Element, attribute: str, default: Vector = (0.0, 0.0, 0.0)) -> Vector:
+        """Return the three numbers of an attribute. Raises ValueError unless there are three."""
+        x, y, z = self.vector(element, attribute, 3, default)
+        return (x, y, z)
+
+    def number(self, element: Element, attribute: str, default: float = 0.0) -> float:
+        """Return the number of an attribute. Raises ValueError if it is none."""
+        return self.vector(element, attribute, 1, (default,))[0]
+
+    def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
+        """Take down a fact; the tolerance of a number is what was printed of it unless it is given."""
+        if isinstance(value, str):
+            self.facts[fact] = Value(value)
+        else:
+            self.facts[fact] = Value(value, unit, self.half_width(value) if tolerance is None else tolerance)
+
+    def add_frame(self, link: str, parent: str, transform: Transform) -> None:
+        """Take down where a link sits in its parent."""
+        self.add(Fact("frame", link, "parent"), parent)
+        for axis, value in zip(AXES, transform.xyz, strict=True):
+            self.add(Fact("frame", link, f"origin {axis}"), value, "m")
+        tolerance = self.angle_tolerance(transform)
+        for angle, value in zip(ANGLES, angles(transform), strict=True):
+            self.add(Fact("frame", link, angle), value, "rad", tolerance)
+
+    def angle_tolerance(self, transform: Transform) -> float:
+        """Return how well roll, pitch and yaw are known; near pitch +-90 degrees roll and yaw are hardly told apart."""
+        cosine = math.hypot(transform.rows[2][1], transform.rows[2][2])
+        return (ROTATION_ROUNDING + 4 * self.half_width(1.0)) / max(cosine, 1e-6)
+
+    def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
+        """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
+        self.add(Fact("link", link, "mass"), mass, "kg")
+        for axis, value in zip(AXES, frame.xyz, strict=True):
+            self.add(Fact("link", link, f"centre of mass {axis}"), value, "m")
+        turned = frame.rows != Transform().rows
+        rounding = max(map(abs, inertia)) * ROTATION_ROUNDING if turned else 0.0
+        for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
+            tolerance = self.half_width(value) + rounding
+            self.add(Fact("link", link, f"inertia {name}"), value, "kg*m^2", tolerance)
+
+    def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
+        """Take down a shape, such as "collision 3": its kind, where its middle is in the link, its full sizes (m)."""
+        self.add(Fact("link", link, f"{shape} geometry"), kind)
+        for axis, value in zip(AXES, transform.xyz, strict=True):
+            self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m")
+        tolerance = self.angle_tolerance(transform)
+        for angle, value in zip(ANGLES, angles(transform), strict=True):
+            self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", tolerance)
+        unit = "" if kind == "mesh" else "m"
+        for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
+            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.half_width(value))
+
+
+# Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.
+PI_CUT = 2e-6
+
+
+def angles(transform: Transform) -> Vector:
+    """Return fixed-axis roll, pitch, yaw (rad) in the one form that is compared.
+
+    Many triples mean one rotation; the one taken has its pitch within +-pi/2, and roll and yaw above -pi as far as
+    rounding can tell, so that +pi and -pi are one angle.
+    """
+    roll, pitch, yaw = (a + math.tau if a < PI_CUT - math.pi else a + 0.0 for a in transform.rpy())
+    return (roll, pitch, yaw)
+
+
+def along_link(inertia: Six, frame: Transform) -> Six:
+    """Return an inertia (xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
+    if frame.rows == Transform().rows:
+        return inertia
+    xx, yy, zz, xy, xz, yz = inertia
+    a, b, c = (_times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), row) for row in frame.rows)
+    r, s, t = frame.rows
+    return (dot(r, a), dot(s, b), dot(t, c), dot(r, b), dot(r, c), dot(s, c))
+
+
+def _times(rows: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
+    return (dot(rows[0], v), dot(rows[1], v), dot(rows[2], v))

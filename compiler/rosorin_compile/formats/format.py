@@ -1,0 +1,209 @@
+"""The record of a format: everything that any other part of the program asks about it.
+
+A format is a module of this folder (or a folder) that exports ``FORMAT``; its name is that of the module. A format of
+another package comes by an entry point (``docs/extend.md``). Nothing else in the program names a format.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from ..frontend.tree import Map
+    from ..model import Edge, Output, Robot, Shape
+    from ..rules.case import Case
+    from ..xml.markup import Document
+    from .imported import Imported, ReadOptions
+    from .templating import Templates
+
+
+class Artifact(NamedTuple):
+    """One emitted file: its name in the outputs folder, its text, the format that made it, the name of its output."""
+
+    file: str
+    text: str
+    backend: str
+    output: str
+
+    def __repr__(self) -> str:
+        """Return all but the text, which may be long."""
+        return f"<Artifact {self.file}: {self.backend}, {len(self.text):,} characters>"
+
+
+class Fact(NamedTuple):
+    """What a fact is about: ``kind`` joint, link, frame or pose; its name; the quantity, such as "origin z"."""
+
+    kind: str
+    name: str
+    quantity: str
+
+
+class Value(NamedTuple):
+    """The value of a fact: a number in SI units with the half width of what was printed, or a text."""
+
+    value: float | str
+    unit: str = ""
+    tolerance: float = 0.0
+
+
+Facts = dict[Fact, Value]
+
+
+def row_name(edge: Edge) -> str:
+    """Return what the facts of an artifact call a frame in the row of a publisher that takes turns."""
+    return f"{edge.child} when {' '.join(edge.when.split())}" if edge.when else edge.child
+
+
+# The key of outputs that several formats have.
+NUMBER_FORMAT: Mapping[str, Any] = {
+    "enum": ["exact", "six"],
+    "description": "exact (default): the shortest decimal that reads back the same; six: whichever of %.6g and %.6f"
+    " keeps more.",
+}
+
+Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
+
+
+class Opened(NamedTuple):
+    """A file to be read: its path, what was said beside it, and its elements if it is XML."""
+
+    path: Path
+    options: ReadOptions
+    document: Document | None = None
+
+    @property
+    def xml(self) -> Document:
+        """The elements of a file that is XML. Raises ValueError for another one."""
+        if self.document is None:
+            raise ValueError(f"{self.path} is no XML")
+        return self.document
+
+
+class Asked(NamedTuple):
+    """The entry of ``outputs`` that the description of an imported robot has, and a remark on what is unusual in it."""
+
+    entry: Mapping[str, Any]
+    remark: str = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Format:
+    """A format that is written, read, or both.
+
+    What a description says of it:
+
+    - ``name``: its name under ``outputs:``.
+    - ``options``: the JSON Schema of each key of its entry there, beside ``file`` and ``backend``.
+    - ``check``: yields what is wrong with an entry that no schema sees.
+
+    What people and lists call it: ``word`` ("URDF") with its ``article`` ("a"), ``files`` (its files, in a list of what
+    is read; by default the word and the root element), ``about`` (what a person has it for), ``rank`` (its place in
+    lists; those of other packages come last), ``file`` (the usual name of a file; {} is the name of the robot).
+
+    How its files are known: ``endings``, and of XML ``roots`` (names of the root element) or ``recognises``, which is
+    asked first.
+
+    What it does:
+
+    - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
+    - ``read``: a file to the tree of a description, for ``import``, ``include`` and ``diff``. ``include`` says that a
+      description may include such a file, ``takes_arguments`` that it is told arguments, ``becomes`` the format that it
+      is once it is read (xacro: urdf).
+    - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
+      ValueError for a damaged text. Without it artifacts are compared as text.
+    - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
+    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
+
+    What an artifact says of a robot, so that it can be held against it:
+
+    - ``frames``: the frames that it has to carry, as ``facts`` names them.
+    - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
+      the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
+    - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
+    - ``disagreements``: what else it says wrongly, in words.
+    - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
+    - ``complete``: it carries every frame, with the shapes of each.
+
+    When two robots are compared: ``lacks`` (topics that it has no word for, see ``meaning.unsaid``), ``leaves_out``
+    and ``why`` (links that its files lack by nature), ``adds`` (links of its files that stand for something else in a
+    description), ``names_robot`` (its files say what the robot is called).
+
+    In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
+    its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
+    has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
+    URDF does), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
+    generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
+    package).
+
+    When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
+    source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
+    cannot be written so.
+    """
+
+    name: str
+    word: str
+    article: str = ""
+    files: str = ""
+    about: str = "another artifact"
+    rank: int = 1000
+    options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
+    file: str = ""
+    endings: tuple[str, ...] = ()
+    roots: tuple[str, ...] = ()
+    recognises: Callable[[Document, Path], bool] | None = None
+    write: Writer | None = None
+    read: Callable[[Opened], Imported] | None = None
+    include: bool = True
+    takes_arguments: bool = False
+    becomes: str = ""
+    facts: Callable[[str], Facts] | None = None
+    syntax: Callable[[str], object] | None = None
+    schema: str = ""
+    frames: Callable[[Robot], Collection[str]] | None = None
+    solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
+    all_solids: bool = False
+    cannot_say: Callable[[Robot, Fact], bool] | None = None
+    disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
+    names: Callable[[Output], Mapping[str, str]] | None = None
+    complete: bool = False
+    lacks: frozenset[str] = frozenset()
+    leaves_out: Callable[[Robot, str], bool] | None = None
+    why: str = ""
+    adds: Callable[[Robot, str, Robot], bool] | None = None
+    names_robot: bool = True
+    feeds: tuple[str, ...] = ()
+    folder: str = ""
+    deploys: bool = False
+    packaged: bool = True
+    located: bool = False
+    meshes: bool = False
+    beside: Callable[[str], Sequence[str]] | None = None
+    robot_of: Callable[[Path], str] | None = None
+    adapted: str = ""
+    asked: Callable[[Map, str, str], Asked] | None = None
+    optional: bool = False
+
+    @property
+    def named(self) -> str:
+        """The word with its article, as in "robot.urdf is a URDF"."""
+        return f"{self.article} {self.word}".strip()
+
+    @property
+    def listed(self) -> str:
+        """What its files are called in a list of formats."""
+        return self.files or f"{self.word}{''.join(f' (<{root}>)' for root in self.roots)}"
+
+    def written(self, robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+        """Return the artifact that an output asks for. Raises ValueError for a format that is only read."""
+        if self.write is None:
+            raise ValueError(f"{self.word} is not written")
+        return self.write(robot, output, templates)
+
+    def output(self, robot: Robot) -> Output | None:
+        """Return the first output of a robot in this format."""
+        return next((output for output in robot.outputs if output.backend == self.name), None)

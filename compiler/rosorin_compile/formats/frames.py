@@ -1,0 +1,294 @@
+"""frames: every transform of the robot in one table that people read, in Markdown and just as well as plain text."""
+
+from __future__ import annotations
+
+import math
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from typing import Any, NamedTuple
+
+from ..diagnostics import Diagnostic
+from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
+from ..numbers import NUMBER_FORMATS, NumberFormat, fixed, six
+from ..rules.proof import in_words, prove
+from .facts import half_width, number_of
+from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
+from .static_tf import describe, frame_facts
+from .templating import BUILTIN, Templates
+
+_FRAME_HEADERS = (
+    "parent",
+    "child",
+    "published by",
+    "motion",
+    "topic",
+    "x y z (m)",
+    "roll pitch yaw (rad)",
+    "roll pitch yaw (deg)",
+    "when",
+)
+_POSE_HEADERS = ("pose", "joint", "position", "in degrees", "pulse")
+_DEGREE_DIGITS = 4
+
+# What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
+_MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
+_ESCAPED = re.compile(r"\\(.)")
+_CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
+_ALONE = re.compile(r"^The robot has one frame, .*\.$", re.MULTILINE)
+_SEPARATOR = re.compile(r"(?<!\\)\|")
+
+
+class _Frame(NamedTuple):
+    """One edge of the tree; ``pose`` is None where only the publisher knows the numbers."""
+
+    parent: str
+    child: str
+    publisher: Publisher
+    moving: bool
+    when: str
+    pose: Pose | None
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the list of all frames of a robot. Option: ``number_format`` (exact or six)."""
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    frames = _frames(robot)
+    publishers = dict.fromkeys(frame.publisher for frame in frames)
+    values: dict[str, Any] = {
+        "robot": robot,
+        "frames": _table(_FRAME_HEADERS, _frame_rows(frames, number)),
+        "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
+        "stand_ins": _stand_ins(robot),
+        "proof": _wrapped(_escape(in_words(prove(robot)))),
+        "stamps": list(_stamps(robot)),
+        "poses": _table(_POSE_HEADERS, list(_pose_rows(robot, number))),
+        "source": describe,
+        "escape": _escape,
+    }
+    return templates.render(f"{BUILTIN}frames.md.jinja", values), []
+
+
+def _frames(robot: Robot) -> list[_Frame]:
+    """Return the joints in the order of the description, then the transforms of other nodes."""
+    frames: list[_Frame] = []
+    for joint in robot.joints_down():
+        turns = robot.turns.get(joint.name, ())
+        if joint.publisher.kind != UNPUBLISHED or not turns:
+            ends, pose = (joint.parent, joint.child), joint.origin
+            frames.append(_Frame(*ends, joint.publisher, joint.moves_on_tf, "", pose))
+        frames += map(_of_edge, turns)
+    return frames + [_of_edge(edge) for edge in robot.edges if not edge.joint]
+
+
+def _of_edge(edge: Edge) -> _Frame:
+    return _Frame(edge.parent, edge.child, edge.publisher, edge.moving, edge.when, edge.pose)
+
+
+def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
+    """Yield what stamps messages, and the frames that it stamps them with."""
+    named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
+    named += [(node.name, node.stamps) for node in robot.publishers]
+    yield from ((name, ", ".join(frames)) for name, frames in named if frames)
+
+
+def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
+    poses = [frame.pose for frame in frames]
+    columns = zip(
+        frames,
+        _vectors([pose.xyz if pose else None for pose in poses], number),
+        _vectors([pose.rpy if pose else None for pose in poses], number),
+        _vectors([_degrees(pose.rpy) if pose else None for pose in poses], _degree),
+        strict=True,
+    )
+    rows = []
+    for frame, xyz, rpy, degrees in columns:
+        who, topic, when = _publishing(frame)
+        motion = "moving" if frame.moving else "static"
+        unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
+        numbers = [xyz, rpy, degrees] if frame.pose else [unknown, "", ""]
+        rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
+    return rows
+
+
+def _publishing(frame: _Frame) -> tuple[str, str, str]:
+    """Return who publishes a frame, on which topic, and when."""
+    publisher = frame.publisher
+    if publisher.kind == UNPUBLISHED:
+        return f"nobody: {publisher.about}" if publisher.about else "nobody", "none", frame.when or "never"
+    moving = frame.moving and publisher.kind != STATIC_TRANSFORM_PUBLISHER
+    return publisher.name, "/tf" if moving else "/tf_static", frame.when or "always"
+
+
+def _pose_rows(robot: Robot, number: NumberFormat) -> Iterator[list[str]]:
+    for pose in robot.poses:
+        for name, position in pose.positions.items():
+            slides = name in robot.joint and robot.joint[name].type == "prismatic"
+            degrees = "" if slides else _degree(math.degrees(position))
+            pulse = str(pose.pulses.get(name, ""))
+            yield [_escape(pose.name), _escape(name), f"{number(position)} {'m' if slides else 'rad'}", degrees, pulse]
+
+
+def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
+    """Return what only holds the place of a value, as the reason and the things that it holds for."""
+    found: dict[str, list[str]] = {}
+    named = [(f"robot {robot.name}", robot.source)]
+    named += [(f"link {link.name}", link.source) for link in robot.links]
+    named += [(f"joint {joint.name}", joint.source) for joint in robot.joints]
+    named += [(f"sensor {sensor.name}", sensor.source) for sensor in robot.sensors]
+    named += [(f"servos {group.name}", group.source) for group in robot.servos]
+    named += [(f"pose {pose.name}", pose.source) for pose in robot.poses]
+    named += [(f"transform {edge.parent} to {edge.child}", edge.source) for edge in robot.edges]
+    for name, source in named:
+        if source.status == "stand_in":
+            found.setdefault(source.note or "no reason given", []).append(name)
+    for link in robot.links:
+        for shape in (*link.collision, *link.visual):
+            if shape.stand_in:
+                kind = _CAPITAL.sub(" ", type(shape.geometry).__name__).lower()
+                what = f"the {kind} {shape.name}".strip()
+                found.setdefault(shape.stand_in, []).append(f"{what} of link {link.name}")
+    return [(reason, ", ".join(dict.fromkeys(names))) for reason, names in found.items()]
+
+
+def _degrees(rpy: Vector) -> Vector:
+    roll, pitch, yaw = map(math.degrees, rpy)
+    return (roll, pitch, yaw)
+
+
+def _degree(angle: float) -> str:
+    return fixed(angle, _DEGREE_DIGITS)
+
+
+def _vectors(vectors: list[Vector | None], number: NumberFormat) -> list[str]:
+    """Return vectors as text, the first, second and third numbers below each other; None is empty."""
+    texts = [tuple(map(number, vector)) if vector else ("", "", "") for vector in vectors]
+    widths = [max(map(len, column), default=0) for column in zip(*texts, strict=True)]
+    return ["  ".join(t.ljust(width) for t, width in zip(text, widths, strict=False)).rstrip() for text in texts]
+
+
+def _escape(text: str) -> str:
+    """Return a text of one line that Markdown shows as it is, in a cell of a table too."""
+    return _MARKS.sub(r"\\\g<0>", " ".join(text.split()))
+
+
+def _wrapped(text: str) -> str:
+    """Return a paragraph in lines of at most 120 letters, broken at blanks alone."""
+    return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
+
+
+def _table(headers: Sequence[str], rows: list[list[str]]) -> str:
+    """Return a table whose columns stand below each other; empty without rows."""
+    if not rows:
+        return ""
+    widths = [max(map(len, column)) for column in zip(headers, *rows, strict=True)]
+    lines = [headers, ["-" * width for width in widths], *rows]
+    return "\n".join(_line(cells, widths) for cells in lines)
+
+
+def _line(cells: Iterable[str], widths: list[int]) -> str:
+    return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
+
+
+def read(text: str) -> Facts:
+    """Return what the tables say about frames and poses. Raises ValueError if a robot of several frames has no table.
+
+    A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
+    "publisher when slam" for a publisher that takes turns.
+    """
+    frames = list(_parse(text, _FRAME_HEADERS))
+    if not frames and _ALONE.search(text):
+        return {}
+    if not frames:
+        raise ValueError("there is no table of frames")
+    width = _half_width([number for row in frames for number in _numbers(row)])
+    facts: Facts = {}
+    parents: dict[str, str] = {}
+    for row in frames:
+        first = parents.setdefault(row["child"], row["parent"])
+        which = "" if first == row["parent"] else f" below {row['parent']}"
+        which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
+        for fact, value in _read_frame(row, width).items():
+            facts[fact._replace(quantity=fact.quantity + which)] = value
+    for row in _parse(text, _POSE_HEADERS):
+        token, unit = row["position"].split(" ")
+        number = number_of(token)
+        facts[Fact("pose", row["pose"], row["joint"])] = Value(number, unit, width(number))
+    return facts
+
+
+def _read_frame(row: dict[str, str], width: Callable[[float], float]) -> Facts:
+    child = row["child"]
+    facts = {
+        Fact("frame", child, "parent"): Value(row["parent"]),
+        Fact("frame", child, "publisher"): Value(row["published by"]),
+        Fact("frame", child, "topic"): Value(row["topic"]),
+    }
+    numbers = _numbers(row)
+    if numbers:
+        x, y, z, roll, pitch, yaw = numbers
+        xyz, rpy = (x, y, z), (roll, pitch, yaw)
+        a, b, c, d, e, f = map(width, numbers)
+        facts |= frame_facts(child, Pose(xyz, rpy), (a, b, c), (d, e, f))
+    return facts
+
+
+def _numbers(row: dict[str, str]) -> list[float]:
+    """Return the position and the angles of a row; none where only the publisher knows them."""
+    if not row["roll pitch yaw (rad)"]:
+        return []
+    return [number_of(token) for token in f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}".split()]
+
+
+def _half_width(numbers: list[float]) -> Callable[[float], float]:
+    """Return the function that says half the width of what was printed: one number of many digits shows ``exact``."""
+    exact = any(float(six(number)) != number for number in numbers)
+    return (lambda _: 0.0) if exact else half_width
+
+
+def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
+    """Yield the rows of the table with these headers. Raises ValueError for a row of another length."""
+    inside = False
+    for line in text.splitlines():
+        cells = [cell.strip() for cell in _SEPARATOR.split(line)[1:-1]]
+        if not inside:
+            inside = tuple(cells) == tuple(headers)
+        elif not cells:
+            return
+        elif set("".join(cells)) != {"-"}:
+            yield {key: _ESCAPED.sub(r"\1", cell) for key, cell in zip(headers, cells, strict=True)}
+
+
+def carried(robot: Robot) -> list[str]:
+    """Return the rows of the table: each joint, or the turns of its publishers where nobody has it always."""
+    rows = [[row_name(edge) for edge in robot.turns.get(joint.name, ())] or [joint.child] for joint in robot.joints]
+    return [name for row in rows for name in row]
+
+
+def _words(text: str) -> list[float | str]:
+    """Return the words of a text, numbers as numbers; dashes that draw the lines of a table do not count."""
+    return [_word(word) for word in text.split() if set(word) != {"-"}]
+
+
+def _word(word: str) -> float | str:
+    try:
+        return word if "_" in word else float(word)
+    except ValueError:
+        return word
+
+
+FORMAT = Format(
+    name="frames",
+    word="table of frames",
+    article="a",
+    about="every frame, where it sits and who publishes it",
+    rank=70,
+    options={"number_format": NUMBER_FORMAT},
+    file="frames.md",
+    write=write,
+    facts=read,
+    syntax=_words,
+    frames=carried,
+    folder="doc",
+    asked=lambda *source: Asked({"file": "frames.md"}),  # noqa: ARG005
+)

@@ -1,0 +1,92 @@
+"""What comes of reading a foreign robot: a plain tree as ``expand`` gives it, and all there is to say about it.
+
+``ReadOptions`` is what ``import``, ``include`` and ``diff`` can say about how it is read.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import NamedTuple
+
+from ..diagnostics import WARNING, Diagnostic, Span
+from ..diagnostics.registry import READING, Rule
+from ..frontend.tree import Map
+from ..frontend.tree import Path as TreePath
+
+RULES = (
+    Rule(
+        "import-cannot-carry",
+        "A warning: something has no place in a description and is not carried over.",
+        "`--strict` makes it an error.",
+        READING,
+    ),
+)
+
+
+BEFORE, BESIDE, INSIDE, END = "before", "beside", "inside", "end"
+
+
+class Comment(NamedTuple):
+    """A comment of the source: its text as written, its place, and the path in the tree that it belongs to.
+
+    ``where`` is BEFORE the entry (a line or lines of its own), BESIDE it (behind it on its last line), INSIDE it (after
+    the last thing that it holds), or, with an empty path, at the END of the file. What stands before the root element
+    is BEFORE ("robot",). The path may lead to something that the tree says by default: take its longest prefix then.
+    """
+
+    text: str
+    span: Span
+    path: TreePath
+    where: str = BEFORE
+
+
+class LeftOut(NamedTuple):
+    """Something of the source that the tree does not carry, in words, and its place."""
+
+    what: str
+    span: Span
+
+
+class Imported(NamedTuple):
+    """The tree (None if the source is broken), what there is to say, and what a writer may want to know.
+
+    ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
+    was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
+    ``format`` is the name of the format that was read; of a xacro that of what it expands to.
+    """
+
+    tree: Map | None
+    diagnostics: list[Diagnostic]
+    comments: Sequence[Comment] = ()
+    files: tuple[Path, ...] = ()
+    left_out: tuple[LeftOut, ...] = ()
+    version: str = ""
+    format: str = ""
+
+
+def cannot_carry(what: str, span: Span, help: str = "") -> Diagnostic:
+    """Return the warning about something that the tree does not carry."""
+    return Diagnostic("import-cannot-carry", WARNING, f"{what} is not carried over", span, (), help)
+
+
+@dataclass(frozen=True)
+class ReadOptions:
+    """What is said beside the file itself.
+
+    ``arguments`` are those of a xacro file, texts by name. ``packages`` are folders of ROS packages by name, asked
+    before any other place. ``lenient`` takes what breaks the specification where a robot comes out all the same.
+    ``environment`` are the environment variables; None means those of this process.
+    ``tell`` takes what has to be said before anything is run (``xacro-runs-code``), at that moment; what it was told is
+    not among the diagnostics. Without it, that is the first of them.
+    ``checked`` asks for the meaning to be held against the rules. The round trip, which reads what the compiler has
+    just written, does without: those of its source are settled.
+    """
+
+    arguments: Mapping[str, str] = field(default_factory=dict)
+    packages: Mapping[str, Path] = field(default_factory=dict)
+    lenient: bool = False
+    environment: Mapping[str, str] | None = None
+    tell: Callable[[Diagnostic], None] | None = None
+    checked: bool = True

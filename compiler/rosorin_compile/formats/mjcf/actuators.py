@@ -1,0 +1,117 @@
+"""Actuators: a position servo on a joint is carried, all others are listed; all tell how strong their joint is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ...diagnostics import Span
+from ...diagnostics.wording import counted, first_of
+from ...frontend.tree import Map
+from ...xml.markup import Element
+from .reading import Reading, put_number, tidy
+
+# MuJoCo's numbers: mjTRN_JOINT and mjTRN_JOINTINPARENT, which differ for ball joints alone; mjGAIN_FIXED, and so on.
+_ON_JOINT = (0, 1)
+_FIXED_GAIN = 0
+_NO_BIAS, _AFFINE_BIAS = 0, 1
+_NO_DYNAMICS = 0
+
+
+class Drive(NamedTuple):
+    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry of a servo, if it is one."""
+
+    effort: float | None = None
+    servo: Map | None = None
+
+
+def drives_of(reading: Reading) -> dict[int, Drive]:
+    """Return what drives each hinge and slide, by the joint's index; list the actuators that are not carried."""
+    elements = reading.markup.listed("actuator")
+    actuators: Sequence[Mapping[str, Any]] = reading.facts["actuators"]
+    if len(elements) != len(actuators):  # attached from another file
+        elements = [_element(reading, actuator) for actuator in actuators]
+    found: dict[int, Drive] = {}
+    lost: list[tuple[Mapping[str, Any], Element]] = []
+    aims: dict[str, list[Span]] = {}
+    for actuator, element in zip(actuators, elements, strict=True):
+        index = _joint(reading, actuator)
+        if index is None:
+            lost.append((actuator, element))
+            continue
+        before = found.get(index)
+        servo = _servo(actuator, element) if before is None or before.servo is None else None
+        if servo is None:
+            lost.append((actuator, element))
+        else:
+            _note_aims(reading, actuator, element, aims)
+        known, effort = (before.effort if before else 0.0), _effort(actuator)
+        total = None if known is None or effort is None else known + effort
+        found[index] = Drive(total, servo or (before.servo if before else None))
+    for ends, spans in aims.items():
+        reading.lost(f"the range of aims of a servo ({ends})", spans[0], others=spans[1:])
+    _tell(reading, lost)
+    return found
+
+
+def _element(reading: Reading, actuator: Mapping[str, Any]) -> Element:
+    return reading.markup.named("actuator", actuator["name"]) or reading.markup.root
+
+
+def _joint(reading: Reading, actuator: Mapping[str, Any]) -> int | None:
+    """Return the hinge or slide that an actuator acts on, None if it acts on anything else."""
+    if actuator["transmission"] not in _ON_JOINT:
+        return None
+    index: int = actuator["target"][0]
+    return index if index in reading.joint_of else None
+
+
+def _servo(actuator: Mapping[str, Any], element: Element) -> Map | None:
+    """Return the entry of a position servo that pushes the joint itself: force = kp * (aim - position) - kv * speed."""
+    kp, bias = actuator["gainprm"][0], actuator["biasprm"]
+    plain = (actuator["gain"], actuator["bias"], actuator["dynamics"]) == (_FIXED_GAIN, _AFFINE_BIAS, _NO_DYNAMICS)
+    if not plain or actuator["gear"][0] != 1 or kp <= 0 or bias[0] or bias[1] != -kp or bias[2] > 0:
+        return None
+    entry = Map(element.span)
+    put_number(entry, "kp", tidy(kp), element, "kp")
+    if bias[2]:
+        put_number(entry, "kv", tidy(-bias[2]), element, "kv")
+    return entry
+
+
+def _note_aims(reading: Reading, actuator: Mapping[str, Any], element: Element, aims: dict[str, list[Span]]) -> None:
+    """Add the place of the range of what a servo can be asked for, where that is another one than the joint's."""
+    joint = reading.facts["joints"][actuator["target"][0]]
+    if actuator["controlled"] and not (joint["limited"] and joint["range"] == actuator["control"]):
+        ends = " to ".join(f"{value:g}" for value in actuator["control"])
+        place = element.attributes.get("ctrlrange")
+        aims.setdefault(ends, []).append(place.span if place else element.span)
+
+
+def _effort(actuator: Mapping[str, Any]) -> float | None:
+    """Return the largest torque or force that an actuator brings to its joint, None if that is not said."""
+    gear, force, control = (
+        float(max(map(abs, values))) for values in (actuator["gear"][:1], actuator["force"], actuator["control"])
+    )
+    if actuator["forced"]:
+        return gear * force
+    direct = (actuator["gain"], actuator["bias"]) == (_FIXED_GAIN, _NO_BIAS)
+    if direct and actuator["controlled"]:
+        return gear * abs(float(actuator["gainprm"][0])) * control
+    return None
+
+
+def _tell(reading: Reading, lost: Sequence[tuple[Mapping[str, Any], Element]]) -> None:
+    """List what is not carried, one message for each kind of actuator."""
+    kinds: dict[str, list[tuple[str, Element]]] = {}
+    for actuator, element in lost:
+        kinds.setdefault(element.tag, []).append((actuator["name"], element))
+    for tag, found in kinds.items():
+        named = [name for name, _ in found if name]
+        bare = len(found) - len(named)
+        if bare:
+            named.append("without a name" if bare == 1 else "without names" if not named else f"{bare} without names")
+        count = counted(len(found), "actuator") if len(found) > 1 else "the actuator"
+        what = f"{count} <{tag}> ({first_of(named, 5)})"
+        others = [element.span for _, element in found[1:]]
+        reading.lost(what, found[0][1].span, "only servos of joints are known", len(found) > 1, others)

@@ -1,0 +1,262 @@
+"""Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
+
+Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
+name marks), "contact with NAME" (excluded); and the poses: Fact("pose", name of the pose, name of the joint).
+
+What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
+imu_gyro site", "replicate lidar_site count"; numbers of a list one by one: "camera front resolution 2". A sensor that
+no link is known of is said by itself: Fact("sensor", name, "clock ...").
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from ...model.geometry import transform_of_quaternion
+from ..facts import AXES, FactSheet, Six, number_of
+from ..format import Fact, Facts
+from .masses import LEAST
+from .write_joints import FLOATING, PLANAR
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+    from ...model import Transform
+
+_FREE = 7
+_BALL = 4
+_WORLD = "world"
+# Where the top of the tree stands.
+_TOP = "the world of MuJoCo"
+_COLOUR = ("red", "green", "blue", "alpha")
+_NO_TURN = (1.0, 0.0, 0.0, 0.0)
+# What a body has beside what sensors are made of.
+_PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
+# The attributes of a sensor that name what it measures at.
+_MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
+
+
+def read(text: str) -> Facts:
+    """Return what an MJCF says. Raises ValueError if it is damaged."""
+    sheet = FactSheet(text, "mujoco")
+    worldbody = sheet.root.find("worldbody")
+    if worldbody is None:
+        raise ValueError("there is no <worldbody>")
+    scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
+    joints: dict[str, Element] = {}
+    owners: dict[str, str] = {}
+    free = _bodies(sheet, worldbody, scales, joints, owners)
+    for section in sheet.root.iterfind("sensor"):
+        for sensor in section:
+            _sensor(sheet, sensor, owners)
+    for follower in sheet.root.iterfind("equality/joint"):
+        _mimic(sheet, follower, joints)
+    for actuator in sheet.root.iterfind("actuator/position"):
+        _actuator(sheet, actuator, joints)
+    for pair in sheet.root.iterfind("contact/exclude"):
+        one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
+        sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
+    for key in sheet.root.iterfind("keyframe/key"):
+        _key(sheet, key, joints, free)
+    return sheet.facts
+
+
+def _bodies(
+    sheet: FactSheet, top: Element, scales: dict[str, Element], joints: dict[str, Element], owners: dict[str, str]
+) -> bool:
+    """Take down the bodies below ``top``, collect their joints in order, and say whether the base floats.
+
+    ``owners`` collects the link of each named thing that a sensor may measure at.
+    """
+    free = False
+    waiting = [(body, _TOP) for body in reversed(top.findall("body"))]
+    while waiting:
+        body, parent = waiting.pop()
+        called = sheet.text(body, "name")
+        # The body of a link "world" has another name, for MuJoCo has a body of that name.
+        moved = called.startswith(f"{_WORLD}_link") and any(s.get("name") == _WORLD for s in body.iterfind("site"))
+        name = _WORLD if moved else called
+        owners[called] = name
+        sheet.add_frame(name, parent, _transform(sheet, body))
+        if body.find("freejoint") is not None:
+            free = True
+            sheet.add(Fact("link", name, "base"), "free")
+        found = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
+        joints |= found
+        _joints(sheet, found, name)
+        owners[name] = name
+        for part in body:
+            if part.tag == "site" and part.get("name") == name:
+                sheet.add(Fact("link", name, "site"), name)
+            elif part.tag not in _PLAIN:
+                _part(sheet, name, part, owners)
+        for inertial in body.iterfind("inertial"):
+            _inertial(sheet, name, inertial)
+        _shapes(sheet, name, body.findall("geom"), scales)
+        waiting += [(child, name) for child in reversed(body.findall("body"))]
+    return free
+
+
+def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:
+    """Take down an element of a sensor in a body, and what is in it."""
+    names = [inner.get("name", "") for inner in part.iter() if inner.get("name")]
+    _attributes(sheet, Fact("link", link, " ".join([part.tag, *names[:1]])), part)
+    for inner in part:
+        _part(sheet, link, inner, owners)
+    owners.update(dict.fromkeys(names, link))
+
+
+def _sensor(sheet: FactSheet, sensor: Element, owners: dict[str, str]) -> None:
+    """Take down an entry of the list of sensors, with the link that it measures at."""
+    name = sensor.get("name", "")
+    link = next((owners[sensor.attrib[key]] for key in _MEASURED if sensor.get(key, "") in owners), "")
+    fact = Fact("link", link, f"{sensor.tag} {name}") if link else Fact("sensor", name, sensor.tag)
+    _attributes(sheet, fact, sensor)
+
+
+def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
+    """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
+    said = {name: text for name, text in element.items() if name != "name"}
+    if not said:
+        sheet.add(fact, element.tag)
+    for name, text in said.items():
+        numbers = _numbers(text)
+        for index, number in enumerate(numbers, start=1):
+            which = f" {index}" if len(numbers) > 1 else ""
+            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}{which}"), number)
+        if not numbers:
+            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}"), text)
+
+
+def _numbers(text: str) -> list[float]:
+    """Return the numbers of an attribute; none if it is anything else."""
+    try:
+        return [number_of(token) for token in text.split()]
+    except ValueError:
+        return []
+
+
+def _transform(sheet: FactSheet, element: Element) -> Transform:
+    return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
+
+
+def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
+    """Take down the joints of a body: those that together are a planar or a floating joint as that."""
+    first = next(iter(joints), "")
+    base = first.removesuffix(PLANAR[0])
+    for kind, ends, last in (("planar", PLANAR, "hinge"), ("floating", FLOATING, "ball")):
+        if list(joints) == [base + end for end in ends] and joints[base + ends[-1]].get("type", "hinge") == last:
+            sheet.add(Fact("joint", base, "type"), kind)
+            sheet.add(Fact("joint", base, "child"), child)
+            if kind == "planar":
+                _axis(sheet, base, joints[base + ends[-1]])
+            return
+    for joint in joints.values():
+        _joint(sheet, joint, child)
+
+
+def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
+    for axis, value in zip(AXES, sheet.vector3(joint, "axis", (0.0, 0.0, 1.0)), strict=True):
+        sheet.add(Fact("joint", name, f"axis {axis}"), value)
+
+
+def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
+    name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
+    slides = kind == "slide"
+    unit, force = ("m", "N") if slides else ("rad", "N*m")
+    ends = sheet.vector(joint, "range", 2, ())
+    if not slides:
+        kind = "revolute" if ends else "continuous"
+    sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
+    sheet.add(Fact("joint", name, "child"), child)
+    _axis(sheet, name, joint)
+    for quantity, value in zip(("lower", "upper"), ends, strict=False):
+        sheet.add(Fact("joint", name, quantity), value, unit)
+    for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
+        sheet.add(Fact("joint", name, "effort"), effort, force)
+    dynamics = (
+        ("damping", "damping", f"{force}*s/{unit}"),
+        ("friction", "frictionloss", force),
+        ("armature", "armature", "kg" if slides else "kg*m^2"),
+    )
+    for quantity, attribute, dimension in dynamics:
+        if attribute in joint.attrib:
+            sheet.add(Fact("joint", name, quantity), sheet.number(joint, attribute), dimension)
+
+
+def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
+    mass = sheet.number(inertial, "mass")
+    if mass <= LEAST:  # what a link without mass has
+        return
+    frame = _transform(sheet, inertial)
+    diagonal = sheet.vector3(inertial, "diaginertia")
+    xx, yy, zz, xy, xz, yz = sheet.vector(inertial, "fullinertia", 6, (*diagonal, 0.0, 0.0, 0.0))
+    inertia: Six = (xx, yy, zz, xy, xz, yz)
+    sheet.add_inertial(name, mass, frame, inertia)
+
+
+def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
+    """Take down the geoms of a body: what they are for stands at the end of their class."""
+    for purpose in ("collision", "visual"):
+        ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
+        sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
+        for index, geom in enumerate(ours, start=1):
+            kind = geom.get("type", "sphere")
+            sizes = _full_sizes(sheet, geom, kind, scales)
+            sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
+            for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
+                sheet.add(Fact("link", name, f"{purpose} {index} {part}"), value)
+
+
+def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, Element]) -> tuple[float, ...]:
+    """Return the sizes of a geom as full extents and full lengths (m); of a mesh its scale."""
+    if kind == "mesh":
+        mesh = scales.get(sheet.text(geom, "mesh"))
+        if mesh is None:
+            raise ValueError(f"there is no mesh {geom.get('mesh')}")
+        return sheet.vector3(mesh, "scale", (1.0, 1.0, 1.0))
+    if kind == "box":
+        x, y, z = sheet.vector3(geom, "size")
+        return (2 * x, 2 * y, 2 * z)
+    if kind == "sphere":
+        return (sheet.number(geom, "size"),)
+    radius, half = sheet.vector(geom, "size", 2, (0.0, 0.0))
+    return (radius, 2 * half)
+
+
+def _mimic(sheet: FactSheet, follower: Element, joints: dict[str, Element]) -> None:
+    name = sheet.text(follower, "joint1")
+    offset, multiplier, *_ = sheet.vector(follower, "polycoef", 5, (0.0, 1.0, 0.0, 0.0, 0.0))
+    if "joint2" in follower.attrib:  # without it the joint is held at an angle
+        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(follower, "joint2"))
+        sheet.add(Fact("joint", name, "mimic multiplier"), multiplier)
+    sheet.add(Fact("joint", name, "mimic offset"), offset, _unit(joints, name))
+
+
+def _actuator(sheet: FactSheet, actuator: Element, joints: dict[str, Element]) -> None:
+    name = sheet.text(actuator, "joint")
+    unit = _unit(joints, name)
+    force = "N*m" if unit == "rad" else "N"
+    sheet.add(Fact("joint", name, "kp"), sheet.number(actuator, "kp"), f"{force}/{unit}")
+    if "kv" in actuator.attrib:
+        sheet.add(Fact("joint", name, "kv"), sheet.number(actuator, "kv"), f"{force}*s/{unit}")
+    for quantity, value in zip(("lower", "upper"), sheet.vector(actuator, "ctrlrange", 2, ()), strict=False):
+        sheet.add(Fact("joint", name, f"ctrl {quantity}"), value, unit)
+
+
+def _key(sheet: FactSheet, key: Element, joints: dict[str, Element], free: bool) -> None:
+    sizes = [_BALL if joint.get("type") == "ball" else 1 for joint in joints.values()]
+    length = sum(sizes) + (_FREE if free else 0)
+    positions = iter(sheet.vector(key, "qpos", length, (0.0,) * length)[length - sum(sizes) :])
+    for name, size in zip(joints, sizes, strict=True):
+        for index in range(size):
+            which = name if size == 1 else f"{name} {'wxyz'[index]}"
+            unit = _unit(joints, name) if size == 1 else ""
+            sheet.add(Fact("pose", sheet.text(key, "name"), which), next(positions), unit)
+
+
+def _unit(joints: dict[str, Element], name: str) -> str:
+    """Return the unit of the position of a joint. Raises ValueError if there is no such joint."""
+    if name not in joints:
+        raise ValueError(f"there is no joint {name}")
+    return "m" if joints[name].get("type") == "slide" else "rad"

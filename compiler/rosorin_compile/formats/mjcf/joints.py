@@ -1,0 +1,252 @@
+"""Joints: MuJoCo moves a body by any number of joints anywhere in it; here one joint moves one link.
+
+- A body without joints is fixed. A hinge with a range is revolute, one without continuous; a slide is prismatic.
+- A joint whose ``pos`` is not the origin of its body gets a link at that anchor, and the body is fixed to it: every
+  body keeps its frame.
+- Several joints in one body are a chain of links without mass, in MuJoCo's order.
+- Zero is where the model stands in the file (``qpos0``): ranges are counted from ``ref``.
+- A ball turns as three continuous joints about x, y and z turn one after the other. That reaches every orientation, but
+  it is not the same joint: the second one at 90 degrees locks the others, and a range (a cone) has no counterpart.
+- A free joint of the only top body is no joint of the robot: where the robot is, the simulation knows (``base: free``).
+  Of one among several top bodies it is a floating joint to the ground. Other planar and floating joints: ``reading``.
+
+Limits: readers of URDF ask for more than MJCF says, and nothing is made up in silence.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from ...diagnostics.wording import listed
+from ...frontend.tree import Map
+from ...model import Transform
+from ...model.geometry import Vector
+from ...xml.markup import Element
+from .actuators import Drive
+from .reading import (
+    BALL,
+    FREE,
+    HINGE,
+    NO_POSE,
+    SLIDE,
+    Motion,
+    Reading,
+    motion_of,
+    numbers,
+    put,
+    put_number,
+    put_pose,
+    shift,
+    source,
+    tidy,
+    tidy_position,
+    tidy_vector,
+    transform,
+    unit,
+)
+
+_AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
+
+
+class Step(NamedTuple):
+    """One scalar joint on the way to a body: its name, where it is anchored in the body, and its axis there."""
+
+    name: str
+    joint: int
+    kind: int
+    anchor: Vector
+    axis: Vector
+    element: Element
+
+
+def name_joints(reading: Reading) -> None:
+    """Give every joint its name: its own, or one made of the name of its body."""
+    apart: set[int] = set()
+    for body, held in reading.joints_in.items():
+        motion = motion_of(reading, body)
+        if motion is not None:
+            reading.motion_of[body] = motion._replace(name=reading.joint_names.give(motion.name))
+            apart |= set(held)
+    joints = [(index, joint) for index, joint in enumerate(reading.facts["joints"]) if index not in apart]
+    for index, joint in joints:
+        if joint["name"] and joint["type"] in (SLIDE, HINGE):
+            reading.joint_of[index] = reading.joint_names.give(joint["name"])
+    for index, joint in joints:
+        if index not in reading.joint_of and joint["type"] in (SLIDE, HINGE):
+            reading.joint_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
+
+
+def add_joints(reading: Reading, drives: dict[int, Drive]) -> None:
+    """Add what joins every body to the one that it sits in."""
+    for index, body in enumerate(reading.facts["bodies"]):
+        if index == 0 or body["parent"] not in reading.link_of:
+            continue
+        held = [(at, reading.facts["joints"][at]) for at in reading.joints_in.get(index, ())]
+        place = transform(body["pos"], body["quat"])
+        if index in reading.motion_of:
+            _several(reading, index, place, reading.motion_of[index])
+        elif not held or held[0][1]["type"] == FREE:
+            _single(reading, index, place, held)
+        else:
+            _chain(reading, index, place, [step for at, joint in held for step in _steps(reading, at, joint)], drives)
+
+
+def tell_of_base(reading: Reading) -> None:
+    """Say what is not carried of where the only top body stands."""
+    if reading.ground or not reading.tops:
+        return
+    body = reading.facts["bodies"][reading.tops[0]]
+    element = reading.places.body(reading.tops[0])
+    if any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
+        where = " ".join(f"{value:g}" for value in body["pos"])
+        reading.ignored(f"the body stands at {where} in the world: where the robot is, is no part of it", element.span)
+
+
+def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]]) -> None:
+    """Add the one joint of a body that is fixed or free."""
+    above, link = reading.link_of[reading.facts["bodies"][index]["parent"]], reading.link_of[index]
+    element = reading.places.of("joints", held[0][0]) if held else reading.places.body(index)
+    kind = "floating" if held else "fixed"
+    name = held[0][1]["name"] if held and held[0][1]["name"] else f"{link}_joint"
+    joint = reading.new_joint(reading.joint_names.give(name), kind, above, link, element)
+    put_pose(joint, place, reading.places.body(index))
+
+
+def _several(reading: Reading, index: int, place: Transform, motion: Motion) -> None:
+    """Add the one joint of a body that is planar or floating."""
+    above, link = reading.link_of[reading.facts["bodies"][index]["parent"]], reading.link_of[index]
+    element = reading.places.of("joints", reading.joints_in[index][0])
+    joint = reading.new_joint(motion.name, motion.kind, above, link, element)
+    put_pose(joint, place, reading.places.body(index))
+    if motion.axis is not None:
+        put(joint, "axis", numbers(motion.axis, reading.places.of("joints", reading.joints_in[index][-1]), "axis"))
+
+
+def _steps(reading: Reading, index: int, joint: dict[str, Any]) -> list[Step]:
+    """Return the scalar joints that a joint of MuJoCo is carried as."""
+    element = reading.places.of("joints", index)
+    x, y, z = joint["pos"]
+    if joint["type"] != BALL:
+        anchor = (x, y, z) if joint["type"] == HINGE else (0.0, 0.0, 0.0)
+        return [Step(reading.joint_of[index], index, joint["type"], anchor, unit(joint["axis"]), element)]
+    name = joint["name"] or f"{reading.link_of[joint['body']]}_joint"
+    made = [reading.joint_names.give(f"{name}_{letter}") for letter, _ in _AXES]
+    reading.ball_of[index] = made
+    limited = " and its range" if joint["limited"] else ""
+    help = f"it is carried as three continuous joints: {', '.join(made)}"
+    reading.lost(f'the ball joint "{name}"{limited}, which no description has a word for,', element.span, help)
+    return [Step(word, index, BALL, (x, y, z), axis, element) for word, (_, axis) in zip(made, _AXES, strict=True)]
+
+
+def _chain(reading: Reading, index: int, place: Transform, steps: list[Step], drives: dict[int, Drive]) -> None:
+    """Add the joints of a body, one behind the other, and the links between them."""
+    body, element = reading.link_of[index], reading.places.body(index)
+    above = reading.link_of[reading.facts["bodies"][index]["parent"]]
+    place_of_link = place
+    at: Vector = (0.0, 0.0, 0.0)  # where in the body, not turned, the link is that the chain has reached
+    for number, step in enumerate(steps, 1):
+        anchor = tidy_vector(step.anchor) if step.kind != SLIDE else at
+        last = number == len(steps) and anchor == (0, 0, 0)
+        child = body if last else _between(reading, step)
+        origin = place_of_link.then(shift([a - b for a, b in zip(anchor, at, strict=True)]))
+        joint = reading.new_joint(step.name, _type(reading, step), above, child, step.element)
+        put_pose(joint, origin, element if number == 1 and anchor == (0, 0, 0) else step.element)
+        put(joint, "axis", numbers(step.axis, step.element, "axis"))
+        _details(reading, step, joint, drives)
+        above, at, place_of_link = child, anchor, NO_POSE
+    if above != body:
+        name = reading.joint_names.give(f"{body}_joint")
+        joint = reading.new_joint(name, "fixed", above, body, element)
+        put_pose(joint, shift([-value for value in at]), element)
+
+
+def _between(reading: Reading, step: Step) -> str:
+    """Add a link without mass that a joint moves, and return its name."""
+    anchored = step.kind != SLIDE and any(tidy_vector(step.anchor))
+    name = reading.link_names.give(f"{step.name}_{'anchor' if anchored else 'link'}")
+    reading.new_link(name, step.element)
+    return name
+
+
+def _type(reading: Reading, step: Step) -> str:
+    if step.kind == SLIDE:
+        return "prismatic"
+    limited = step.kind == HINGE and reading.facts["joints"][step.joint]["limited"]
+    return "revolute" if limited else "continuous"
+
+
+def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive]) -> None:
+    """Set limit, dynamics and actuator of a joint."""
+    joint = reading.facts["joints"][step.joint]
+    drive = drives.get(step.joint, Drive()) if step.kind != BALL else Drive()
+    if step.kind != BALL:
+        add_limit(reading, step.joint, entry, drive)
+    said = {"damping": "damping", "friction": "friction", "armature": "armature"}
+    dynamics = Map(step.element.span)
+    for word, column in said.items():
+        value = tidy(reading.facts[column][joint["dof"]])
+        if value:
+            put_number(dynamics, word, value, step.element, "frictionloss" if word == "friction" else word)
+    if dynamics:
+        put(entry, "dynamics", dynamics)
+    if drive.servo is not None:
+        put(entry, "actuator", drive.servo)
+
+
+STAND_IN_EFFORT = 1000.0  # N*m or N
+STAND_IN_VELOCITY = 10.0  # rad/s or m/s
+STAND_IN_TRAVEL = 1000.0  # m
+
+
+def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
+    """Set the limit of a hinge or slide; a continuous joint has one only if its force is known."""
+    joint = reading.facts["joints"][index]
+    element = reading.places.of("joints", index)
+    limit = Map(element.span)
+    missing = []
+    if joint["limited"]:
+        zero = reading.facts["zero"][joint["address"]]
+        cut = tidy if joint["type"] == SLIDE else tidy_position
+        for at, key in enumerate(("lower", "upper")):
+            put_number(limit, key, cut(joint["range"][at] - zero), element, "range", at)
+    elif joint["type"] == SLIDE:
+        missing += ["lower", "upper"]
+        put_number(limit, "lower", -STAND_IN_TRAVEL, element)
+        put_number(limit, "upper", STAND_IN_TRAVEL, element)
+    effort = _effort(reading, index, drive)
+    if effort is None and not limit:
+        return
+    missing += ["effort"] if effort is None else []
+    put_number(limit, "effort", STAND_IN_EFFORT if effort is None else effort, element, "actuatorfrcrange", 1)
+    put_number(limit, "velocity", STAND_IN_VELOCITY, element)
+    missing.append("velocity")
+    note = f"{listed(missing)} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the MJCF does not limit "
+    source(limit, "stand_in", note + ("it" if len(missing) == 1 else "them"))
+    put(entry, "limit", limit)
+
+
+def _effort(reading: Reading, index: int, drive: Drive) -> float | None:
+    """Return the largest torque (N*m) or force (N) of a joint: its own limit, else what its actuators can bring."""
+    joint = reading.facts["joints"][index]
+    if not joint["forced"]:
+        return None if drive.effort is None else tidy(drive.effort)
+    low, high = joint["force"]
+    if low != -high:
+        element = reading.places.of("joints", index)
+        said = element.attributes.get("actuatorfrcrange")
+        message = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
+        reading.lost(message, said.span if said else element.span, "the larger of the two is carried")
+    return tidy(max(abs(low), abs(high)))
+
+
+def tell_of_zeros(reading: Reading) -> None:
+    """Say where zero of a joint is another position than in the file."""
+    for index, name in reading.joint_of.items():
+        joint = reading.facts["joints"][index]
+        zero = reading.facts["zero"][joint["address"]]
+        if zero:
+            element = reading.places.of("joints", index)
+            said = element.attributes.get("ref")
+            message = f'joint "{name}" stands at {tidy(zero):g} in the MJCF (ref) where it is at 0 here'
+            reading.changed(f"{message}: limits and poses are counted from there", said.span if said else element.span)

@@ -1,0 +1,326 @@
+"""What is known while an MJCF is read: the compiled model, its text, the names that were given, and the tree so far.
+
+Planar and floating joints, the planting of values into the tree, and their numbers stand here too.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span
+from ...diagnostics.registry import READING, Rule
+from ...diagnostics.wording import counted
+from ...frontend.tree import Map, Seq
+from ...model import Transform, geometry
+from ...model.geometry import IDENTITY, Rows, Vector, transform_of_quaternion
+from ...model.motion import plane_axes
+from ...xml.markup import Element
+from ..imported import LeftOut, cannot_carry
+from .source import Markup, Places, says, spans_of
+
+RULES = (
+    Rule(
+        "import-changed",
+        "A note: something is carried over, but not as the file says it: under another name, counted from another "
+        "zero.",
+        topic=READING,
+    ),
+    Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
+)
+
+
+FREE, BALL, SLIDE, HINGE = range(4)
+_SHOWN = 6  # places named of one thing
+
+
+class Reading:
+    """One MJCF on its way into a tree.
+
+    ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
+    world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
+    ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or floating joint of a body.
+    """
+
+    def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
+        self.markup = markup
+        self.places = places
+        self.facts = facts
+        self.diagnostics: list[Diagnostic] = []
+        self.left_out: list[LeftOut] = []
+        self.tree = Map(markup.root.span)
+        self.links = Map(markup.root.span)
+        self.joints = Map(markup.root.span)
+        self.link_names, self.joint_names, self.material_names = Names(), Names(), Names()
+        self.link_of: dict[int, str] = {}
+        self.joint_of: dict[int, str] = {}
+        self.material_of: dict[int, str] = {}
+        self.ball_of: dict[int, list[str]] = {}
+        self.motion_of: dict[int, Motion] = {}
+        self.joints_in: dict[int, list[int]] = {}
+        for index, joint in enumerate(facts["joints"]):
+            self.joints_in.setdefault(joint["body"], []).append(index)
+        self.tops = [index for index, body in enumerate(facts["bodies"]) if index and body["parent"] == 0]
+        held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
+        self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
+        self.free_base = not self.ground and held == [FREE]
+
+    def lost(self, what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> None:
+        """Say that something of the robot is not in the tree; ``many`` if ``what`` is a plural."""
+        message = f"{what} {'are' if many else 'is'} not carried over"
+        related = [Related("and here", other) for other in others[:_SHOWN]]
+        if len(others) > _SHOWN:
+            related.append(Related(f"and in {counted(len(others) - _SHOWN, 'more place')}", None))
+        self.diagnostics.append(cannot_carry(what, span, help)._replace(message=message, related=tuple(related)))
+        self.left_out.append(LeftOut(what, span))
+
+    def ignored(self, what: str, span: Span) -> None:
+        """Say that something was passed over that is no part of the robot."""
+        self.diagnostics.append(Diagnostic("import-ignored", NOTE, what, span))
+
+    def changed(self, what: str, span: Span) -> None:
+        """Say that something is in the tree, but otherwise than the file says it."""
+        self.diagnostics.append(Diagnostic("import-changed", NOTE, what, span))
+
+    def warned(self, what: str, span: Span) -> None:
+        """Pass on a warning of MuJoCo's own."""
+        self.diagnostics.append(Diagnostic("mjcf-warning", WARNING, what, span))
+
+    def new_link(self, name: str, element: Element) -> Map:
+        """Return a new, empty link that stands where ``element`` is."""
+        made = Map(element.span)
+        said = element.attributes.get("name")
+        self.links.put(name, made, said.span if said and said.value == name else element.span, element.span)
+        return made
+
+    def new_joint(self, name: str, kind: str, parent: str, child: str, element: Element) -> Map:
+        """Return a new joint that stands where ``element`` is."""
+        made = Map(element.span)
+        said = element.attributes.get("name")
+        self.joints.put(name, made, said.span if said and said.value == name else element.span, element.span)
+        put(made, "type", kind)
+        put(made, "parent", parent)
+        put(made, "child", child)
+        return made
+
+
+_SAME = 1e-12
+_ENDS = {
+    (SLIDE, SLIDE, HINGE): ("planar", ("_TX", "_TY", "_RZ")),
+    (SLIDE, SLIDE, SLIDE, BALL): ("floating", ("_TX", "_TY", "_TZ", "_R")),
+}
+_ALONG: Sequence[Vector] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+
+
+class Motion(NamedTuple):
+    """A joint of several coordinates: its name, its type, and the normal of its plane if it has one."""
+
+    name: str
+    kind: str
+    axis: Vector | None
+
+
+def motion_of(reading: Reading, body: int) -> Motion | None:
+    """Return the planar or floating joint that the joints of a body are, None if they are none."""
+    held = [reading.facts["joints"][at] for at in reading.joints_in.get(body, ())]
+    kind, ends = _ENDS.get(tuple(joint["type"] for joint in held), ("", ()))
+    if not ends or any(_is_special(reading, joint) for joint in held):
+        return None
+    name = held[0]["name"].removesuffix(ends[0])
+    if not name or [joint["name"] for joint in held] != [name + end for end in ends]:
+        return None
+    axis = unit(held[-1]["axis"]) if kind == "planar" else None
+    along = plane_axes(axis) if axis else _ALONG
+    slides = [joint["axis"] for joint in held[:-1]]
+    if any(abs(a - b) > _SAME for said, own in zip(slides, along, strict=True) for a, b in zip(said, own, strict=True)):
+        return None
+    return Motion(name, kind, axis)
+
+
+def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
+    """Say whether a joint has what a planar or floating joint has no word for."""
+    facts, dof = reading.facts, joint["dof"]
+    if joint["type"] != SLIDE and any(joint["pos"]):
+        return True
+    shifted = joint["type"] != BALL and facts["zero"][joint["address"]] != 0
+    held = any(facts[word][dof] for word in ("damping", "friction", "armature"))
+    return bool(shifted or held or joint["limited"] or joint["forced"])
+
+
+_ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
+
+
+def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
+    """Return a list of numbers; their places are the digits of the attribute where it says these very values."""
+    made = Seq(element.span)
+    said = element.attributes.get(attribute)
+    for value, span in zip(values, spans_of(said, values, element.span), strict=True):
+        made.put(plain(value), span)
+    return made
+
+
+def plain(value: float) -> float | int:
+    """Return a whole number as an int, as the description would say it."""
+    return int(value) if value == int(value) and abs(value) < 1e15 else value
+
+
+def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
+    """Set a key of an entry; the place is that of the entry, unless one is given."""
+    place = span or getattr(value, "span", None) or entry.span
+    entry.put(key, value, place, place)
+
+
+def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
+    """Set a number; its place is the word ``at`` of the attribute where that says this very value."""
+    said = element.attributes.get(attribute)
+    word = said.words()[at : at + 1] if said else []
+    span = word[0].span if word and says(word[0].text, value) else element.span
+    entry.put(key, plain(value), element.span, span)
+
+
+def put_pose(entry: Map, place: Transform, element: Element) -> None:
+    """Set xyz and rpy of an entry, where they are not zero."""
+    xyz = tidy_vector(place.xyz)
+    rpy = rpy_of(place.rows)
+    if xyz != IDENTITY.xyz:
+        put(entry, "xyz", numbers(xyz, element, "pos"))
+    if rpy != IDENTITY.rpy:
+        put(entry, "rpy", numbers(rpy, element))
+
+
+def source(entry: Map, status: str, note: str) -> None:
+    """Say where the values of an entry come from."""
+    said = Map(entry.span)
+    put(said, "status", status)
+    put(said, "note", note)
+    put(entry, "source", said)
+
+
+def legal(name: str) -> str:
+    """Return a name without what names of the description never have: markup, quotes, outer or other white space."""
+    return " ".join(_ILLEGAL.sub("_", word) for word in name.split(" ") if word)
+
+
+class Names:
+    """Names that are given once: those of the file, and plain ones for what has none."""
+
+    def __init__(self) -> None:
+        self.taken: set[str] = set()
+
+    def give(self, name: str) -> str:
+        """Return the name, or with a number behind it if it is taken."""
+        word = legal(name) or "unnamed"
+        made, count = word, 1
+        while made in self.taken:
+            count += 1
+            made = f"{word}_{count}"
+        self.taken.add(made)
+        return made
+
+
+DEGREE = math.pi / 180
+ROUNDING = 1e-15  # of sums and products of numbers near 1
+ANGLE_ROUNDING = 1e-12  # rad
+NO_POSE = Transform()
+
+
+def tidy(value: float, zero: float = ROUNDING) -> float:
+    """Return the short decimal that a number misses by rounding alone, else the number; below ``zero`` it is 0.
+
+    >>> tidy(0.30000000000000004), tidy(0.1234567890123456), tidy(1e-17), tidy(-0.0)
+    (0.3, 0.1234567890123456, 0.0, 0.0)
+    """
+    if abs(value) < zero or not math.isfinite(value):
+        return value if not math.isfinite(value) else 0.0
+    for digits in range(1, 14):
+        short = float(f"{value:.{digits}g}")
+        if abs(short - value) <= ROUNDING * abs(value):
+            return short
+    return value
+
+
+def tidy_angle(value: float) -> float:
+    """Return an angle (rad), a whole number of degrees exactly where it misses one by rounding; -180 deg is 180 deg.
+
+    >>> tidy_angle(1.5707963267948963) == 90 * DEGREE, tidy_angle(-math.pi) == math.pi
+    (True, True)
+    """
+    degrees = round(value / DEGREE) if math.isfinite(value) else 0
+    if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING:
+        return 180 * DEGREE if degrees == -180 else degrees * DEGREE
+    return tidy(value, ANGLE_ROUNDING)
+
+
+def tidy_position(value: float) -> float:
+    """Return a position of a joint that turns (rad): as ``tidy_angle``, but -180 deg stays what it is."""
+    degrees = round(value / DEGREE) if math.isfinite(value) else 0
+    if degrees and abs(value - degrees * DEGREE) <= ANGLE_ROUNDING * max(1.0, abs(degrees) / 180):
+        return degrees * DEGREE
+    return tidy(value)
+
+
+def rotation(quaternion: Sequence[float]) -> Rows:
+    """Return the rotation matrix, as rows, of a quaternion (w, x, y, z) of any length above zero."""
+    return transform(NO_POSE.xyz, quaternion).rows
+
+
+def transform(pos: Sequence[float], quat: Sequence[float]) -> Transform:
+    """Return the transform of a position (m) and a quaternion (w, x, y, z)."""
+    x, y, z = pos
+    return transform_of_quaternion((x, y, z), quat)
+
+
+def shift(offset: Sequence[float]) -> Transform:
+    """Return the transform that only moves (m)."""
+    x, y, z = offset
+    return Transform(xyz=(x, y, z))
+
+
+def rpy_of(rows: Rows) -> Vector:
+    """Return a rotation as fixed-axis roll, pitch, yaw in radians, whole degrees where it misses them by rounding.
+
+    Where pitch is near 90 degrees, roll alone and yaw alone mean little. Yaw is therefore measured after roll was taken
+    out, so that all three together are the rotation to the last digit, and roll is 0 where nothing of it can be seen.
+    """
+    (a, b, c), (d, e, f), (g, h, i) = rows
+    horizontal = math.hypot(h, i)
+    roll = math.atan2(h, i) if horizontal > ANGLE_ROUNDING else 0.0
+    sine, cosine = math.sin(roll), math.cos(roll)
+    yaw = math.atan2(c * sine - b * cosine, e * cosine - f * sine)
+    pitch = math.atan2(-g, a * math.cos(yaw) + d * math.sin(yaw))
+    return (tidy_angle(roll), tidy_angle(pitch), tidy_angle(yaw))
+
+
+def tidy_vector(values: Iterable[float], zero: float = ROUNDING) -> Vector:
+    """Return three numbers freed of rounding."""
+    x, y, z = (tidy(value, zero) for value in values)
+    return (x, y, z)
+
+
+def unit(axis: Sequence[float]) -> Vector:
+    """Return an axis with length 1; MuJoCo has made it so already, but for rounding."""
+    x, y, z = axis
+    return tidy_vector(geometry.unit((x, y, z)))
+
+
+def angles_about_xyz(quaternion: Sequence[float]) -> Vector:
+    """Return the turns about x, then the new y, then the new z that make a rotation (rad)."""
+    (_, _, c), (d, e, f), (g, h, i) = rotation(quaternion)
+    first = math.atan2(-f, i) if math.hypot(f, i) > ANGLE_ROUNDING else 0.0
+    sine, cosine = math.sin(first), math.cos(first)
+    third = math.atan2(d * cosine + g * sine, e * cosine + h * sine)
+    second = math.atan2(c, i * cosine - f * sine)
+    return (tidy_angle(first), tidy_angle(second), tidy_angle(third))
+
+
+def full_inertia(diagonal: Sequence[float], rows: Rows) -> dict[str, float]:
+    """Return the moments along the axes of the link of an inertia that is diagonal in the axes of ``rows``."""
+    largest = max(map(abs, diagonal))
+
+    def moment(j: int, k: int) -> float:
+        return sum(rows[j][n] * diagonal[n] * rows[k][n] for n in range(3))
+
+    cells = {"ixx": (0, 0), "iyy": (1, 1), "izz": (2, 2), "ixy": (0, 1), "ixz": (0, 2), "iyz": (1, 2)}
+    return {name: tidy(moment(*cell), ROUNDING * largest) for name, cell in cells.items()}

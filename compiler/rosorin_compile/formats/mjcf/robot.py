@@ -1,0 +1,154 @@
+"""MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
+
+So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
+MuJoCo means by them. The text is read beside it, for the place of everything, for comments, and for what is left out.
+
+Comments go with the entry of the tree that they stand before or in.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from ...diagnostics import arrange, error
+from ...diagnostics.registry import READING, Rule
+from ...frontend.tree import Map
+from ...frontend.tree import Path as TreePath
+from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
+from ..checked import accept
+from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from . import joints, left_out, links, sections, shapes
+from .actuators import drives_of
+from .left_out import before, place, refusal
+from .process import ask
+from .reading import Reading, legal, put
+from .source import Markup, Places
+
+RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
+
+
+_UNNAMED = "MuJoCo Model"
+
+
+def read_mjcf(path: Path, options: ReadOptions) -> Imported:
+    """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions.
+
+    ``outputs`` of the tree says ``{mjcf: {base: free}}`` where the base of the robot has a free joint; it is for the
+    writer to add the files.
+    """
+    try:
+        markup = Markup(path, options)
+    except MarkupError as problem:
+        return Imported(None, [problem.diagnostic], files=(path,))
+    files = tuple(markup.files)
+    if markup.root.tag != "mujoco":
+        help = "an MJCF begins with <mujoco>"
+        message = f"this is no robot: its root element is <{markup.root.tag}>"
+        return Imported(None, [error("wrong-root", message, markup.root.span, help)], files=files)
+    wrong = list(before(markup))
+    if wrong:
+        return Imported(None, wrong, files=files)
+    answer = ask(path)
+    if answer.facts is None:
+        return Imported(None, [refusal(markup, answer)], files=files)
+    files += tuple(file for name in answer.facts["assets"] if (file := path.parent / name).is_file())
+    reading = Reading(markup, Places(markup, answer.facts), answer.facts)
+    for message in answer.warnings:
+        reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
+    if not reading.tops:
+        message = "the file has no body: it is a scene without a robot"
+        help = "name the file that has the robot"
+        return Imported(None, [error("mjcf-no-body", message, markup.root.span, help)], files=files)
+    _read(reading, path)
+    tree, said = accept(reading.tree, options.lenient)
+    if tree is not None and reading.free_base:
+        _say_free(tree)
+    diagnostics = arrange([*reading.diagnostics, *said])
+    return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out))
+
+
+def _read(reading: Reading, path: Path) -> None:
+    """Fill the tree, in the order in which a person would read it."""
+    tree, root = reading.tree, reading.markup.root
+    name = legal(reading.facts["name"])
+    said = root.attributes.get("model")
+    put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, said.span if said else None)
+    origin = Map(root.span)
+    put(origin, "status", "imported")
+    put(origin, "note", f"from {path.name}")
+    put(tree, "source", origin)
+    links.name_links(reading)
+    joints.name_joints(reading)
+    links.add_links(reading)
+    joints.add_joints(reading, drives_of(reading))
+    links.add_frames(reading)
+    shapes.add_shapes(reading)
+    put(tree, "links", reading.links)
+    put(tree, "joints", reading.joints)
+    sections.add_mimics(reading)
+    sections.add_contacts(reading)
+    sections.add_poses(reading)
+    sections.tell_of_free_joints(reading)
+    joints.tell_of_zeros(reading)
+    joints.tell_of_base(reading)
+    left_out.tell(reading)
+
+
+def _say_free(tree: Map) -> None:
+    outputs, mjcf = Map(tree.span), Map(tree.span)
+    put(mjcf, "file", "robot.xml")
+    put(mjcf, "base", "free")
+    put(outputs, "mjcf", mjcf)
+    put(tree, "outputs", outputs)
+
+
+def comments_of(reading: Reading) -> list[Comment]:
+    """Return all comments, in the order of the files and their text."""
+    paths: dict[Element, TreePath] = {}
+    for index, name in reading.link_of.items():
+        if index:
+            paths.setdefault(reading.places.body(index), ("links", name))
+    for index, name in reading.joint_of.items():
+        paths.setdefault(reading.places.of("joints", index), ("joints", name))
+    found: list[Comment] = []
+    for document in reading.markup.documents:
+        found += [_made(document, remark, ("robot",), BEFORE) for remark in document.before if remark.kind == COMMENT]
+        inner = [comment for element in document.root.iter() for comment in _inside(element, paths)]
+        found += sorted(inner, key=lambda comment: (comment.span.line, comment.span.column))
+        found += [_made(document, remark, (), END) for remark in document.after if remark.kind == COMMENT]
+    return found
+
+
+def _inside(element: Element, paths: dict[Element, TreePath]) -> list[Comment]:
+    """Return the comments directly in an element: before or beside what stands there, or at its end."""
+    made = []
+    document = element.document
+    for position, item in enumerate(element.content):
+        if isinstance(item, Element) or item.kind != COMMENT:
+            continue
+        before = next((e for e in reversed(element.content[:position]) if isinstance(e, Element)), None)
+        after = next((e for e in element.content[position:] if isinstance(e, Element)), None)
+        own_line = "\n" in document.source.text[(before.end if before else element.opened) : item.start]
+        if before is not None and not own_line:
+            made.append(_made(document, item, _path(before, paths), BESIDE))
+        elif after is not None:
+            made.append(_made(document, item, _path(after, paths), BEFORE))
+        else:
+            made.append(_made(document, item, _path(element, paths), INSIDE if element.parent else END))
+    return made
+
+
+def _path(element: Element, paths: dict[Element, TreePath]) -> TreePath:
+    """Return the entry of an element, or of what it stands in; the robot as a whole for all else."""
+    here: Element | None = element
+    while here is not None:
+        if here in paths:
+            return paths[here]
+        here = here.parent
+    return ("robot",)
+
+
+def _made(document: Document, remark: Remark, path: TreePath, where: str) -> Comment:
+    if where in (INSIDE, END) and path == ("robot",):
+        path, where = (), END
+    return Comment(remark.text, document.span(remark.start, remark.end - remark.start), path, where)

@@ -1,0 +1,134 @@
+"""What stands beside the bodies: joints that follow others, links that may touch, and named poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from ...frontend.tree import Map, Seq
+from ...xml.markup import Element
+from .reading import BALL, FREE, HINGE, SLIDE, Names, Reading, angles_about_xyz, put, put_number, tidy, tidy_position
+
+_CONNECT, _WELD, _JOINT = range(3)
+_EXCLUDED = "excluded from contact in the MJCF"
+
+
+def add_mimics(reading: Reading) -> None:
+    """Let joints follow others where an equality says so; list the other equalities."""
+    elements = reading.markup.listed("equality")
+    entries = reading.facts["equalities"]
+    if len(elements) != len(entries):
+        elements = [reading.markup.named("equality", entry["name"]) or reading.markup.root for entry in entries]
+    lost: dict[str, list[Element]] = {}
+    for entry, element in zip(entries, elements, strict=True):
+        if not _is_mimic(reading, entry):
+            lost.setdefault(element.tag, []).append(element)
+            continue
+        joint = reading.joints[reading.joint_of[entry["first"]]]
+        mimic = Map(element.span)
+        leader = element.attributes.get("joint2")
+        put(mimic, "joint", reading.joint_of[entry["second"]], leader.span if leader else None)
+        offset, factor = (tidy(value) for value in entry["data"][:2])
+        if factor != 1:
+            put_number(mimic, "multiplier", factor, element, "polycoef", 1)
+        if offset:
+            put_number(mimic, "offset", offset, element, "polycoef", 0)
+        put(joint, "mimic", mimic)
+    for tag, found in lost.items():
+        what = f"the equality <{tag}>" if len(found) == 1 else f"{len(found)} equalities <{tag}>"
+        help, others = "only a joint that follows one other is known", [element.span for element in found[1:]]
+        reading.lost(what, found[0].span, help, len(found) > 1, others)
+
+
+def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
+    """Say whether an equality lets one joint follow another in proportion, and neither leads to a circle."""
+    if entry["type"] != _JOINT or not entry["active"] or any(entry["data"][2:5]):
+        return False
+    first, second = entry["first"], entry["second"]
+    if first not in reading.joint_of or second not in reading.joint_of:
+        return False
+    follower = reading.joint_of[first]
+    here: str | None = reading.joint_of[second]
+    while here is not None and here != follower:
+        said = reading.joints[here].get("mimic")
+        here = said["joint"] if said else None
+    return here is None and "mimic" not in reading.joints[follower]
+
+
+def add_contacts(reading: Reading) -> None:
+    """Add the pairs of links that are excluded from contact; not those that a joint connects, which always are."""
+    implied = _implied(reading)
+    written = {frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.listed("contact", "exclude")}
+    pairs = Seq(reading.markup.root.span)
+    for signature in reading.facts["excludes"]:
+        bodies = (signature >> 16, signature & 0xFFFF)  # mjModel.exclude_signature, which MuJoCo has sorted
+        names = [reading.link_of.get(index, "") for index in bodies]
+        called = [reading.facts["bodies"][index]["name"] for index in bodies]
+        element = written.get(frozenset(called), reading.markup.root)
+        if not all(names):
+            what = "a contact with the world that is excluded: the scene is no part of the robot"
+            reading.ignored(what, element.span)
+        elif frozenset(names) not in implied:
+            pairs.put(_pair(names, element), element.span)
+    if pairs:
+        put(reading.tree, "disabled_contacts", pairs)
+
+
+def _pair(names: list[str], element: Element) -> Map:
+    """Return the entry of two links, in the order in which the file names them."""
+    entry, links = Map(element.span), Seq(element.span)
+    said = {attribute.value: attribute.span for attribute in element.attributes.values()}
+    for name in sorted(names, key=lambda name: name != element.get("body1")):
+        links.put(name, said.get(name, element.span))
+    put(entry, "links", links)
+    put(entry, "reason", _EXCLUDED)
+    return entry
+
+
+def _implied(reading: Reading) -> set[frozenset[str]]:
+    """Return the pairs of links that every MJCF of this robot excludes."""
+    from ...frontend.lower import build
+    from .write import excluded_contacts
+
+    robot = build(reading.tree).robot if reading.facts["excludes"] else None
+    return set(map(frozenset, excluded_contacts(robot))) if robot else set()
+
+
+def add_poses(reading: Reading) -> None:
+    """Add the keyframes: positions of the joints that have one and follow no other; joints not named are at zero."""
+    elements = reading.markup.listed("keyframe", "key")
+    poses, names = Map(reading.markup.root.span), Names()
+    for number, key in enumerate(reading.facts["keys"]):
+        element = elements[number] if number < len(elements) else reading.markup.root
+        positions = Map(element.span)
+        for index, joint in enumerate(reading.facts["joints"]):
+            for name, value in _positions(reading, index, joint, key["qpos"]):
+                if value and "mimic" not in reading.joints[name]:
+                    put_number(positions, name, value, element)
+        pose = Map(element.span)
+        put(pose, "positions", positions)
+        put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
+    if poses:
+        put(reading.tree, "poses", poses)
+
+
+def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: list[float]) -> list[tuple[str, float]]:
+    """Return the positions that a keyframe gives to the joints that carry one of MuJoCo's."""
+    at = joint["address"]
+    if joint["body"] in reading.motion_of:
+        return []
+    if joint["type"] in (SLIDE, HINGE):
+        value = qpos[at] - reading.facts["zero"][at]
+        return [(reading.joint_of[index], tidy(value) if joint["type"] == SLIDE else tidy_position(value))]
+    if joint["type"] == BALL:
+        return list(zip(reading.ball_of[index], angles_about_xyz(qpos[at : at + 4]), strict=True))
+    return []
+
+
+def tell_of_free_joints(reading: Reading) -> None:
+    """Say that poses do not tell where the robot is, nor what floats or slides in a plane."""
+    free = any(joint["type"] == FREE for joint in reading.facts["joints"]) or bool(reading.motion_of)
+    if reading.facts["keys"] and free:
+        elements = reading.markup.listed("keyframe", "key")
+        span = (elements[0] if elements else reading.markup.root).span
+        reading.ignored("where the keyframes put what moves freely: a pose has joints of one position", span)

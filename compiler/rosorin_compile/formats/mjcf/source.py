@@ -1,0 +1,189 @@
+"""The text of an MJCF: read safely with all that it includes, so that all that MuJoCo tells has a place in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics import Span, error
+from ...xml.files import read_source
+from ...xml.markup import Attribute, Document, Element, MarkupError, parse
+from ..imported import ReadOptions
+
+MAX_DEPTH = 20  # of files that include files
+
+_GROUPING = ("frame", "replicate")
+_MAKERS = ("attach", "replicate", "flexcomp", "composite")
+
+
+class Markup:
+    """The main file and what it includes; ``files`` in the order of reading, ``children`` as if it were one file."""
+
+    def __init__(self, path: Path, options: ReadOptions) -> None:
+        self.folder = path.parent
+        self.allowed = [path.resolve().parent, *(folder.resolve() for folder in options.packages.values())]
+        self.files: list[Path] = []
+        self.documents: list[Document] = []
+        self.included: dict[Element, Element] = {}
+        self.known: set[Path] = set()
+        self.root = self._read(path, None).root
+        for element in self.root.iter():
+            self._follow(element, (path.resolve(),))
+
+    def _read(self, path: Path, asked: Span | None) -> Document:
+        document = parse(read_source(path, asked))
+        self.files.append(path)
+        self.documents.append(document)
+        return document
+
+    def _follow(self, element: Element, above: tuple[Path, ...]) -> None:
+        """Read the file that an element includes, and what that includes; MuJoCo finds all beside the main file."""
+        said = element.attributes.get("file")
+        is_include = element.tag == "include"
+        if said is None or not said.value or not (is_include or element.tag == "model"):
+            return
+        path = Path(self.folder, said.value.replace("\\", "/"))  # MuJoCo takes both for a separator
+        resolved = path.resolve()
+        if not any(resolved.is_relative_to(folder) for folder in self.allowed):
+            message = f"{said.value} lies outside the folder of the robot, and is not read"
+            help = "move it there, or allow its folder: --package NAME=FOLDER"
+            raise MarkupError(error("include-outside", message, said.span, help))
+        if resolved in above:
+            raise MarkupError(error("include-cycle", f"{said.value} includes itself", said.span, "remove one include"))
+        if resolved in self.known:
+            if is_include:
+                message = f"{said.value} is included a second time: MuJoCo includes a file once"
+                raise MarkupError(error("mjcf-refused", message, said.span, "include a copy, or use a class"))
+            return
+        self.known.add(resolved)
+        if len(above) == MAX_DEPTH:
+            message = f"files include each other {MAX_DEPTH} levels deep"
+            raise MarkupError(error("include-too-many", message, said.span, "join some"))
+        root = self._read(path, said.span).root
+        if is_include:
+            self.included[element] = root
+        for inner in root.iter():
+            self._follow(inner, (*above, resolved))
+
+    def children(self, element: Element) -> Iterator[Element]:
+        """Yield the elements in an element, those of included files in place of the include."""
+        for child in element.children:
+            if child in self.included:
+                yield from self.children(self.included[child])
+            else:
+                yield child
+
+    def within(self, element: Element) -> Iterator[Element]:
+        """Yield the elements in an element and in those, in the order of the text, without the element itself."""
+        for child in self.children(element):
+            yield child
+            yield from self.within(child)
+
+    def sections(self, tag: str) -> list[Element]:
+        """Return the sections of a name: MuJoCo takes several of one name for one."""
+        return [child for child in self.children(self.root) if child.tag == tag]
+
+    def named(self, section: str, name: str) -> Element | None:
+        """Return the element of a name in a section."""
+        for part in self.sections(section):
+            for element in self.within(part):
+                if name and element.get("name") == name:
+                    return element
+        return None
+
+    def listed(self, section: str, tag: str = "") -> list[Element]:
+        """Return the elements directly in a section, in order."""
+        return [e for part in self.sections(section) for e in self.children(part) if not tag or e.tag == tag]
+
+    def everything(self) -> list[Element]:
+        """Return all elements, those of included files in place of the includes."""
+        return [self.root, *self.within(self.root)]
+
+
+class Places:
+    """Where each body, joint, geom, site and camera of the compiled model stands in the text."""
+
+    def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
+        self.markup = markup
+        self.bodies: dict[int, Element] = {0: (markup.sections("worldbody") or [markup.root])[0]}
+        self.exact: set[tuple[str, int]] = set()
+        self.parts: dict[tuple[str, int], Element] = {}
+        children: dict[int, list[int]] = {}
+        for index, body in enumerate(facts["bodies"]):
+            if index:
+                children.setdefault(body["parent"], []).append(index)
+        held = {kind: _by_body(facts[kind]) for kind in ("joints", "geoms", "sites", "cameras")}
+        waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
+        while waiting:
+            index, containers = waiting.pop()
+            for kind, tags in _TAGS.items():
+                found = self._match(containers, tags, [(at, facts[kind][at]) for at in held[kind].get(index, ())])
+                self.parts |= {(kind, at): element for at, element in found.items()}
+            below = self._match(containers, ("body",), [(at, facts["bodies"][at]) for at in children.get(index, ())])
+            self.bodies |= below
+            waiting += [(at, [element]) for at, element in below.items()]
+
+    def _match(
+        self, containers: Sequence[Element], tags: Sequence[str], wanted: list[tuple[int, Mapping[str, Any]]]
+    ) -> dict[int, Element]:
+        """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
+        if not wanted:
+            return {}
+        found = [element for container in containers for element in self._direct(container, tags)]
+        if len(found) == len(wanted):
+            return {at: element for (at, _), element in zip(wanted, found, strict=True)}
+        holders = [e for c in containers for e in self.markup.within(c) if e.tag in _MAKERS]
+        nameless = [element for element in found if not element.get("name")]
+        fallback = [*nameless, *holders, *containers, self.markup.root][0]
+        names = {element.get("name"): element for element in found}
+        return {at: _called(names, thing["name"]) or fallback for at, thing in wanted}
+
+    def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:
+        """Yield the elements of a body itself, not of the bodies in it."""
+        for child in self.markup.children(container):
+            if child.tag in tags:
+                yield child
+            elif child.tag in _GROUPING:
+                yield from self._direct(child, tags)
+
+    def body(self, index: int) -> Element:
+        """Return the element of a body."""
+        return self.bodies.get(index, self.markup.root)
+
+    def of(self, kind: str, index: int) -> Element:
+        """Return the element of a joint, geom, site or camera (``kind`` is the plural)."""
+        return self.parts.get((kind, index), self.markup.root)
+
+
+_TAGS = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
+
+
+def _by_body(entries: Sequence[Mapping[str, Any]]) -> dict[int, list[int]]:
+    held: dict[int, list[int]] = {}
+    for index, entry in enumerate(entries):
+        held.setdefault(entry["body"], []).append(index)
+    return held
+
+
+def _called(names: Mapping[str, Element], name: str) -> Element | None:
+    """Return the element of a name; a replica's name is that of its element and a number."""
+    if not name:
+        return None
+    return names.get(name) or names.get(name.rstrip("0123456789")) or None
+
+
+def spans_of(attribute: Attribute | None, values: Sequence[float], span: Span) -> list[Span]:
+    """Return the places of numbers: those of the digits of an attribute that says the very values, else ``span``."""
+    words = attribute.words() if attribute else []
+    if len(words) == len(values) and all(says(word.text, value) for word, value in zip(words, values, strict=True)):
+        return [word.span for word in words]
+    return [span] * len(values)
+
+
+def says(text: str, value: float) -> bool:
+    """Say whether a word is this very number."""
+    try:
+        return float(text) == value
+    except ValueError:
+        return False

@@ -1,0 +1,150 @@
+"""What MuJoCo does not load and what MJCF has no word for, told before the artifact is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
+from ...diagnostics.registry import FORMATS, Rule
+from ...diagnostics.wording import and_more, counted
+from ...model import SENSOR_ELEMENT, Box, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from .masses import masses
+
+RULES = (
+    Rule(
+        "mjcf-cannot-say",
+        "A warning or a note: MJCF has no word for a velocity limit, a range without width, a texture, a mesh by "
+        "`package://`.",
+        "As the message says.",
+        FORMATS,
+    ),
+    Rule(
+        "mjcf-reserved-name",
+        "A sensor brings a site that is called like a link, whose own site has that name.",
+        "Give the element of its type another name.",
+        FORMATS,
+    ),
+)
+
+# The body that everything else stands in.
+WORLD = "world"
+
+_MESH_FORMATS = (".stl", ".obj", ".msh")
+
+
+def mesh_path(mesh: Mesh) -> str:
+    """Return the file of a mesh as MuJoCo opens it; empty if MuJoCo cannot."""
+    if mesh.file.startswith("package://") or not mesh.file.lower().endswith(_MESH_FORMATS):
+        return ""
+    return mesh.file.removeprefix("file://")
+
+
+def position_range(joint: Joint) -> tuple[float, float] | None:
+    """Return the limits of the position of a joint (rad or m); None where it has none."""
+    limit = joint.limit if joint.moves else None
+    if joint.type == "continuous" or limit is None or limit.lower is None or limit.upper is None:
+        return None
+    return (limit.lower, limit.upper)
+
+
+def body_name(robot: Robot, link: str) -> str:
+    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    name = link if link != WORLD else f"{WORLD}_link"
+    known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
+    while name in known:
+        name += "_"
+    return name
+
+
+def has_volume(geometry: Geometry) -> bool:
+    """Say whether MuJoCo takes the sizes of a geometry: all above zero; a mesh may be mirrored."""
+    if isinstance(geometry, HeightMap):
+        return True
+    if isinstance(geometry, Mesh):
+        return all(geometry.scale)
+    if isinstance(geometry, Box):
+        return all(size > 0 for size in geometry.size)
+    return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
+
+
+def refused(robot: Robot, free: bool) -> Iterator[Diagnostic]:
+    """Yield an error for each thing that MuJoCo does not load."""
+    yield from masses(robot, free)
+    for sensor in robot.sensors:
+        for part in sensor.simulated:
+            site = _site_name(part)
+            if site in robot.link:
+                message = (
+                    f'sensor "{sensor.name}" brings a site called "{site}", but in MJCF that is the site of the link'
+                )
+                yield Diagnostic("mjcf-reserved-name", ERROR, message, help="name the element of its type: name: WORD")
+
+
+def _site_name(part: Simulated) -> str:
+    """Return the name of the site that an element of a sensor brings; empty if it brings none, or many."""
+    if part.replicas is not None:
+        return ""
+    if part.kind == SENSOR_ELEMENT:
+        return "" if part.pose is None else part.site
+    return part.name if part.element == "site" else ""
+
+
+def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
+    """Yield what joints and meshes have that MJCF has no word for."""
+    for joint in joints:
+        if not joint.moves:
+            yield from _several(joint)
+            continue
+        ends = position_range(joint)
+        if ends and ends[0] >= ends[1]:
+            what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
+            message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
+            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
+        if joint.limit and joint.limit.effort is not None and joint.limit.effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {joint.limit.effort:g}: MuJoCo takes a force range of no'
+            message += " width for no limit"
+            yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
+    fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
+    if fast:
+        message = f"MJCF has no velocity limit: that of {counted(fast, 'joint')} is left out"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
+    textured += sum(bool(material.texture) for material in robot.materials)
+    if textured:
+        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals are left out"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    yield from _unreadable(robot)
+    if WORLD in robot.link:
+        message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
+        message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
+        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def _several(joint: Joint) -> Iterator[Diagnostic]:
+    """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
+    has = {"limit": joint.limit is not None and joint.type == "planar", "dynamics": joint.dynamics is not None}
+    words = [word for word, there in has.items() if there]
+    if words:
+        message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
+        message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
+        yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
+
+
+def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
+    """Yield a warning for the shapes that are left out: MuJoCo takes no such size, or cannot open their meshes."""
+    meshes: list[tuple[str, str]] = []
+    for link in robot.walk():
+        for shape in (*link.collision, *link.visual):
+            if not all(has_volume(solid.geometry) for solid in shape.solids()):
+                kind = type(shape.geometry).__name__.lower()
+                message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
+                yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
+            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry):
+                meshes.append((shape.geometry.file, link.name))
+    if meshes:
+        (file, link_name), *more = meshes
+        what = f'mesh {file} of link "{link_name}"'
+        what += f"{and_more(len(more))} {'are' if more else 'is'}"
+        message = f"{what} left out of the MJCF: MuJoCo opens"
+        message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")

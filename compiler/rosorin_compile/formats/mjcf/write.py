@@ -1,0 +1,254 @@
+"""MJCF: the robot for MuJoCo 4, and only the robot: no floor, no light, for ``<include>`` or attaching to a scene.
+
+Every link is a body of the whole tree, from its root, and also a site of the same name in the frame of the link: a body
+and a site can be asked for under the name of the frame, whether or not it has mass. Static transforms of other nodes
+whose numbers are known are frames too.
+
+What there is to know about the format (MuJoCo 4.0.0, XMLreference):
+
+- Sizes of geoms are halves. Rotations are quaternions (w x y z), because what ``euler`` means is a setting.
+- A geom without mass of its own would get the mass of water, so every geom has density 0: the only masses are those of
+  the description. A moving body that has none with what is fixed to it is refused by MuJoCo, and therefore here; if it
+  carries mass by further joints, it has the least that MuJoCo takes.
+- The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
+- There is no word for a velocity limit. A range whose ends are equal means no range.
+- ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
+- MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
+  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. The excluded contacts say it for
+  every joint, so that the base makes no difference; those in ``disabled_contacts`` of the description come after them.
+- Visual geoms collide with nothing and are in group 1. Collision geoms are in group 0, which viewers show, unless there
+  are visuals to look at: then in group 3, which they hide.
+- What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from markupsafe import Markup
+
+from ...diagnostics import Diagnostic
+from ...model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    Inertial,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    principal_moments,
+)
+from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ..templating import BUILTIN, Templates, attributes, comment
+from .facts import read
+from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless, weld_groups
+from .unsaid import body_name, has_volume, mesh_path, position_range, refused, unsaid
+from .write_joints import followers, joints_of, keys
+from .write_sensors import Element, elements_of
+
+__all__ = ["read", "write"]
+
+# A chain of thousands of links is not indented further: its text would grow with the square of its length.
+DEEPEST = 30
+
+# What a body without mass has where MuJoCo asks for one (see ``mjcf_masses.weightless``).
+_LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
+
+
+class Body(NamedTuple):
+    """A body as the attributes of its elements, and the indents of the bodies that end after it, innermost first.
+
+    ``inertial`` is empty where there is none; ``joints``, ``geoms`` and ``elements`` are lists.
+    """
+
+    indent: str
+    names: Markup
+    inertial: Markup | str
+    joints: list[Markup]
+    geoms: list[Markup]
+    site: Markup
+    elements: Sequence[Element]
+    ends: list[str]
+
+
+class Frame(NamedTuple):
+    """A node of the tree of frames: a link, or a static transform that another node publishes (``link`` is None)."""
+
+    name: str
+    depth: int
+    pose: Pose
+    joint: Joint | None
+    link: Link | None
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the MJCF of a robot.
+
+    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six).
+    """
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    free = output.options.get("base", "fixed") == "free"
+    elements = elements_of(robot, templates, number)
+    printer = _Printer(robot, number, elements.bodies, free)
+    frames = list(walk(robot))
+    bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
+    joints = [frame.joint for frame in frames if frame.joint]
+    shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
+    values = {
+        "robot": robot,
+        "free_joint": _free_joint(robot) if free else "",
+        "collision_group": 3 if any(link.visual for link in robot.links) else 0,
+        "meshes": [(name, mesh, mesh_path(mesh)) for mesh, name in printer.meshes.items()],
+        "bodies": bodies,
+        "followers": followers(robot, joints, number),
+        "actuated": [joint for joint in joints if joint.actuator and joint.moves],
+        "sensors": elements.sensors,
+        "sections": elements.sections,
+        "excludes": excluded_contacts(robot),
+        "keys": keys(robot, joints, free),
+        "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
+        "title": comment(robot.name),
+        "range": position_range,
+        "number": number,
+        "vector": printer.vector,
+        "pairs": lambda pairs: attributes(**dict(pairs)),
+    }
+    text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
+    return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
+
+
+def walk(robot: Robot) -> Iterator[Frame]:
+    """Yield every frame from the root, parents before children: links by their joints, then known static edges."""
+    edges: dict[str, list[tuple[str, Pose]]] = {}
+    known = set(robot.link)
+    for edge in robot.edges:
+        if edge.pose is not None and not edge.moving and edge.child not in known:
+            known.add(edge.child)
+            edges.setdefault(edge.parent, []).append((edge.child, edge.pose))
+    waiting = [Frame(robot.root, 0, Pose(), None, robot.link[robot.root])]
+    while waiting:
+        frame = waiting.pop()
+        yield frame
+        below = [
+            Frame(
+                joint.child, frame.depth + 1, joint.origin, None if joint.is_fixed else joint, robot.link[joint.child]
+            )
+            for joint in robot.joints_from.get(frame.name, ())
+        ]
+        below += [Frame(name, frame.depth + 1, pose, None, None) for name, pose in edges.get(frame.name, ())]
+        waiting += reversed(below)
+
+
+class _Printer:
+    """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
+
+    def __init__(
+        self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]], free: bool
+    ) -> None:
+        self.robot = robot
+        self.number = number
+        self.elements = elements
+        self.meshes: dict[Mesh, str] = {}
+        self.weightless = frozenset(weightless(robot, free))
+
+    def vector(self, numbers: Iterable[float]) -> str:
+        return vector(numbers, self.number)
+
+    def place(self, pose: Pose) -> dict[str, str]:
+        """Return a position (m) and a unit quaternion (w x y z), which is left out where nothing is turned."""
+        quaternion = pose.transform().quaternion()
+        pos = self.vector(pose.xyz)
+        return {"pos": pos} if quaternion == (1, 0, 0, 0) else {"pos": pos, "quat": self.vector(quaternion)}
+
+    def body(self, frame: Frame, after: Frame | None) -> Body:
+        """Return the body of a frame; ``after`` is the next frame of the tree."""
+        ends = range(frame.depth, (after.depth if after else 0) - 1, -1)
+        link = frame.link or Link(frame.name)
+        return Body(
+            _indent(frame.depth),
+            attributes(name=body_name(self.robot, frame.name), **self.place(frame.pose)),
+            self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
+            joints_of(frame.joint, self.robot, self.number) if frame.joint else [],
+            [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            attributes(name=frame.name),
+            self.elements.get(frame.name, ()),
+            [_indent(depth) for depth in ends],
+        )
+
+    def inertial(self, inertial: Inertial | None) -> Markup | str:
+        """Return the attributes of an inertial; empty where there is no mass."""
+        if inertial is None or not has_mass(inertial):
+            return ""
+        pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
+        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
+            return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
+        return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
+
+    def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
+        """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
+        for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
+            geometry = solid.geometry
+            if not has_volume(geometry):
+                continue
+            values = {"class": f"{self.robot.name}_{purpose}", "name": f"{link.name}_{purpose}_{index}"}
+            values["type"] = type(geometry).__name__.lower()
+            if isinstance(geometry, Mesh):
+                if not mesh_path(geometry):
+                    continue
+                values["mesh"] = self.meshes.setdefault(geometry, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+            else:
+                values["size"] = self.vector(_half_sizes(geometry))
+            values |= self.place(solid.origin())
+            colour = self.robot.colour(solid) if purpose == "visual" else None
+            if colour:
+                values["rgba"] = self.vector(colour)
+            yield attributes(**values)
+
+
+def _indent(depth: int) -> str:
+    return "  " * (min(depth, DEEPEST) + 2)
+
+
+def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
+    """Return the sizes of a primitive as MuJoCo counts: half extents, radius, radius and half length (m)."""
+    if isinstance(geometry, Box):
+        x, y, z = geometry.size
+        return (x / 2, y / 2, z / 2)
+    if isinstance(geometry, (Cylinder, Capsule)):
+        return (geometry.radius, geometry.length / 2)
+    return (geometry.radius,) if isinstance(geometry, Sphere) else ()
+
+
+def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
+    """Return the pairs of links that are not to collide: those that a joint connects, and those that the robot names.
+
+    A joint connects each link that is fixed to its parent with each link that is fixed to its child; links without
+    collision shapes are left out.
+    """
+    groups = weld_groups(robot)
+    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
+    top_of = {name: top for top, names in groups.items() for name in names}
+    pairs: dict[frozenset[str], tuple[str, str]] = {}
+    for top in solid:
+        joint = robot.joint_to.get(top)
+        for above in solid[top_of[joint.parent]] if joint else ():
+            for below in solid[top]:
+                pairs.setdefault(frozenset((above, below)), (above, below))
+    for pair in robot.disabled_contacts:
+        pairs.setdefault(frozenset(pair), pair)
+    return [(body_name(robot, one), body_name(robot, other)) for one, other in pairs.values()]
+
+
+def _free_joint(robot: Robot) -> str:
+    """Return a name for the joint of a floating base that no other joint has."""
+    name = f"{robot.root}_free"
+    while name in robot.joint:
+        name += "_"
+    return name

@@ -1,0 +1,186 @@
+"""Reader: one function for every format; the name of the file and what stands in it decide which one it is."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from ..diagnostics import NOTE, Diagnostic, Source, Span, error
+from ..diagnostics.registry import READING, Rule
+from ..project import ENDINGS
+from ..rules import acceptable
+from ..xml.files import mended, read_source, without_late_declaration
+from ..xml.markup import RULE as SYNTAX
+from ..xml.markup import Document, MarkupError, parse
+from . import FORMATS, Format, Opened, endings
+from .imported import Imported, ReadOptions
+
+RULES = (
+    Rule(
+        "wrong-format",
+        "The file is of a format that is not read.",
+        "The message says what it is, and what to name in its place.",
+        READING,
+    ),
+    Rule(
+        "wrong-root",
+        "The root element is not that of a robot.",
+        "The message says what it is, and what to name in its place.",
+        READING,
+    ),
+)
+
+
+_OTHER_FORMATS = {
+    "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),
+    "world": ("a world of Gazebo", "import the URDF or xacro of the robot"),
+    "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
+    "svg": ("a picture", "name the file of the robot"),
+    "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),
+    "package": ("the package.xml of a ROS package", "name the file of the robot in that package"),
+    "launch": ("a launch file", "name the file of the robot that it loads"),
+    "srdf": ("an SRDF of MoveIt", "name the URDF"),
+    "mujocoinclude": ("a part of an MJCF, to be included", "name the MJCF that includes it: its root is <mujoco>"),
+}
+
+
+def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
+    """Return the robot of a file (see ``read_robot``)."""
+    suffix = path.suffix.lower()
+    if suffix in ENDINGS:
+        message = f"{path.name} is a description already, or another file in YAML"
+        return _refused(error("wrong-format", message, asked, f"import reads {known()}"), path)
+    format = next((one for one in _readable() if suffix in one.endings and not _is_xml(one)), None)
+    if format is not None:
+        return _read(format, Opened(path, options))
+    try:
+        source = read_source(path, asked)
+        _check_text(source)
+        document = _parsed(source, options)
+    except MarkupError as problem:
+        return _refused(problem.diagnostic, path)
+    format = _format_of(document, path)
+    if format is None:
+        return _refused(_wrong_root(document), path)
+    read = _read(format, Opened(path, options, document))
+    return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
+
+
+def known() -> str:
+    """Return the formats that are read, as the end of a sentence."""
+    *others, last = [one.listed for one in _readable()]
+    return f"{', '.join(others)}, or {last}"
+
+
+def _readable() -> list[Format]:
+    return [one for one in FORMATS.values() if one.read is not None]
+
+
+def _is_xml(format: Format) -> bool:
+    return bool(format.roots or format.recognises)
+
+
+def _format_of(document: Document, path: Path) -> Format | None:
+    """Return the format of an XML file: the one that recognises it, else that of its root element."""
+    readable = _readable()
+    recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
+    return next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+
+
+def _read(format: Format, opened: Opened) -> Imported:
+    if format.read is None:
+        raise ValueError(f"{format.word} is not read")
+    return format.read(opened)._replace(format=format.becomes or format.name)
+
+
+def _parsed(source: Source, options: ReadOptions) -> Document:
+    """Return a source as XML; what other readers pass over is blanked out, most of it leniently. Raises MarkupError."""
+    source = without_late_declaration(source)
+    try:
+        return parse(source)
+    except MarkupError as problem:
+        if not options.lenient or problem.diagnostic.rule != SYNTAX:
+            raise
+        try:
+            return parse(mended(source))
+        except MarkupError:
+            raise problem from None
+
+
+def _mending(source: Source, document: Document) -> list[Diagnostic]:
+    """Return the note about a text that was mended before it could be read."""
+    if document.source.text == source.text:
+        return []
+    what = "this is no XML to the letter, and is read all the same"
+    if without_late_declaration(source).text == document.source.text:
+        what = "the declaration <?xml ...?> is not at the very beginning of the file, and has no effect"
+    return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
+
+
+def _refused(diagnostic: Diagnostic, path: Path) -> Imported:
+    return Imported(None, [diagnostic], (), (path,))
+
+
+def _check_text(source: Source) -> None:
+    """Refuse a text that is not XML at all, with a guess of what it is. Raises MarkupError."""
+    start = source.text.lstrip()[:200].lower()
+    span = Span(source, 1, 1, 1)
+    if start.startswith(("<!doctype html", "<html")):
+        what, help = _OTHER_FORMATS["html"]
+        raise MarkupError(error("wrong-root", f"{source.path} is {what}, not a robot", span, help))
+    if start.startswith("version https://git-lfs"):
+        message = f"{source.path} is a pointer of Git LFS, not the file itself"
+        raise MarkupError(error("wrong-format", message, span, "fetch the file: git lfs pull"))
+    if not start.startswith("<"):
+        raise MarkupError(error("wrong-format", f"{source.path} is not XML", span, f"import reads {known()}"))
+
+
+def _wrong_root(document: Document) -> Diagnostic:
+    """Return the message about a root element of another format."""
+    root = document.root
+    tag = root.tag.lower()
+    what, help = _OTHER_FORMATS.get(tag, ("", f"import reads {known()}"))
+    if tag == "robot":
+        return error("wrong-root", f"the root element is <{root.tag}>, not <robot>", root.span, "did you mean <robot>?")
+    message = (
+        f"the root element is <{root.tag}>: this is {what}"
+        if what
+        else f"the root element is <{root.tag}>, not <robot>"
+    )
+    return error("wrong-root", message, root.span, help)
+
+
+Tell = Callable[[Diagnostic], None]
+
+
+def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
+    """Return the robot of a file in any format. Never raises: what is wrong is a diagnostic, and then no tree.
+
+    The name of the file and what stands in it decide on the format. ``asked`` is the place that names the file, if a
+    description does.
+    """
+    return read(path, options or ReadOptions(), asked)
+
+
+class Readers:
+    """Reads the foreign robots that descriptions include (``expand.vendor.ForeignReader``)."""
+
+    def endings(self) -> tuple[str, ...]:
+        """Return how the names of files end that a description may include and that are no descriptions."""
+        return endings(include=True)
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+    ) -> Imported:
+        """Return the robot of a file; ``by`` is the place that names it."""
+        read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        # Notes on what is accepted: the rules say so again, of the whole robot.
+        new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
+        return read._replace(diagnostics=new)
+
+    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
+        """Return the folder of a ROS package that a file names; None if it is not found."""
+        from .packages import Packages
+
+        return Packages(packages, os.environ, by).find(name)

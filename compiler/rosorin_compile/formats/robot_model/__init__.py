@@ -1,0 +1,360 @@
+"""robot_model: the geometry as plain numbers on one line, for a driver that needs no URDF to check its arm for contact.
+
+``schemas/robot_model.schema.json`` says what each value is. Numbers are exact: they read back as the same doubles.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
+from ...diagnostics.bounded import json_of
+from ...diagnostics.registry import FORMATS, Rule
+from ...model import (
+    IDENTITY,
+    SEVERAL_COORDINATES,
+    Box,
+    HeightMap,
+    Joint,
+    Output,
+    Pose,
+    Robot,
+    ServoGroup,
+    Shape,
+    Transform,
+)
+from ...rules.case import Case, suggest
+from ..facts import AXES
+from ..format import Fact, Facts, Format, Opened, Value
+from ..static_tf import frame_facts
+from ..templating import Templates
+
+if TYPE_CHECKING:
+    from ..imported import Imported
+RULES = (
+    Rule(
+        "robot-model-cannot-say",
+        "A warning: the driver's model has no room for a shape, a mimic, a planar or a floating joint.",
+        "The URDF carries it; or leave the joint out with `joints`.",
+        FORMATS,
+    ),
+    Rule(
+        "robot-model-unknown-name",
+        "An option names a joint, link or servo group that does not exist.",
+        "Correct the name.",
+        FORMATS,
+    ),
+    Rule("robot-model-same-name", "`rename` gives two links one name.", "Rename one to another.", FORMATS),
+    Rule(
+        "robot-model-servos",
+        "The driver's model has room for one servo group, and there are several.",
+        "Say which with `servos`.",
+        FORMATS,
+    ),
+)
+
+_Map = tuple[HeightMap, str]
+_UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the driver's model of a robot.
+
+    Options: ``joints`` (names, in the order wanted; default all), ``rename`` (link name: its name in this artifact),
+    ``servos`` (the group for pulse_to_rad, needed if there are several), ``source`` (default: the robot's source note).
+    """
+    options = output.options
+    diagnostics = _unknown_names(robot, options)
+    joints = [robot.joint[name] for name in options.get("joints", robot.joint) if name in robot.joint]
+    joints = [joint for joint in joints if _has_word(joint, diagnostics)]
+    rename: Mapping[str, str] = options.get("rename", {})
+    links = _links(joints) or [robot.root]
+    diagnostics += _same_names(links, rename)
+    servos = _servos(robot, options, diagnostics)
+    model: dict[str, Any] = {"source": options.get("source", robot.source.note)}
+    if servos:
+        model["pulse_to_rad"] = _pulse_to_rad(servos)
+    model["joints"] = {joint.name: _joint(joint, rename, diagnostics) for joint in joints}
+    model["boxes"], height_maps = {}, []
+    for link in links:
+        box, maps = _collision(robot, link, diagnostics)
+        height_maps += [(link, *height_map) for height_map in maps]
+        if box is not None:
+            corners = {"min": _numbers(box.lower), "max": _numbers(box.upper)}
+            model["boxes"][rename.get(link, link)] = corners
+    for link, height_map, stand_in in height_maps[:1]:
+        model["chassis_heightmap"] = _height_map(rename.get(link, link), height_map, stand_in)
+    for link, *_ in height_maps[1:]:
+        diagnostics.append(_left_out(link, "a second height map: the format has room for one"))
+    return json.dumps(model, allow_nan=False) + "\n", diagnostics
+
+
+def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]:
+    """Return an error for each name in the options that the robot does not have."""
+    servos = {group.name for group in robot.servos}
+    asked: list[tuple[str, Iterable[str], Iterable[str]]] = [
+        ("joint", options.get("joints", ()), robot.joint),
+        ("link", options.get("rename", {}), robot.link),
+        ("servo group", [options["servos"]] if "servos" in options else [], servos),
+    ]
+    return [
+        error("robot-model-unknown-name", f'there is no {kind} "{name}"', None, did_you_mean(name, known))
+        for kind, names, known in asked
+        for name in names
+        if name not in known
+    ]
+
+
+def _has_word(joint: Joint, diagnostics: list[Diagnostic]) -> bool:
+    """Say whether the format knows the type of a joint; if not, a warning is added."""
+    if joint.type not in SEVERAL_COORDINATES:
+        return True
+    message = f"robot_model has no word for {joint.type}: joint {joint.name} is left out"
+    way_out = "let its reader know how the two parts of the robot hang together"
+    diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=way_out))
+    return False
+
+
+def _links(joints: list[Joint]) -> list[str]:
+    """Return the links of the joints: the children in the order of the joints, then the parents that are no child."""
+    return list(dict.fromkeys([*(joint.child for joint in joints), *(joint.parent for joint in joints)]))
+
+
+def _same_names(links: list[str], rename: Mapping[str, str]) -> list[Diagnostic]:
+    named: dict[str, str] = {}
+    diagnostics = []
+    for link in links:
+        name = rename.get(link, link)
+        if name in named:
+            message = f'links {named[name]} and {link} would both be called "{name}" in this artifact'
+            diagnostics.append(error("robot-model-same-name", message, None, "rename one of them to another name"))
+        named[name] = link
+    return diagnostics
+
+
+def _servos(robot: Robot, options: Mapping[str, Any], diagnostics: list[Diagnostic]) -> ServoGroup | None:
+    if "servos" in options:
+        return next((group for group in robot.servos if group.name == options["servos"]), None)
+    if len(robot.servos) > 1:
+        names = ", ".join(group.name for group in robot.servos)
+        message = f"pulse_to_rad has room for one servo group, the robot has {names}"
+        diagnostics.append(error("robot-model-servos", message, None, "say which one with servos: NAME"))
+    return robot.servos[0] if robot.servos else None
+
+
+def _pulse_to_rad(servos: ServoGroup) -> dict[str, Any]:
+    return {
+        "joints": list(servos.joints),
+        "rad_per_pulse": _number(servos.rad_per_pulse),
+        "zero": servos.zero_pulse,
+        "flipped": servos.flipped,
+    }
+
+
+def _joint(joint: Joint, rename: Mapping[str, str], diagnostics: list[Diagnostic]) -> dict[str, Any]:
+    if joint.mimic is not None:
+        message = f"robot_model has no word for mimic: joint {joint.name} stands there as if it moved by itself"
+        way_out = "leave the joint out with joints: [...], or let its reader know"
+        diagnostics.append(Diagnostic("robot-model-cannot-say", WARNING, message, help=way_out))
+    limit = joint.limit if joint.moves else None
+    bounds = None if limit is None or limit.lower is None or limit.upper is None else (limit.lower, limit.upper)
+    return {
+        "type": joint.type,
+        "parent": rename.get(joint.parent, joint.parent),
+        "child": rename.get(joint.child, joint.child),
+        "xyz": _numbers(joint.origin.xyz),
+        "rpy": _numbers(joint.origin.rpy),
+        "axis": _numbers(joint.axis if joint.moves else (0.0, 0.0, 0.0)),
+        "limit": bounds and _numbers(bounds),
+    }
+
+
+def _collision(robot: Robot, link: str, diagnostics: list[Diagnostic]) -> tuple[Box | None, list[_Map]]:
+    """Return what a link collides with: one box along its axes, or None, and height maps with their stand-in text."""
+    maps, solids = [], []
+    for shape in robot.link[link].collision:
+        if not isinstance(shape.geometry, HeightMap):
+            solids.append(shape.moved(Transform()))
+        elif shape.pose == IDENTITY:
+            maps.append((shape.geometry, shape.stand_in))
+        else:
+            diagnostics.append(_left_out(link, "a height map that is not in the frame of its link"))
+    if not solids:
+        return None, maps
+    geometry = solids[0].geometry
+    if len(solids) == 1 and isinstance(geometry, Box) and solids[0].pose == IDENTITY:
+        return geometry, maps
+    what = f"{len(solids)} shapes" if len(solids) > 1 else f"a {type(geometry).__name__.lower()}"
+    turned = " that is turned" if len(solids) == 1 and isinstance(geometry, Box) else ""
+    diagnostics.append(_left_out(link, f"{what}{turned}: the format has room for one box along the axes"))
+    return None, maps
+
+
+def _left_out(link: str, what: str) -> Diagnostic:
+    message = f"the collision of link {link} is not in robot_model: {what}"
+    return Diagnostic("robot-model-cannot-say", WARNING, message, help="the URDF carries it")
+
+
+def _height_map(frame: str, height_map: HeightMap, stand_in: str) -> dict[str, Any]:
+    described: dict[str, Any] = {"frame": frame, "origin_xy": _numbers(height_map.origin)}
+    described |= {"cell": _number(height_map.cell), "method": height_map.method}
+    if stand_in:
+        described["stand_in"] = stand_in
+    return described | {"z": [_numbers(row) for row in height_map.heights]}
+
+
+def _number(value: float) -> float:
+    """Return a number as a float, so that it is printed as one; minus zero as zero."""
+    return float(value) + 0.0
+
+
+def _numbers(values: Iterable[float]) -> list[float]:
+    return [_number(value) for value in values]
+
+
+def read(text: str) -> Facts:
+    """Return what a driver's model says. Raises ValueError if the text is none.
+
+    Frames and links have the names that they have in the artifact. Quantities: ``frame CHILD`` has parent, origin x, y,
+    z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
+    ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
+    """
+    try:
+        return _read(json_of(text, _no_number))
+    except (KeyError, TypeError, AttributeError, OverflowError) as problem:
+        raise ValueError(f"not a driver's model: {problem!r}") from None
+
+
+def _no_number(word: str) -> float:
+    raise ValueError(f"{word} is not a number of JSON")
+
+
+def _read(model: Mapping[str, Any]) -> Facts:
+    facts: Facts = {Fact("robot", "robot", "source"): Value(str(model["source"]))}
+    for name, value in model.get("pulse_to_rad", {}).items():
+        unit = "rad" if name == "rad_per_pulse" else ""
+        text = ", ".join(value) if name == "joints" else str(value).lower()
+        is_number = name in ("rad_per_pulse", "zero")
+        facts[Fact("servo", "pulse_to_rad", name)] = Value(float(value) if is_number else text, unit)
+    for name, joint in model["joints"].items():
+        facts |= _read_joint(name, joint)
+    for link, box in model["boxes"].items():
+        for corner in ("min", "max"):
+            facts |= _vector("link", link, [f"box {corner} {axis}" for axis in AXES], box[corner], "m")
+    if "chassis_heightmap" in model:
+        facts |= _read_height_map(model["chassis_heightmap"])
+    return facts
+
+
+def _read_joint(name: str, joint: Mapping[str, Any]) -> Facts:
+    child, unit = joint["child"], _UNITS.get(joint["type"], "")
+    facts = {Fact("frame", child, "parent"): Value(joint["parent"])}
+    (x, y, z), (roll, pitch, yaw) = _numbers(joint["xyz"]), _numbers(joint["rpy"])
+    facts |= frame_facts(child, Pose((x, y, z), (roll, pitch, yaw)))
+    facts |= {Fact("joint", name, key): Value(joint[key]) for key in ("type", "child")}
+    if joint["type"] in _UNITS:
+        facts |= _vector("joint", name, [f"axis {axis}" for axis in AXES], joint["axis"], "")
+    if joint["limit"] is not None:
+        facts |= _vector("joint", name, ("lower", "upper"), joint["limit"], unit)
+    return facts
+
+
+def _read_height_map(described: Mapping[str, Any]) -> Facts:
+    frame = described["frame"]
+    facts = _vector("height map", frame, ("origin x", "origin y"), described["origin_xy"], "m")
+    facts |= _vector("height map", frame, ("cell",), [described["cell"]], "m")
+    facts |= {
+        Fact("height map", frame, key): Value(described[key]) for key in ("method", "stand_in") if key in described
+    }
+    for i, row in enumerate(described["z"]):
+        facts |= _vector("height map", frame, [f"cell {i} {j}" for j in range(len(row))], row, "m")
+    return facts
+
+
+def _vector(kind: str, name: str, quantities: Iterable[str], numbers: Iterable[float], unit: str) -> Facts:
+    pairs = zip(quantities, numbers, strict=True)
+    return {Fact(kind, name, quantity): Value(float(number), unit) for quantity, number in pairs}
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find a servo group that does not exist."""
+    group, groups = output.options.get("servos"), {group.name for group in case.robot.servos}
+    if group is not None and group not in groups:
+        message = f'there is no servo group "{group}", asked for by output "{output.name}"'
+        help = suggest(group, groups, "name a group")
+        yield case.problem("unknown-servo", message, ("outputs", output.name, "servos"), help)
+
+
+def names(output: Output) -> dict[str, str]:
+    """Return the names of links by what an artifact calls them."""
+    return {str(new): str(old) for old, new in output.options.get("rename", {}).items()}
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:  # noqa: ARG001
+    return [shape for shape in robot.link[link].collision if not isinstance(shape.geometry, HeightMap)]
+
+
+def _leaves_out(robot: Robot, link: str) -> bool:
+    """Say whether no joint that was asked for has a link."""
+    output = FORMAT.output(robot)
+    joints = output.options.get("joints", list(robot.joint)) if output else []
+    ends = ((robot.joint[name].parent, robot.joint[name].child) for name in joints if name in robot.joint)
+    return not any(link in pair for pair in ends)
+
+
+def _read_robot(opened: Opened) -> Imported:
+    from .reading import read_robot_model
+
+    return read_robot_model(opened.path)
+
+
+FORMAT = Format(
+    name="robot_model",
+    word="driver's model",
+    article="a",
+    files="the JSON of a driver",
+    about="the model for drivers",
+    rank=60,
+    options={
+        "joints": {
+            "type": "array",
+            "description": "The joints to carry, in this order; default all.",
+            "items": {"$ref": "#/$defs/name"},
+        },
+        "rename": {
+            "type": "object",
+            "description": "Link name: the name it has in this artifact.",
+            "additionalProperties": {"$ref": "#/$defs/name"},
+        },
+        "servos": {
+            "$ref": "#/$defs/name",
+            "description": "The servo group for pulse_to_rad, where there are several.",
+        },
+        "source": {
+            "type": "string",
+            "description": "Text of its key source; default is the note of the robot's source.",
+        },
+    },
+    check=check,
+    file="robot_model.json",
+    endings=(".json",),
+    write=write,
+    read=_read_robot,
+    include=False,
+    facts=read,
+    syntax=json.loads,
+    schema="robot_model",
+    solids=_solids,
+    names=names,
+    lacks=frozenset(
+        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "actuator", "calibration", "safety"}
+        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes"}
+    ),
+    leaves_out=_leaves_out,
+    why="a driver's model has only the joints that it was asked for",
+    names_robot=False,
+    folder="config",
+    deploys=True,
+)

@@ -1,0 +1,295 @@
+"""static_tf: a ROS 2 launch file that starts the publishers of the frames, for Humble and Jazzy.
+
+Each static edge is one ``static_transform_publisher`` with named flags (``ros2/geometry2@{humble,jazzy}:
+tf2_ros/src/static_transform_broadcaster_program.cpp``); its Euler angles are fixed-axis, as those of URDF. The rest of
+the frames is published by robot_state_publisher from the URDF.
+"""
+
+from __future__ import annotations
+
+import math
+import posixpath
+import re
+from collections.abc import Iterator, Sequence
+from functools import partial
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..diagnostics import WARNING, Diagnostic, error
+from ..diagnostics.bounded import python_of
+from ..diagnostics.registry import FORMATS, OUTPUTS, Rule
+from ..diagnostics.wording import masked
+from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
+from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
+from ..rules.case import fed
+from ..rules.conditions import combinations, holds, modes_in
+from . import format
+from .facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
+from .format import Fact, Facts, Format, Value
+from .templating import BUILTIN, Templates
+
+if TYPE_CHECKING:
+    from ..rules.case import Case
+RULES = (
+    Rule(
+        "number-format",
+        "`number_format: six` for arguments of static_transform_publisher.",
+        "`exact`, or leave it out.",
+        OUTPUTS,
+    ),
+    Rule(
+        "static-tf-no-urdf",
+        "A warning: robot_state_publisher is to publish joints, but no output is the URDF that it reads.",
+        "Add an output with the backend `urdf`.",
+        FORMATS,
+    ),
+)
+
+_XYZ = ("--x", "--y", "--z")
+_RPY = ("--roll", "--pitch", "--yaw")
+_URDF_FILE = "urdf_file"  # a launch argument of ours
+_WORD = re.compile(r"[^\W\d]\w*")
+_WORDS_ALONE = re.compile(r"[\w() ]+")
+_OPERATORS = ("and", "or", "not")
+_PARENT, _CHILD = "--frame-id", "--child-frame-id"
+_NOTHING: Vector = (0.0, 0.0, 0.0)
+
+
+class Numbers(NamedTuple):
+    """How arguments are printed: metres and radians, both without an exponent."""
+
+    metres: NumberFormat
+    radians: NumberFormat
+
+
+# As people write them into launch files; and to the last digit, for number_format exact.
+ROUNDED = Numbers(partial(fixed, digits=METRE_DIGITS), partial(fixed, digits=RADIAN_DIGITS))
+EXACT = Numbers(decimal, decimal)
+
+
+class StaticTransform(NamedTuple):
+    """One static_transform_publisher: the name of its node, its frames, and its command line arguments.
+
+    ``when`` is the condition over modes under which it is started, empty for always.
+    """
+
+    name: str
+    parent: str
+    child: str
+    arguments: tuple[str, ...]
+    source: Source
+    when: str = ""
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the launch file of a robot. Option: ``number_format`` (exact; left out: 7 and 8 decimals).
+
+    robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
+    in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
+    are launch arguments.
+    """
+    numbers = numbers_of(output)
+    transforms, diagnostics = static_transforms(robot, numbers)
+    in_modes = static_in_modes(robot, numbers)
+    urdf = _urdf_file(robot)
+    moved = robot.published_by(ROBOT_STATE_PUBLISHER)
+    if urdf is None and moved:
+        message = f"robot_state_publisher is to publish {len(moved)} joints, but no output is the URDF that it reads"
+        diagnostics.append(
+            Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
+        )
+    values: dict[str, Any] = {"robot": robot, "transforms": transforms, "literal": repr, "source": describe}
+    modes = modes_in(robot, [transform.when for transform in in_modes])
+    values |= {"modes": [_mode(name) for name in modes], "in_modes": in_modes, "condition": partial(condition, robot)}
+    values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
+    values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
+    return templates.render(f"{BUILTIN}static_tf.launch.py.jinja", values), diagnostics
+
+
+def _urdf_file(robot: Robot) -> str | None:
+    """Return the first file among the outputs that robot_state_publisher reads."""
+    from . import FORMATS
+
+    return next((output.file for output in fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)), None)
+
+
+def numbers_of(*outputs: Output) -> Numbers:
+    """Return how arguments are printed: to the last digit if one of the outputs asks for it."""
+    return EXACT if any(output.options.get("number_format") == "exact" for output in outputs) else ROUNDED
+
+
+def static_transforms(robot: Robot, numbers: Numbers = ROUNDED) -> tuple[list[StaticTransform], list[Diagnostic]]:
+    """Return the edges that static_transform_publisher nodes publish always: joints in their order, then turns."""
+    transforms, diagnostics = [], []
+    for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER):
+        if joint.type == "fixed":
+            name, arguments = joint.publisher.name, _arguments(joint, numbers)
+            transforms.append(StaticTransform(name, joint.parent, joint.child, arguments, joint.source))
+            continue
+        message = f"joint {joint.name} is {joint.type}, but a static_transform_publisher can only say what never moves"
+        diagnostics.append(error("static-tf-moves", message, None, "let robot_state_publisher publish it"))
+    transforms += (turn for turn in _turns(robot, numbers) if not modes_in(robot, [turn.when]))
+    return transforms, diagnostics
+
+
+def static_in_modes(robot: Robot, numbers: Numbers = ROUNDED) -> list[StaticTransform]:
+    """Return the edges that static_transform_publisher nodes publish in some modes alone, by joint."""
+    return [turn for turn in _turns(robot, numbers) if modes_in(robot, [turn.when])]
+
+
+def _turns(robot: Robot, numbers: Numbers) -> Iterator[StaticTransform]:
+    for edge in robot.edges:
+        if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER:
+            arguments = _arguments(robot.joint[edge.joint], numbers)
+            yield StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
+
+
+def _mode(name: str) -> tuple[str, str]:
+    """Return a mode and the launch argument that turns it on."""
+    return name, f"mode_{name}" if name == _URDF_FILE else name
+
+
+def condition(robot: Robot, when: str) -> str:
+    """Return a condition that names modes as Python over the table ``on``, such as "not on['slam']"."""
+    modes = modes_in(robot, [when])
+    words = _WORD.findall(when)
+    if _WORDS_ALONE.fullmatch(when) and set(words) <= {*modes, *_OPERATORS}:
+        return _WORD.sub(lambda found: found[0] if found[0] in _OPERATORS else f"on[{found[0]!r}]", when.strip())
+    # Expressions know more than Python's "and": every combination of modes in which it holds is named.
+    ways = [states for states in combinations(modes) if holds(when, states)]
+    return " or ".join(
+        "(" + " and ".join(f"{'' if state else 'not '}on[{mode!r}]" for mode, state in states.items()) + ")"
+        for states in ways
+    )
+
+
+def describe(source: Source) -> str:
+    """Return where a value comes from as one line of printable text; empty if the description does not say."""
+    head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
+    text = ": ".join(part for part in (head, source.note) if part)
+    return masked(" ".join(text.split()))
+
+
+def _arguments(joint: Joint, numbers: Numbers) -> tuple[str, ...]:
+    arguments: list[str] = []
+    for flags, values, number in ((_XYZ, joint.origin.xyz, numbers.metres), (_RPY, joint.origin.rpy, numbers.radians)):
+        for flag, value in zip(flags, values, strict=True):
+            arguments += [flag, number(value)]
+    return (*arguments, _PARENT, joint.parent, _CHILD, joint.child)
+
+
+def read(text: str) -> Facts:
+    """Return what the static_transform_publisher nodes of a launch file say; it is parsed, never run.
+
+    Raises ValueError if it is not such a file.
+    """
+    import ast
+
+    facts: Facts = {}
+    try:
+        calls = [node for node in ast.walk(python_of(text)) if isinstance(node, ast.Call)]
+    except SyntaxError as problem:
+        raise ValueError(f"not a Python file: {problem}") from None
+    for call in calls:
+        given = {keyword.arg: keyword.value for keyword in call.keywords}
+        executable = given.get("executable")
+        if isinstance(executable, ast.Constant) and executable.value == "static_transform_publisher":
+            if not {"name", "arguments"} <= given.keys():
+                raise ValueError("a static_transform_publisher has no name or no arguments")
+            try:
+                name, arguments = (ast.literal_eval(given[key]) for key in ("name", "arguments"))
+            except TypeError as problem:
+                raise ValueError(f"not plain values: {problem}") from None
+            facts |= facts_of(name, arguments)
+    return facts
+
+
+def facts_of(name: object, arguments: object) -> Facts:
+    """Return what the arguments of one static_transform_publisher say. Raises ValueError if they are not ours."""
+    if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
+        raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
+    if len(arguments) % 2:
+        raise ValueError(f"the arguments of {name} are not flags with one text each")
+    given = dict(zip(arguments[::2], arguments[1::2], strict=True))
+    if given.keys() != {*_XYZ, *_RPY, _PARENT, _CHILD}:
+        raise ValueError(f"the flags of {name} are {', '.join(given)}")
+    x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
+    pose = Pose((x, y, z), (roll, pitch, yaw))
+    metres, radians = _half_widths([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
+    facts = frame_facts(given[_CHILD], pose, metres, radians)
+    facts[Fact("frame", given[_CHILD], "parent")] = Value(given[_PARENT])
+    facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
+    return facts
+
+
+def _half_widths(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
+    """Return half of what was printed (m, rad); nothing where a number has more digits than rounded ones have."""
+    printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
+    if any(len(text.partition(".")[2]) > digits for digits, text in printed):
+        return _NOTHING, _NOTHING
+    return (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3
+
+
+def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vector = _NOTHING) -> Facts:
+    """Return where a frame sits in its parent; ``metres`` and ``radians`` are half widths of what was printed.
+
+    Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).
+    """
+    rpy = angles(pose.transform())
+    if all(abs(said - meant) < ROTATION_ROUNDING for said, meant in zip(pose.rpy, rpy, strict=True)):
+        rpy = pose.rpy
+    else:
+        rounding = ROTATION_ROUNDING + 4 * max(radians)
+        radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
+    facts: Facts = {}
+    for axis, value, width in zip(AXES, pose.xyz, metres, strict=True):
+        facts[Fact("frame", child, f"origin {axis}")] = Value(value, "m", width)
+    for angle, value, width in zip(ANGLES, rpy, radians, strict=True):
+        facts[Fact("frame", child, angle)] = Value(value, "rad", width)
+    return facts
+
+
+def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Yield that arguments of a program are not printed as six digits: that could print an exponent."""
+    if output.options.get("number_format", "exact") != "exact":
+        message = f'the backend "{output.backend}" does not print numbers as {output.options["number_format"]}'
+        help = "write exact, or leave it out: 7 decimals of metres, 8 of radians"
+        yield case.problem("number-format", message, ("outputs", output.name, "number_format"), help)
+
+
+def frames(robot: Robot) -> list[str]:
+    """Return the frames of the transforms that static_transform_publisher nodes publish."""
+    turns = [edge for edge in robot.edges if edge.joint and edge.publisher.kind == STATIC_TRANSFORM_PUBLISHER]
+    return [*(joint.child for joint in robot.published_by(STATIC_TRANSFORM_PUBLISHER)), *(edge.child for edge in turns)]
+
+
+def _syntax(text: str) -> str:
+    import ast
+
+    return ast.dump(python_of(text))
+
+
+NUMBER_FORMAT = {
+    **format.NUMBER_FORMAT,
+    "description": "exact: to the last digit; left out: 7 decimals of metres and 8 of radians.",
+}
+FORMAT = Format(
+    name="static_tf",
+    word="launch file of static transforms",
+    article="a",
+    about="the launch file of the static transforms",
+    rank=40,
+    options={"number_format": NUMBER_FORMAT},
+    check=check_numbers,
+    file="static_tf.launch.py",
+    endings=(".py",),
+    write=write,
+    facts=read,
+    syntax=_syntax,
+    frames=frames,
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="launch",
+    deploys=True,
+    packaged=False,
+    located=True,
+    adapted="get_package_share_directory",
+)

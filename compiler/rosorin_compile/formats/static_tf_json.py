@@ -1,0 +1,90 @@
+"""static_tf_json: the arguments of the static_transform_publisher nodes as data, for launch files that exist already.
+
+``schemas/static_tf.schema.json`` says what each value is.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+from ..diagnostics import Diagnostic
+from ..diagnostics.bounded import json_of
+from ..model import STATIC_TRANSFORM_PUBLISHER, Output, Robot
+from .format import Facts, Format
+from .static_tf import (
+    NUMBER_FORMAT,
+    check_numbers,
+    describe,
+    facts_of,
+    frames,
+    numbers_of,
+    static_in_modes,
+    static_transforms,
+)
+from .templating import Templates
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
+    """Return the static edges of a robot as JSON, in the order of the description. Option: ``number_format``."""
+    numbers = numbers_of(output)
+    transforms, diagnostics = static_transforms(robot, numbers)
+    nodes: list[dict[str, Any]] = []
+    for transform in [*transforms, *static_in_modes(robot, numbers)]:
+        node: dict[str, Any] = {"name": transform.name, "parent": transform.parent, "child": transform.child}
+        if transform.source.status == "stand_in":
+            node["stand_in"] = describe(transform.source)
+        if transform.when:
+            node["when"] = transform.when
+        node["arguments"] = list(transform.arguments)
+        nodes.append(node)
+    return json.dumps({"robot": robot.name, "static_transform_publisher": nodes}, indent=2) + "\n", diagnostics
+
+
+def read(text: str) -> Facts:
+    """Return what the arguments say. Raises ValueError if the text is not such a file."""
+    facts: Facts = {}
+    try:
+        for node in json_of(text)["static_transform_publisher"]:
+            facts |= facts_of(node["name"], node["arguments"])
+    except (KeyError, TypeError) as problem:
+        raise ValueError(f"not a list of static transforms: {problem!r}") from None
+    return facts
+
+
+_LARGEST = 1_000_000  # bytes
+
+
+def robot_of(path: Path) -> str:
+    """Return the robot that a file was generated for; empty if it is no such file. Raises OSError."""
+    if path.stat().st_size > _LARGEST:
+        return ""
+    try:
+        content = json.loads(path.read_bytes())
+    except (ValueError, RecursionError):
+        return ""
+    robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
+    return robot if isinstance(robot, str) else ""
+
+
+FORMAT = Format(
+    name="static_tf_json",
+    word="list of static transforms",
+    article="a",
+    about="the arguments of the static transforms, for launch files of your own",
+    rank=50,
+    options={"number_format": NUMBER_FORMAT},
+    check=check_numbers,
+    file="static_tf.json",
+    endings=(".json",),
+    write=write,
+    facts=read,
+    syntax=json.loads,
+    schema="static_tf",
+    frames=frames,
+    feeds=(STATIC_TRANSFORM_PUBLISHER,),
+    folder="config",
+    deploys=True,
+    robot_of=robot_of,
+)

@@ -1,0 +1,90 @@
+"""template: an artifact of the user's own, from a Jinja template beside the description and one line of YAML.
+
+    outputs:
+      srdf: {file: my_robot.srdf, backend: template, template: my_robot.srdf.jinja}
+
+Names that a template gets:
+
+- ``robot``: the model (``rosorin_compile.model.Robot``): ``robot.name``, ``robot.links``, ``robot.joints``,
+  ``robot.sensors``, ``robot.edges``, ``robot.poses``, ``robot.servos``, ``robot.link[NAME]``, ``robot.joint[NAME]``.
+  ``robot.transform(SOURCE, TARGET, POSITIONS)`` says where a link sits in another at joint positions (radians or
+  metres, by joint name; ``{}`` is all at zero); the result has ``.xyz`` (metres), ``.rpy()`` (radians),
+  ``.quaternion()`` (w, x, y, z) and ``.rows``.
+- ``output``: this entry of outputs; values of your own stand in ``output.options.options``.
+- ``number(X)``: shortest decimal that reads back the same; ``six(X)``: six digits or decimals, whichever keeps more;
+  ``fixed(X, DECIMALS)``: never an exponent; ``vector(NUMBERS)``, ``vector(NUMBERS, six)``: with spaces between.
+- ``degrees(X)``, ``radians(X)``: of an angle.
+- ``kind(X)``: the type of a geometry by name: Box, Cylinder, Capsule, Sphere, Mesh, HeightMap.
+- ``source(X)``: a source (``joint.source``) as one line of text.
+
+Templates run in Jinja's sandbox; a name that does not exist is an error. Values in a template for XML, by its file name
+(``.xml.jinja``, ``.urdf.jinja``, ``.srdf.jinja``, ...), are escaped; elsewhere ``X | tojson`` quotes.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from ..diagnostics import Diagnostic, error
+from ..diagnostics.registry import TEMPLATES, Rule
+from ..model import Output, Robot
+from ..numbers import exact, fixed, six, vector
+from .format import Format
+from .static_tf import describe
+from .templating import Templates
+
+RULES = (
+    Rule(
+        "template-not-named",
+        "The backend `template` has no `template`.",
+        "Name a file beside the description.",
+        TEMPLATES,
+    ),
+)
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return what the template of an output makes of a robot. Option: ``template``, a file beside the description.
+
+    Raises TemplateProblem if the template is missing or fails.
+    """
+    name = output.options.get("template")
+    if not name:
+        message = f'output "{output.name}" names no template'
+        return "", [error("template-not-named", message, None, "add template: FILE, a Jinja template")]
+    return templates.render(name, _names(robot, output)), []
+
+
+def _names(robot: Robot, output: Output) -> dict[str, Any]:
+    return {
+        "robot": robot,
+        "output": output,
+        "number": exact,
+        "six": six,
+        "fixed": fixed,
+        "vector": lambda numbers, number=exact: vector(numbers, number),
+        "degrees": math.degrees,
+        "radians": math.radians,
+        "kind": lambda geometry: type(geometry).__name__,
+        "source": describe,
+    }
+
+
+FORMAT = Format(
+    name="template",
+    word="artifact of a template",
+    article="an",
+    rank=900,
+    options={
+        "template": {
+            "type": "string",
+            "description": "A Jinja template in the folder of the description, for an artifact of your own.",
+        },
+        "options": {
+            "type": "object",
+            "description": "Values of your own, reached as output.options.options.",
+        },
+    },
+    write=write,
+)

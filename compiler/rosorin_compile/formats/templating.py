@@ -1,0 +1,194 @@
+"""Templates: Jinja in its sandbox, where an undefined name is an error and XML is escaped.
+
+Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
+description. Foreign templates are safe to render: they reach plain values and a few functions, no Python.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup, escape
+
+from ..diagnostics import Diagnostic, Source, Span, error
+from ..diagnostics.registry import TEMPLATES, Rule
+from ..project import data_folder
+from ..project import shown as as_shown
+
+if TYPE_CHECKING:
+    import jinja2
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+RULES = (
+    Rule(
+        "template-missing",
+        "There is no such template in the folder of the description.",
+        "Check the name.",
+        TEMPLATES,
+    ),
+    Rule("template-syntax", "A template is not legal Jinja.", "Correct the line that is shown.", TEMPLATES),
+    Rule(
+        "template-failed",
+        "A template asks for a name that does not exist, or fails in another way.",
+        "[What a template gets](add-an-artifact.md#what-a-template-gets).",
+        TEMPLATES,
+    ),
+    Rule("template-unsafe", "A template tries to leave the sandbox.", "Templates reach values, no Python.", TEMPLATES),
+)
+
+BUILTIN = "rosorin_compile/"
+
+# How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
+_INTERNAL = re.compile(r"'rosorin_compile\.[\w.]*\.(\w+) object'")
+
+
+class TemplateProblem(Exception):
+    """A template that is missing, wrong, or asks for what is not there; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def attributes(**values: str) -> Markup:
+    """Return the attributes of an XML element, each with a space before it; the values are escaped.
+
+    A large robot has tens of thousands of them, and Jinja takes its time over each expression of a template.
+    """
+    text = "".join([f' {name}="{value}"' for name, value in values.items()])
+    if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
+        text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
+    return Markup(text)  # noqa: S704 - escaped, or nothing to escape
+
+
+def comment(text: str) -> str:
+    """Return text that may stand in an XML comment, where two hyphens in a row may not (XML 1.0, 2.5)."""
+    return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
+
+
+@cache
+def _sandbox() -> type[ImmutableSandboxedEnvironment]:
+    """Return the sandbox of Jinja, which is imported when the first template is rendered."""
+    from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+    class Sandbox(ImmutableSandboxedEnvironment):
+        """The sandbox, with a short way to what the model itself offers.
+
+        The model is frozen values whose public attributes and methods are harmless, so Jinja's long check of each
+        access is spared; a name that begins with an underscore, and every other object, goes the long way.
+        """
+
+        def __init__(self, **options: Any) -> None:
+            super().__init__(**options)
+            self.harmless: dict[type, bool] = {}
+
+        def getattr(self, obj: Any, attribute: str) -> Any:
+            kind = type(obj)
+            harmless = self.harmless.get(kind)
+            if harmless is None:
+                module = kind.__module__
+                harmless = self.harmless[kind] = module.startswith(
+                    ("rosorin_compile.model.", "rosorin_compile.formats.")
+                )
+            if harmless and not attribute.startswith("_"):
+                try:
+                    return getattr(obj, attribute)
+                except AttributeError:
+                    pass
+            return super().getattr(obj, attribute)
+
+    return Sandbox
+
+
+class Templates:
+    """Renders the templates of the tool and those in ``folder``, the folder of a description."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        import jinja2
+
+        self.folder = folder
+        self.used: set[Path] = set()
+        cache = _bytecode_cache()
+        loader = jinja2.FunctionLoader(self._load)
+        options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
+        options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
+        self.environment = _sandbox()(autoescape=_is_xml, **options)
+
+    def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
+        """Return the text of a template; ``asked`` is the place in the description that names it.
+
+        Raises TemplateProblem with the place in the template that fails.
+        """
+        import jinja2
+
+        try:
+            return self.environment.get_template(name).render(values)
+        except jinja2.TemplateSyntaxError as problem:
+            line, where = problem.lineno, problem.name or name
+            raise self._problem("template-syntax", problem.message or "not a template", where, line, asked) from None
+        except jinja2.TemplateNotFound as problem:
+            message = f"there is no template {problem.name} in the folder of the description"
+            raise TemplateProblem(error("template-missing", message, asked, "check the name")) from None
+        except jinja2.exceptions.SecurityError as problem:
+            raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None
+        except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as problem:
+            message = _INTERNAL.sub(r"a \1", str(problem)) or type(problem).__name__
+            raise self._problem("template-failed", message, name, _line(problem), asked) from None
+
+    def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:
+        found = self._load(name)
+        if found is None or not line:
+            return TemplateProblem(error(rule, f"{name}: {message}", asked))
+        text = found[0]
+        shown = name if name.startswith(BUILTIN) or self.folder is None else as_shown(self.folder / name)
+        source = Source(shown, text)
+        width = max(1, len(source.line(line).strip()))
+        indent = len(source.line(line)) - len(source.line(line).lstrip())
+        return TemplateProblem(error(rule, message, Span(source, line, indent + 1, width)))
+
+    def _load(self, name: str) -> tuple[str, None, Any] | None:
+        path = self._path(name)
+        if path is None or not path.is_file():
+            return None
+        self.used.add(path)
+        try:
+            return path.read_text("utf-8"), None, lambda: True
+        except (OSError, UnicodeDecodeError):
+            return None
+
+    def _path(self, name: str) -> Path | None:
+        """Return the file of a template name; None if the name leaves the folder that it may stand in."""
+        anchor = data_folder("templates") if name.startswith(BUILTIN) else self.folder
+        if anchor is None:
+            return None
+        path = (anchor / name.removeprefix(BUILTIN)).resolve()
+        return path if path.is_relative_to(anchor.resolve()) else None
+
+
+def _is_xml(name: str | None) -> bool:
+    stem = (name or "").removesuffix(".jinja")
+    return stem.endswith((".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro"))
+
+
+def _line(problem: BaseException) -> int:
+    """Return the template line in the traceback of a failed rendering: Jinja names its frames ``<template>``."""
+    line, trace = 0, problem.__traceback__
+    while trace is not None:
+        if trace.tb_frame.f_code.co_filename == "<template>":
+            line = trace.tb_lineno
+        trace = trace.tb_next
+    return line
+
+
+def _bytecode_cache() -> jinja2.BytecodeCache | None:
+    """Return a cache of compiled templates in the user's own cache folder; None where there is none to write to."""
+    import jinja2
+
+    from ..project import cache_folder
+
+    folder = cache_folder("templates")
+    return jinja2.FileSystemBytecodeCache(str(folder)) if folder else None

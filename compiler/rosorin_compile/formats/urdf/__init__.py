@@ -1,0 +1,110 @@
+"""URDF: what robot_state_publisher, MoveIt and most other readers take.
+
+Read, to be read in this order: ``robot`` (the file as a whole), ``reading`` and ``values`` (how one element and its
+numbers are taken apart), then ``links``, ``joints``, ``materials``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from ...model import ROBOT_STATE_PUBLISHER
+from ..format import NUMBER_FORMAT, Asked, Facts, Format, Opened
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...frontend.tree import Map
+    from ...model import Output, Robot, Shape
+    from ..imported import Imported
+    from ..templating import Templates
+
+__all__ = ["FORMAT"]
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _read(opened: Opened) -> Imported:
+    from .robot import read_urdf
+
+    return read_urdf(opened.xml, opened.path, opened.options)
+
+
+def _facts(text: str) -> Facts:
+    from .facts import read
+
+    return read(text)
+
+
+def _syntax(text: str) -> object:
+    from ...xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:
+    from .write import solids
+
+    return solids(robot, link, output, carried)
+
+
+def _leaves_out(robot: Robot, link: str) -> bool:
+    carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
+    return bool(carried) and link not in carried
+
+
+# urdfdom before version 5 (ROS up to Jazzy) refuses that version.
+_CAPSULES = (
+    "URDF 1.2, for the capsules; ROS up to Jazzy does not read it: without the version, cylinders stand for them"
+)
+
+
+def _asked(tree: Map, version: str, name: str) -> Asked:
+    links = (tree.get("links") or {}).values()
+    shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
+    capsules = any("capsule" in shape for shape in shapes)
+    entry = {"file": f"{name}.urdf", **({"version": "1.2"} if version == "1.2" or capsules else {})}
+    return Asked(entry, _CAPSULES if capsules else "")
+
+
+FORMAT = Format(
+    name="urdf",
+    word="URDF",
+    article="a",
+    about="the URDF",
+    rank=10,
+    options={
+        "number_format": NUMBER_FORMAT,
+        "elements": {
+            "type": "array",
+            "description": "Which elements of links and joints to carry beside the kinematics; default all.",
+            "items": {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]},
+        },
+        "version": {
+            "enum": ["1.0", "1.2", 1.0, 1.2],
+            "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
+        },
+    },
+    file="{}.urdf",
+    endings=(".urdf",),
+    roots=("robot",),
+    write=_write,
+    read=_read,
+    facts=_facts,
+    syntax=_syntax,
+    frames=lambda robot: [joint.child for joint in robot.in_urdf()],
+    solids=_solids,
+    all_solids=True,
+    lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
+    leaves_out=_leaves_out,
+    why="a URDF has only what robot_state_publisher publishes",
+    feeds=(ROBOT_STATE_PUBLISHER,),
+    folder="urdf",
+    deploys=True,
+    meshes=True,
+    asked=_asked,
+)

@@ -1,0 +1,189 @@
+"""Reads a URDF back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
+
+Defaults are those of http://wiki.ros.org/urdf/XML and ``ros/urdfdom@jazzy:urdf_parser``. Only the URDF has: joint
+"child", "calibration rising", "safety k_velocity"; link "visual 1 material|name|texture" and "collision 1 file" of a
+mesh; the materials of the robot, as Fact("material", name, "red"); and elements that no other artifact has, by their
+number and tag, as the text that they come to: Fact("link", name, "element 1 gazebo"), of the robot itself as
+Fact("robot", name, "element 1 transmission").
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ...model import Pose, Transform
+from ..facts import AXES, SIZES, FactSheet, number_of
+from ..format import Fact, Facts
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
+_MOVING = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "planar": "m"}
+_OF_ROBOT = ("link", "joint", "material")
+_OF_LINK = ("inertial", "visual", "collision")
+_OF_SHAPE = ("origin", "geometry", "material")
+_OF_JOINT = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
+_INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_COLOUR = ("red", "green", "blue", "alpha")
+
+
+def read(text: str) -> Facts:
+    """Return what a URDF says about frames, joints and links. Raises ValueError if it is damaged."""
+    sheet = FactSheet(text, "robot")
+    materials = {material.get("name", ""): material for material in sheet.root.iterfind("material")}
+    for name, material in materials.items():
+        for quantity, value in _look(sheet, material).items():
+            sheet.add(Fact("material", name, quantity), value)
+    for link in sheet.root.iterfind("link"):
+        _link(sheet, link, materials)
+    for joint in sheet.root.iterfind("joint"):
+        _joint(sheet, joint)
+    _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
+    return sheet.facts
+
+
+def _elements(
+    sheet: FactSheet, fact: Fact, element: Element, known: Sequence[str], foreign: Sequence[Element] = ()
+) -> None:
+    """Take down the elements that no other artifact has; space between elements means nothing."""
+    kept = [inner for inner in element if inner.tag not in known or inner in foreign]
+    for number, inner in enumerate(kept, 1):
+        sheet.add(fact._replace(quantity=f"{fact.quantity} element {number} {inner.tag}".strip()), _plain(inner))
+
+
+def _plain(element: Element) -> str:
+    """Return an element as text in one form: attributes sorted, space between elements left out."""
+    said = "".join(f' {name}="{value}"' for name, value in sorted(element.items()))
+    inner = [_words(element.text), *(_plain(child) + _words(child.tail) for child in element)]
+    return f"<{element.tag}{said}>{''.join(inner)}</{element.tag}>"
+
+
+def _words(text: str | None) -> str:
+    return (text or "").strip()
+
+
+def _child(element: Element, tag: str) -> Element:
+    found = element.find(tag)
+    if found is None:
+        raise ValueError(f"<{element.tag}> has no <{tag}>")
+    return found
+
+
+def _transform(sheet: FactSheet, element: Element) -> Transform:
+    """Return what the <origin> of an element says; none is the identity."""
+    origin = element.find("origin")
+    if origin is None:
+        return Transform()
+    return Pose(sheet.vector3(origin, "xyz"), sheet.vector3(origin, "rpy")).transform()
+
+
+def _joint(sheet: FactSheet, joint: Element) -> None:
+    name, kind = sheet.text(joint, "name"), sheet.text(joint, "type")
+    child = sheet.text(_child(joint, "child"), "link")
+    sheet.add_frame(child, sheet.text(_child(joint, "parent"), "link"), _transform(sheet, joint))
+    sheet.add(Fact("joint", name, "type"), kind)
+    sheet.add(Fact("joint", name, "child"), child)
+    if kind in _MOVING:
+        _motion(sheet, joint, name, _MOVING[kind])
+    _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
+
+
+def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
+    force = "N" if unit == "m" else "N*m"
+    axis = joint.find("axis")
+    xyz = (1.0, 0.0, 0.0) if axis is None else sheet.vector3(axis, "xyz")
+    for letter, value in zip(AXES, xyz, strict=True):
+        sheet.add(Fact("joint", name, f"axis {letter}"), value)
+    limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
+    dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
+    calibration = {"rising": unit, "falling": unit, "reference_position": unit}
+    safety = {
+        "soft_lower_limit": unit,
+        "soft_upper_limit": unit,
+        "k_position": "1/s",
+        "k_velocity": f"{force}*s/{unit}",
+    }
+    for tag, called, quantities in (
+        ("limit", "", limits),
+        ("dynamics", "", dynamics),
+        ("calibration", "calibration ", calibration),
+        ("safety_controller", "safety ", safety),
+    ):
+        element = joint.find(tag)
+        for quantity, dimension in quantities.items():
+            if element is not None and quantity in element.attrib:
+                sheet.add(Fact("joint", name, called + quantity), sheet.number(element, quantity), dimension)
+    mimic = joint.find("mimic")
+    if mimic is not None:
+        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(mimic, "joint"))
+        sheet.add(Fact("joint", name, "mimic multiplier"), sheet.number(mimic, "multiplier", 1.0))
+        sheet.add(Fact("joint", name, "mimic offset"), sheet.number(mimic, "offset"), unit)
+
+
+def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> None:
+    name = sheet.text(link, "name")
+    inertial = link.find("inertial")
+    if inertial is not None:
+        mass, inertia = number_of(sheet.text(_child(inertial, "mass"), "value")), _child(inertial, "inertia")
+        xx, yy, zz, xy, xz, yz = (number_of(sheet.text(inertia, entry)) for entry in _INERTIA)
+        sheet.add_inertial(name, mass, _transform(sheet, inertial), (xx, yy, zz, xy, xz, yz))
+    shapes_of = {"collision": link.findall("collision"), "visual": link.findall("visual")}
+    foreign = [shape for shapes in shapes_of.values() for shape in shapes if _is_foreign(shape)]
+    for purpose, every in shapes_of.items():
+        shapes = [shape for shape in every if shape not in foreign]
+        if shapes:
+            sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(shapes)), tolerance=0.0)
+        for number, shape in enumerate(shapes, 1):
+            _shape(sheet, name, f"{purpose} {number}", shape, materials)
+    _elements(sheet, Fact("link", name, ""), link, _OF_LINK, foreign)
+
+
+def _is_foreign(shape: Element) -> bool:
+    """Say whether a shape is of a geometry that the language has no word for: a description keeps it as it is."""
+    geometry = shape.find("geometry")
+    return geometry is not None and len(geometry) == 1 and geometry[0].tag not in SIZES
+
+
+def _shape(sheet: FactSheet, link: str, label: str, shape: Element, materials: Mapping[str, Element]) -> None:
+    geometry = _child(shape, "geometry")
+    if len(geometry) != 1:
+        raise ValueError(f"{label} of link {link} has {len(geometry)} geometries")
+    solid = geometry[0]
+    sheet.add_shape(link, label, solid.tag, _sizes(sheet, solid), _transform(sheet, shape))
+    if solid.tag == "mesh":
+        sheet.add(Fact("link", link, f"{label} file"), sheet.text(solid, "filename"))
+    if "name" in shape.attrib:
+        sheet.add(Fact("link", link, f"{label} name"), sheet.text(shape, "name"))
+    _elements(sheet, Fact("link", link, label), shape, _OF_SHAPE)
+    material = shape.find("material")
+    if material is None:
+        return
+    called = sheet.text(material, "name")
+    sheet.add(Fact("link", link, f"{label} material"), called)
+    look = _look(sheet, material) or _look(sheet, materials.get(called, material))
+    for quantity, value in look.items():
+        sheet.add(Fact("link", link, f"{label} {quantity}"), value)
+
+
+def _look(sheet: FactSheet, material: Element) -> dict[str, float | str]:
+    """Return what a material looks like: its colour, number by number, and its texture."""
+    found: dict[str, float | str] = {}
+    colour, texture = material.find("color"), material.find("texture")
+    if colour is not None:
+        found |= zip(_COLOUR, sheet.vector(colour, "rgba", 4, ()), strict=True)
+    if texture is not None:
+        found["texture"] = sheet.text(texture, "filename")
+    return found
+
+
+def _sizes(sheet: FactSheet, solid: Element) -> tuple[float, ...]:
+    if solid.tag == "box":
+        return sheet.vector3(solid, "size")
+    if solid.tag == "mesh":
+        return sheet.vector3(solid, "scale", (1.0, 1.0, 1.0))
+    if solid.tag == "sphere":
+        return (sheet.number(solid, "radius"),)
+    if solid.tag in ("cylinder", "capsule"):
+        return (sheet.number(solid, "radius"), sheet.number(solid, "length"))
+    raise ValueError(f"URDF has no <{solid.tag}>")

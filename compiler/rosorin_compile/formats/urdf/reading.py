@@ -1,0 +1,304 @@
+"""Reading: an element taken apart with everything said that is wrong with it, misspelt in it, or left out.
+
+Which known word an unknown one was meant to be, and what is kept verbatim because the language has no word for it,
+stand here too.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable
+from typing import Any
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error
+from ...diagnostics.registry import READING, Rule
+from ...diagnostics.wording import and_more, plural, quoted
+from ...frontend.tree import Map, Path, Seq, Text
+from ...rules import acceptable
+from ...xml.elements import indented
+from ...xml.markup import INSTRUCTION, TEXT, Element
+from ..imported import LeftOut, ReadOptions, cannot_carry
+
+RULES = (
+    Rule(
+        "missing-attribute",
+        "An element lacks an attribute that the specification asks for, or it is empty.",
+        "Add it.",
+        READING,
+    ),
+    Rule(
+        "duplicate-element",
+        "An element that is taken once stands twice, or two say the same thing.",
+        "Remove one; `--lenient` takes the first.",
+        READING,
+    ),
+    Rule(
+        "misspelt",
+        "An element or attribute that no reader knows is near to one that they know.",
+        "Correct it; `--lenient` leaves it out.",
+        READING,
+    ),
+    Rule(
+        "import-ignored",
+        "A note: something has no effect for any reader, such as the axis of a fixed joint.",
+        topic=READING,
+    ),
+)
+
+
+# What a description can call something, as its schema has it.
+NAME = re.compile(r"""[^\s<>&"']+( +[^\s<>&"']+)*\Z""")
+
+# Every attribute that URDF has somewhere.
+_ATTRIBUTES = {
+    *("name", "version", "type", "link", "joint", "value", "xyz", "rpy", "quat_xyzw", "lower", "upper", "effort"),
+    *("velocity", "multiplier", "offset", "damping", "friction", "rising", "falling", "reference_position"),
+    *("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity", "ixx", "iyy", "izz", "ixy", "ixz", "iyz"),
+    *("iyx", "izx", "izy", "size", "radius", "length", "filename", "scale", "rgba"),
+}
+
+_DECIDING = ("origin", "parent", "child", "axis", "limit", "mimic", "geometry", "mass", "inertia")
+
+_SUSPECT = {
+    "rad": ("angle-looks-like-degrees", "more than a full turn", "degrees"),
+    "m": ("length-looks-like-millimetres", "larger than any robot", "millimetres"),
+}
+
+
+class Reading:
+    """One reading of a file: collects what is wrong, what is left out, and which entry an element became."""
+
+    def __init__(self, options: ReadOptions) -> None:
+        self.options = options
+        self.diagnostics: list[Diagnostic] = []
+        self.left_out: list[LeftOut] = []
+        self.paths: dict[int, Path] = {}
+        self._ignored: dict[str, list[Span]] = {}
+        self._suspects: dict[str, list[tuple[str, Span]]] = {}
+
+    def error(self, rule: str, message: str, span: Span, help: str = "", related: Iterable[Related] = ()) -> None:
+        """Take down that the file is broken."""
+        self.diagnostics.append(error(rule, message, span, help, related))
+
+    def lenient(self, rule: str, message: str, span: Span, help: str, instead: str) -> bool:
+        """Take down something broken that --lenient takes; return whether it is taken. ``instead`` is what is done."""
+        if not self.options.lenient:
+            self.error(rule, message, span, f"{help}; --lenient {instead}")
+            return False
+        if rule not in acceptable():  # what is accepted is told there
+            self.diagnostics.append(Diagnostic(rule, NOTE, f"{message}; --lenient {instead}", span))
+        return True
+
+    def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
+        """Take down something that the language has no word for."""
+        self.left_out.append(LeftOut(what, span))
+        self.diagnostics.append(cannot_carry(what, span, help))
+
+    def ignored(self, what: str, span: Span) -> None:
+        """Take down something that has no effect; told once for each ``what``, with the count and the first place."""
+        self._ignored.setdefault(what, []).append(span)
+
+    def suspect(self, unit: str, what: str, span: Span) -> None:
+        """Take down an angle or a length that is too large to be meant; told once for each unit."""
+        self._suspects.setdefault(unit, []).append((what, span))
+
+    def all_diagnostics(self) -> list[Diagnostic]:
+        """Return all that there is to say, the grouped notes included."""
+        grouped = []
+        for what, spans in self._ignored.items():
+            times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
+            grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
+        for unit, found in self._suspects.items():
+            rule, limit, other = _SUSPECT[unit]
+            more = f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
+            message = f"{found[0][0]}, {limit}: this looks like {other}{more}"
+            help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
+            grouped.append(Diagnostic(rule, WARNING, message, found[0][1], (), help))
+        return [*self.diagnostics, *grouped]
+
+    def single(self, element: Element, tag: str) -> Element | None:
+        """Return the one child of this tag, None if there is none; a second one is an error."""
+        found = [child for child in element.children if child.tag == tag]
+        for again in found[1:]:
+            self._second(element, found[0], again)
+        return found[0] if found else None
+
+    def _second(self, element: Element, first: Element, again: Element) -> None:
+        """Report an element that stands once more: where it decides on the motion it has to be the same."""
+        if _same(first, again):
+            self.ignored(f"a second <{again.tag}>, the same as the first, has no effect", again.span)
+        elif again.tag in _DECIDING and not self.options.lenient:
+            message = f"{named(element)} has a second <{again.tag}>; readers differ in which of them they take"
+            related = [Related("the first", first.span)]
+            self.error("duplicate-element", message, again.span, "remove one; --lenient takes the first", related)
+        else:
+            self.cannot_carry(f"a second <{again.tag}> of {named(element)}", again.span, "the first is taken")
+
+    def attribute(self, element: Element, name: str) -> str | None:
+        """Return an attribute that has to be there; without it there is an error, and None."""
+        self.need(element, name)
+        found = element.attributes.get(name)
+        return None if found is None else found.value
+
+    def need(self, element: Element, *names: str) -> None:
+        """Report the attributes of some names that are not there; one that is misspelt has its own message."""
+        missing = [name for name in names if name not in element.attributes]
+        others = [other for other in element.attributes if other not in _ATTRIBUTES]
+        if not self.options.lenient:
+            missing = [name for name in missing if not any(meant(other, [name]) for other in others)]
+        if missing:
+            message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
+            self.error(
+                "missing-attribute", message, element.span, "add " + " ".join(f'{name}="..."' for name in missing)
+            )
+
+    def known(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
+        """Look for what a reader of this element does not know.
+
+        What is near to a known name is misspelt. Other elements are kept in ``keep``, where the language has a place.
+        """
+        for attribute in element.attributes.values():
+            if attribute.name not in attributes and not attribute.name.startswith("xmlns"):
+                self._unknown(
+                    f'the attribute "{attribute.name}"', attribute.name, attributes, element, attribute.name_span
+                )
+        for child in element.children:
+            if child.tag in tags:
+                continue
+            near = meant(child.tag, tags)
+            if near is not None:
+                self._misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)
+            elif keep is None:
+                self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span)
+            else:
+                self.keep(child, keep)
+        self._remarks(element)
+
+    def _unknown(self, what: str, name: str, legal: Collection[str], element: Element, span: Span) -> None:
+        near = meant(name, [other for other in legal if other not in element.attributes])
+        if near is None:
+            self.cannot_carry(f"{what} of {named(element)}", span)
+        else:
+            self._misspelt(what, f'"{near}"', element, span)
+
+    def _misspelt(self, what: str, near: str, element: Element, span: Span) -> None:
+        if self.options.lenient:
+            self.cannot_carry(f"{what} of {named(element)}", span, f"did you mean {near}?")
+        else:
+            message = f"{named(element)} has {what}, which no reader knows"
+            self.error("misspelt", message, span, f"did you mean {near}? --lenient leaves it out")
+
+    def keep(self, element: Element, entry: Map) -> None:
+        """Keep an element as it is, in ``urdf_elements`` of an entry."""
+        if "urdf_elements" not in entry:
+            entry.put("urdf_elements", Seq(element.span), element.span, element.span)
+        above = self.paths.get(id(element.parent), ())
+        inside = () if above == ("robot",) else above
+        self.paths[id(element)] = (*inside, "urdf_elements", len(entry["urdf_elements"]))
+        entry["urdf_elements"].put(kept(element), element.span)
+
+    def _remarks(self, element: Element) -> None:
+        for item in element.content:
+            if isinstance(item, Element) or item.kind not in (TEXT, INSTRUCTION):
+                continue
+            span = element.document.span(item.start, min(item.end - item.start, 40))
+            what = "text between elements" if item.kind == TEXT else "an instruction <?...?>"
+            self.ignored(f"{what} has no meaning to any reader", span)
+
+
+def _same(one: Element, other: Element) -> bool:
+    """Say whether two elements say the same, text, comments and the order of attributes aside."""
+    if one.tag != other.tag or len(one.children) != len(other.children):
+        return False
+    if {a.name: a.value for a in one.attributes.values()} != {a.name: a.value for a in other.attributes.values()}:
+        return False
+    return all(map(_same, one.children, other.children))
+
+
+def named(element: Element) -> str:
+    """Return an element in words: its tag, with its name or whose it is."""
+    name = element.get("name")
+    if name:
+        return f'<{element.tag} name="{name}">'
+    above = element.parent
+    while above is not None and not above.get("name"):
+        above = above.parent
+    if above is None or above.parent is None:
+        return f"<{element.tag}>"
+    return f'<{element.tag}> of <{above.tag} name="{above.get("name")}">'
+
+
+def put(entry: Map, key: str, value: Any, element: Element) -> None:
+    """Set a key whose value is that of a whole element."""
+    entry.put(key, value, element.span, element.span)
+
+
+def meant(word: str, known: Iterable[str]) -> str | None:
+    """Return the known word that ``word`` is a misspelling of, None if it is a word of its own.
+
+    One letter too many, too few, wrong or swapped is a misspelling, of long words two; so is another case. A word with
+    a prefix (``drake:mass``) belongs to somebody.
+    """
+    if ":" in word:
+        return None
+    best: tuple[int, str] | None = None
+    for other in known:
+        allowed = 0 if min(len(word), len(other)) < 3 else 1 if len(other) < 7 else 2
+        if abs(len(word) - len(other)) > allowed:
+            continue
+        distance = 0 if word.lower() == other.lower() else _distance(word.lower(), other.lower())
+        if distance <= allowed and (best is None or (distance, other) < best):
+            best = (distance, other)
+    return best[1] if best else None
+
+
+def _distance(one: str, other: str) -> int:
+    """Return how many letters are added, left out, changed or swapped (optimal string alignment)."""
+    before: list[int] = []
+    last = list(range(len(other) + 1))
+    for i, a in enumerate(one, 1):
+        row = [i]
+        for j, b in enumerate(other, 1):
+            cost = min(last[j] + 1, row[-1] + 1, last[j - 1] + (a != b))
+            if i > 1 and j > 1 and a == other[j - 2] and one[i - 2] == b:
+                cost = min(cost, before[j - 2] + 1)
+            row.append(cost)
+        before, last = last, row
+    return last[-1]
+
+
+_LINE_END = re.compile("\r\n|\r")
+
+
+def kept(element: Element) -> Text:
+    """Return an element as text: as it stands, its further lines moved left, where space means nothing.
+
+    A prefix that an element around it declares (``xmlns:sim``) is declared in the text, so that it can stand alone.
+    """
+    text = _LINE_END.sub("\n", element.verbatim)
+    declared = _declared(element)
+    if declared:
+        at = 1 + len(element.tag)
+        text = text[:at] + "".join(f' xmlns:{prefix}="{address}"' for prefix, address in declared) + text[at:]
+    return Text(indented(text, ""))
+
+
+def _declared(element: Element) -> list[tuple[str, str]]:
+    """Return the prefixes used in an element that are declared around it, with their addresses."""
+    used: dict[str, None] = {}
+    own: set[str] = set()
+    for inner in element.iter():
+        for name in (inner.tag, *inner.attributes):
+            prefix, colon, rest = name.partition(":")
+            if prefix == "xmlns":
+                own.add(rest)
+            elif colon:
+                used[prefix] = None
+    found = []
+    for prefix in used:
+        above = element.parent
+        while above is not None and f"xmlns:{prefix}" not in above.attributes:
+            above = above.parent
+        if above is not None and prefix not in own:
+            found.append((prefix, above.attributes[f"xmlns:{prefix}"].raw.replace('"', "&quot;")))
+    return found

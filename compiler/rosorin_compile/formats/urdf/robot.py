@@ -1,0 +1,236 @@
+"""URDF: a robot as ROS has it, read into the plain tree (http://wiki.ros.org/urdf/XML, ros/urdfdom@jazzy).
+
+What urdfdom refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a second
+element where one is taken, links with two parents. What is legal and has no word in the language is kept as it stands.
+
+Comments go with the entry of the tree that they stand before or in.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, Related, has_errors
+from ...diagnostics.registry import READING, Rule
+from ...frontend.tree import Map
+from ...frontend.tree import Path as TreePath
+from ...xml.files import printable_name
+from ...xml.markup import COMMENT, Document, Element, Remark
+from ..checked import accept
+from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
+from .joints import read_joint
+from .links import read_link
+from .materials import read_materials, settle
+from .reading import NAME, Reading, put
+from .values import shortened
+
+RULES = (
+    Rule(
+        "not-expanded",
+        "A warning: a value holds `${...}` or `$(...)`, as a xacro has before it is expanded.",
+        "Name the file `NAME.xacro`.",
+        READING,
+    ),
+)
+
+
+_NOT_PRINTED = re.compile("[\x00-\x1f\x7f]")
+_VERSIONS = ("1", "1.0", "1.1", "1.2")
+
+
+def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...] = ()) -> Imported:
+    """Return the robot of a URDF document; ``files`` are those that it came from, ``path`` if empty."""
+    reading = Reading(options)
+    root = document.root
+    tree = _tree(root, path, reading)
+    diagnostics = reading.all_diagnostics()
+    files = files or (path,)
+    version = root.get("version")
+    left_out = tuple(reading.left_out)
+    if has_errors(diagnostics):
+        return Imported(None, diagnostics, (), files, left_out, version)
+    accepted, said = accept(tree, options.lenient) if options.checked else (tree, [])
+    diagnostics += said
+    if accepted is None:
+        return Imported(None, diagnostics, (), files, left_out, version)
+    comments, left = without_banner(comments_of(document, reading.paths))
+    return Imported(accepted, [*diagnostics, *left], comments, files, left_out, version)
+
+
+def _tree(root: Element, path: Path, reading: Reading) -> Map:
+    """Return the plain tree of <robot>."""
+    tree = Map(root.span)
+    _robot_name(root, path, tree, reading)
+    source = Map(root.span)
+    put(source, "status", "imported", root)
+    put(source, "note", f"from {printable_name(path)}", root)
+    put(tree, "source", source, root)
+    reading.paths[id(root)] = ("robot",)
+    materials = read_materials(root, reading)
+    if materials is not None:
+        tree.put("materials", materials, materials.span, materials.span)
+    _section(root, "link", read_link, tree, reading)
+    _section(root, "joint", read_joint, tree, reading)
+    settle(tree, reading)
+    reading.known(root, ("link", "joint", "material"), ("name", "version"), tree)
+    version = root.attributes.get("version")
+    if version is not None and version.value.strip() not in _VERSIONS:
+        reading.cannot_carry(f'the version "{version.value}" of <robot>', version.span, "URDF has 1.0, 1.1 and 1.2")
+    for name in root.attributes:
+        if name.startswith("xmlns") and name != "xmlns:xacro":
+            reading.ignored("a declared name space (xmlns) belongs to what uses it", root.attributes[name].name_span)
+    _not_expanded(root, reading)
+    if "links" not in tree and not has_errors(reading.diagnostics):
+        reading.error("no-links", f'the robot "{tree.get("robot")}" has no links', root.span, 'add <link name="..."/>')
+    return tree
+
+
+def _not_expanded(root: Element, reading: Reading) -> None:
+    """Warn of a file that looks like xacro that nobody expanded."""
+    text = root.document.source.text
+    if "${" not in text and "$(" not in text:
+        return
+    for element in root.iter():
+        for attribute in element.attributes.values():
+            if "${" in attribute.raw or "$(" in attribute.raw:
+                message = f"{shortened(attribute.raw)} looks like xacro that was not expanded"
+                help = "name the file NAME.xacro, or declare xmlns:xacro in <robot>"
+                reading.diagnostics.append(Diagnostic("not-expanded", WARNING, message, attribute.span, (), help))
+                return
+
+
+def _robot_name(root: Element, path: Path, tree: Map, reading: Reading) -> None:
+    attribute = root.attributes.get("name")
+    if attribute is not None and attribute.value.strip():
+        name, problem = attribute.value, ""
+        if not NAME.match(name):
+            _bad_name("robot", attribute.value, root, reading)
+        tree.put("robot", name, attribute.name_span, attribute.span)
+        return
+    problem = '<robot> lacks the attribute "name"' if attribute is None else "the name of <robot> is empty"
+    if reading.lenient("missing-attribute", problem, root.span, 'add name="..."', "takes the name of the file"):
+        stem = re.sub(r"[^\w.-]+", "_", path.name.split(".")[0]) or "robot"
+        tree.put("robot", stem, root.span, root.span)
+
+
+def _section(
+    root: Element, tag: str, read: Callable[[Element, TreePath, Reading], Map], tree: Map, reading: Reading
+) -> None:
+    """Set the section of links or of joints, if there are any."""
+    section: Map | None = None
+    for element in root.children:
+        if element.tag != tag:
+            continue
+        section = Map(element.span) if section is None else section
+        name = _name(element, reading)
+        path: TreePath = (f"{tag}s", name or "")
+        reading.paths[id(element)] = path
+        entry = read(element, path, reading)
+        if name is None:
+            continue
+        attribute = element.attributes["name"]
+        if name in section:
+            related = [Related("first defined here", section.key_spans[name])]
+            message = f'the {tag} "{name}" is defined twice'
+            reading.error("duplicate-name", message, attribute.span, "rename or remove one", related)
+            continue
+        section.put(name, entry, attribute.span, element.span)
+    if section is not None:
+        tree.put(f"{tag}s", section, section.span, section.span)
+
+
+def _name(element: Element, reading: Reading) -> str | None:
+    name = reading.attribute(element, "name")
+    if name is not None and not NAME.match(name):
+        _bad_name(element.tag, name, element, reading)
+    return name
+
+
+def _bad_name(kind: str, name: str, element: Element, reading: Reading) -> None:
+    """Report a name that no entry of a description can have."""
+    span = element.attributes["name"].span
+    if not name.strip():
+        reading.error("bad-name", f"the name of a {kind} is empty", span, "give it a name")
+        return
+    why = "begins or ends with a space" if name != name.strip() else "has one of < > & \" ' or a control character"
+    reading.error("bad-name", f'the name of the {kind} "{_NOT_PRINTED.sub("?", name)}" {why}', span, "rename it")
+
+
+# What xacro writes above the file that it makes, a comment a line.
+_RULE = "=+"
+_BANNER = (_RULE, r"\|\s+This document was autogenerated by xacro from .*\|", r"\|\s+EDITING THIS FILE BY .*\|", _RULE)
+_SHAPES = ("visual", "collision")
+
+
+def without_banner(comments: list[Comment]) -> tuple[list[Comment], list[Diagnostic]]:
+    """Return comments without the banner of xacro, and the note: it warns of edits that a description is made for."""
+    for start in range(len(comments) - len(_BANNER) + 1):
+        lines = comments[start : start + len(_BANNER)]
+        if all(re.fullmatch(form, line.text.strip()) for form, line in zip(_BANNER, lines, strict=True)):
+            message = "the banner of xacro is left out: a description is there to be edited by hand"
+            rest = [*comments[:start], *comments[start + len(_BANNER) :]]
+            return rest, [Diagnostic("import-ignored", NOTE, message, lines[1].span)]
+    return comments, []
+
+
+def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comment]:
+    """Return the comments of a document, in their order.
+
+    ``paths`` leads from an element (by ``id``) to what became of it. Comments within an element that was kept as it
+    stands are part of it and do not appear here.
+    """
+    found = [_comment(document, remark, ("robot",), BEFORE) for remark in _comments(document.before)]
+    waiting: list[tuple[Element, TreePath]] = [(document.root, paths.get(id(document.root), ()))]
+    while waiting:
+        element, path = waiting.pop()
+        found += _within(document, element, path, paths)
+        read = [(child, paths[id(child)]) for child in element.children if id(child) in paths]
+        waiting += [(child, inner) for child, inner in read if "urdf_elements" not in inner]
+    found += [_comment(document, remark, (), END) for remark in _comments(document.after)]
+    return sorted(found, key=lambda comment: (comment.span.line, comment.span.column))
+
+
+def _comments(remarks: list[Remark]) -> Iterator[Remark]:
+    return (remark for remark in remarks if remark.kind == COMMENT)
+
+
+def _within(document: Document, element: Element, path: TreePath, paths: Mapping[int, TreePath]) -> Iterator[Comment]:
+    """Yield the comments directly in an element."""
+    text = document.source.text
+    content = element.content
+    for index, item in enumerate(content):
+        if isinstance(item, Element) or item.kind != COMMENT:
+            continue
+        before = content[index - 1] if index else None
+        above = before
+        while isinstance(above, Remark) and index:
+            index -= 1
+            above = content[index - 1] if index else None
+        same_line = above is not None and "\n" not in text[above.end : item.start]
+        after = next((other for other in content[content.index(item) :] if isinstance(other, Element)), None)
+        if above is None and element.tag in _SHAPES and after is not None:  # it speaks of the shape, not of its origin
+            yield _comment(document, item, path, BEFORE)
+        elif same_line and isinstance(above, Element):
+            yield _comment(document, item, paths.get(id(above), path), BESIDE)
+        elif (
+            above is None
+            and "\n" not in text[element.opened : item.start]
+            and "\n" in text[item.end : _next(item, content, element)]
+        ):
+            yield _comment(document, item, path, BESIDE)
+        elif after is not None:
+            yield _comment(document, item, paths.get(id(after), path), BEFORE)
+        else:
+            yield _comment(document, item, path, INSIDE)
+
+
+def _next(item: Remark, content: list[Element | Remark], element: Element) -> int:
+    """Return where the first thing behind a remark begins, the end of the element at the latest."""
+    later = [other.start for other in content if other.start >= item.end]
+    return later[0] if later else element.end
+
+
+def _comment(document: Document, remark: Remark, path: TreePath, where: str) -> Comment:
+    return Comment(remark.text, document.span(remark.start, remark.end - remark.start), path, where)

@@ -1,0 +1,44 @@
+"""Xacro: expanded by the xacro library in a child process, then read as the URDF that came out.
+
+To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process.
+Nothing is imported here, because the child process imports this package too, and needs no reader.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..format import Format, Opened
+
+if TYPE_CHECKING:
+    from ...xml.markup import Document
+    from ..imported import Imported
+
+__all__ = ["FORMAT"]
+
+
+def _recognises(document: Document, path: Path) -> bool:
+    from .expanding import is_xacro
+
+    return document.root.tag == "robot" and is_xacro(document, path)
+
+
+def _read(opened: Opened) -> Imported:
+    from .expanding import read_xacro
+
+    return read_xacro(opened.xml, opened.path, opened.options)
+
+
+FORMAT = Format(
+    name="xacro",
+    word="xacro",
+    article="a",
+    rank=20,
+    endings=(".xacro",),
+    recognises=_recognises,
+    read=_read,
+    takes_arguments=True,
+    becomes="urdf",
+    folder="urdf",
+)

@@ -1,0 +1,198 @@
+"""The child process that expands a xacro file: a request in JSON comes in, the expanded text in JSON goes out.
+
+The library is told where packages are, what the arguments are, and in which folder a file stands; and every file that
+it reads is first read safely, so that no entity is ever expanded.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from ...xml.files import read_source
+from ...xml.markup import MarkupError, parse
+from ..packages import Packages
+
+MAX_MEMORY = 8 << 30  # bytes
+
+
+class MissingPackage(Exception):
+    """A package that is nowhere."""
+
+
+class NotMarkup(Exception):
+    """A file that is no XML, or not safe to read."""
+
+
+class Arguments(dict[str, str]):
+    """The arguments of a run; remembers which names were asked for."""
+
+    def __init__(self, given: dict[str, str]) -> None:
+        super().__init__(given)
+        self.asked: dict[str, None] = {}
+
+    def __contains__(self, name: object) -> bool:
+        self.asked[str(name)] = None
+        return super().__contains__(name)
+
+    def __getitem__(self, name: str) -> str:
+        self.asked[name] = None
+        return super().__getitem__(name)
+
+
+class Context(dict[str, Any]):
+    """What substitutions see. xacro 2.1.1 forgets to say which file is read, which $(dirname) asks for."""
+
+    def __init__(self, stack: Any) -> None:
+        super().__init__()
+        self.stack = stack
+
+    def get(self, key: str, default: Any = None) -> Any:
+        return self.stack()[-1] if key == "filename" and self.stack() else super().get(key, default)
+
+    def __getitem__(self, key: str) -> Any:
+        return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
+
+
+def main() -> None:
+    """Answer one request."""
+    request = json.loads(sys.stdin.buffer.read())
+    # What the file prints must not mix with the answer.
+    answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
+    os.dup2(2, 1)
+    _limit_memory()
+    if request["environment"] is not None:
+        os.environ.clear()
+        os.environ.update(request["environment"])
+    answer = expand(request)
+    with answer_to:
+        json.dump(answer, answer_to)
+    # Threads or exit handlers of the file are not waited for.
+    sys.stderr.flush()
+    os._exit(0)
+
+
+def _limit_memory() -> None:
+    try:
+        import resource
+
+        resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
+    except (ImportError, OSError, ValueError):  # not on every system
+        return
+
+
+def expand(request: dict[str, Any]) -> dict[str, Any]:
+    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments."""
+    try:
+        xacro = import_module("xacro")
+    except ImportError:
+        return {"missing": "xacro"}
+    packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
+    arguments = Arguments(request["arguments"])
+    _prepare(xacro, packages)
+    answer: dict[str, Any] = {}
+    try:
+        answer["text"] = _expanded(xacro, request["file"], arguments)
+    except Exception as problem:  # whatever the file does is an answer
+        answer |= _what(problem)
+    except (SystemExit, KeyboardInterrupt):
+        answer["error"] = "it ends the program that expands it"
+    if "text" not in answer:
+        answer["stack"] = [name for name in xacro.filestack or [] if name]
+        answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+    answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
+    answer["arguments"] = list(arguments.asked)
+    return answer
+
+
+def _expanded(xacro: Any, file: str, arguments: Arguments) -> str:
+    """Return the expanded text: as xacro prints it, without the banner that names the file."""
+    xacro.init_stacks(file)
+    document = xacro.parse(None, file)
+    xacro.process_doc(document, mappings=arguments)
+    text: str = document.toprettyxml(indent="  ")
+    return text
+
+
+def _prepare(xacro: Any, packages: Packages) -> None:
+    """Make xacro find packages without ROS, know its folder, and read files safely."""
+
+    def share(name: str) -> str:
+        folder = packages.find(name)
+        if folder is None:
+            raise MissingPackage(name)
+        return str(folder)
+
+    index: Any = ModuleType("ament_index_python")
+    inner: Any = ModuleType("ament_index_python.packages")
+    inner.get_package_share_directory = index.get_package_share_directory = share
+    inner.PackageNotFoundError = index.PackageNotFoundError = MissingPackage
+    index.packages = inner
+    sys.modules |= {"ament_index_python": index, "ament_index_python.packages": inner}
+    own_path, own_parse = xacro.abs_filename_spec, xacro.parse
+
+    def absolute(name: str) -> str:
+        if name.startswith(("package://", "file://")):
+            package = name.partition("://")[2].partition("/")[0]
+            if name.startswith("package://"):
+                share(package)
+            return str(packages.resolve(name, Path()))
+        return str(own_path(name))
+
+    def read(text: Any, filename: str = "") -> Any:
+        if text is not None:
+            return own_parse(text, filename)
+        name = os.path.join(xacro.root_dir, filename)
+        try:
+            source = read_source(Path(name))
+            parse(source)
+        except MarkupError as problem:
+            xacro.filestack.pop()
+            raise NotMarkup(name, problem.diagnostic.message) from None
+        return own_parse(_without_declaration(source.text), filename)
+
+    xacro.abs_filename_spec, xacro.parse = absolute, read
+    xacro.substitution_args_context = Context(lambda: xacro.filestack)
+
+
+def _without_declaration(text: str) -> str:
+    """Return a text without the encoding that it declares: it is decoded already."""
+    if not text.startswith("<?xml"):
+        return text
+    end = text.find("?>") + 2
+    return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
+
+
+def _what(problem: BaseException) -> dict[str, Any]:
+    """Return what an exception says; xacro wraps one into another."""
+    for cause in _causes(problem):
+        if isinstance(cause, MissingPackage):
+            return {"package": str(cause)}
+        if isinstance(cause, NotMarkup):
+            return {"markup": cause.args[0], "message": cause.args[1]}
+        if isinstance(cause, RecursionError):
+            return {"error": "macros or properties call each other without end"}
+        if isinstance(cause, MemoryError):
+            return {"error": "it needs more memory than there is"}
+    if type(problem).__name__ == "ArgException" or "Undefined substitution argument" in str(problem):
+        return {"error": f"Undefined substitution argument {str(problem).rsplit(' ', 1)[-1]}"}
+    return {"error": str(problem) or repr(problem), "line": getattr(problem, "lineno", 0)}
+
+
+def _causes(problem: BaseException) -> Iterator[BaseException]:
+    """Yield an exception and those that it wraps."""
+    seen: set[int] = set()
+    waiting: list[BaseException | None] = [problem]
+    while waiting:
+        here = waiting.pop()
+        if here is None or id(here) in seen:
+            continue
+        seen.add(id(here))
+        yield here
+        waiting += [here.__cause__, here.__context__, getattr(here, "exc", None)]

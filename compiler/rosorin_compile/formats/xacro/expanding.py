@@ -1,0 +1,267 @@
+"""Xacro: expanded by the xacro library in a child process, then read as what came out.
+
+Expanding can run Python code of whoever wrote the file: xacro guards its expressions, but not well enough for a
+foreign file (see docs). So it is said before, and nothing is expanded where there is nothing to expand.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...diagnostics.registry import READING, Rule
+from ...diagnostics.wording import counted
+from ...xml.files import read_source
+from ...xml.markup import Document, MarkupError, parse
+from ..imported import Imported, ReadOptions
+from ..urdf.robot import read_urdf
+
+RULES = (
+    Rule(
+        "xacro-runs-code",
+        "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
+        "Go on only with files of people whom you trust.",
+        READING,
+    ),
+    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
+    Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
+    Rule(
+        "package-missing",
+        "A ROS package is not found.",
+        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
+        READING,
+    ),
+    Rule(
+        "extra-missing",
+        "What reads the format is not installed.",
+        "`pip install 'rosorin-compile[import]'`",
+        READING,
+    ),
+)
+
+MAX_SECONDS = 600
+
+_CHILD = (
+    "import sys\n"
+    "if sys.path[:1] == ['']: del sys.path[0]\n"
+    "from rosorin_compile.formats.xacro.child import main\n"
+    "main()\n"
+)
+_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
+_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+_COMMENT = re.compile("<!--.*?-->", re.DOTALL)
+
+
+def is_xacro(document: Document, path: Path) -> bool:
+    """Say whether a document has anything to expand: elements or attributes of xacro, or, as a .xacro, ${} and $()."""
+    text = document.source.text
+    if "xacro:" in text:
+        for element in document.root.iter():
+            if element.tag.startswith("xacro:") or any(name.startswith("xacro:") for name in element.attributes):
+                return True
+    declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
+    # What xacro has made declares its prefix too, and often holds comments that it left alone.
+    return declared and re.search(r"\$[{(]", _COMMENT.sub("", text)) is not None
+
+
+def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:
+    """Return the robot of a xacro file."""
+    first = document.root.span
+    warning = Diagnostic(
+        "xacro-runs-code",
+        WARNING,
+        f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
+        first,
+        (),
+        "go on only with files of people whom you trust",
+    )
+    diagnostics = [warning]
+    if options.tell is not None:
+        options.tell(warning)
+        diagnostics = []
+    answer = _expand(path, options)
+    files = _files(path, answer)
+    diagnostics += _remarks(answer, first)
+    problem = _problem(answer, document, path, options, files)
+    if problem is not None:
+        return Imported(None, [*diagnostics, problem], (), files)
+    expanded = Source(f"{document.source.path} (expanded)", answer["text"])
+    try:
+        made = parse(expanded)
+    except MarkupError as failure:
+        return Imported(None, [*diagnostics, failure.diagnostic], (), files)
+    if made.root.tag != "robot":
+        help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
+        message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
+        return Imported(None, [*diagnostics, error("wrong-root", message, made.root.span, help)], (), files)
+    if not any(child.tag == "link" for child in made.root.children) and "<xacro:macro" in document.source.text:
+        message = f"{path.name} makes no link: it defines macros for other files"
+        help = "name the file that calls them"
+        return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
+    read = read_urdf(made, path, options, files)
+    return read._replace(diagnostics=[*diagnostics, *read.diagnostics])
+
+
+def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
+    """Return what the child process has to say: the expanded text, or what went wrong."""
+    request = {
+        "file": str(path),
+        "arguments": dict(options.arguments),
+        "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
+        "environment": None if options.environment is None else dict(options.environment),
+    }
+    environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}
+    try:
+        child = subprocess.run(  # noqa: S603 - our own module; the warning about what it runs is given
+            [sys.executable, "-c", _CHILD],
+            input=json.dumps(request).encode(),
+            capture_output=True,
+            env=environment,
+            timeout=MAX_SECONDS,
+            check=False,
+        )
+    except subprocess.TimeoutExpired:
+        return {"error": f"it does not end within {MAX_SECONDS} seconds", "stack": [str(path)]}
+    except OSError as problem:
+        return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
+    said = child.stderr.decode("utf-8", "replace")
+    try:
+        answer: dict[str, Any] = json.loads(child.stdout)
+    except ValueError:
+        last = said.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
+        answer = {"error": f"xacro broke down: {last[0]}", "stack": [str(path)]}
+    answer["said"] = said
+    return answer
+
+
+def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
+    """Return the files that were read, the first one as it was named, each once."""
+    files = {os.path.abspath(path): path}
+    for name in answer.get("files", ()):
+        files.setdefault(os.path.abspath(name), Path(os.path.normpath(name)))
+    return tuple(files.values())
+
+
+MAX_REMARKS = 10
+
+
+def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
+    """Return what xacro itself had to say, as notes."""
+    lines = [re.sub("\x1b\\[[0-9;]*m", "", line).strip() for line in answer.get("said", "").splitlines()]
+    lines = list(dict.fromkeys(line for line in lines if line))
+    if "error" in answer or "missing" in answer or "markup" in answer:
+        return []
+    more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
+    return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
+
+
+def _problem(
+    answer: dict[str, Any], document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...]
+) -> Diagnostic | None:
+    """Return what kept the file from being expanded, or an argument that it does not have."""
+    if "missing" in answer:
+        help = "pip install 'rosorin-compile[import]'"
+        return error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)
+    if "package" in answer:
+        return _no_package(answer, document, path)
+    if "markup" in answer:
+        return _not_markup(answer, document, path)
+    known = _known(answer, files)
+    unknown = [name for name in options.arguments if name not in known]
+    if unknown:  # xacro itself would say nothing, or that another has no value
+        message = f'{path.name} has no argument "{unknown[0]}"'
+        return error("unknown-argument", message, document.root.span, did_you_mean(unknown[0], known) or "it has none")
+    return _failure(answer, document, path) if "error" in answer else None
+
+
+def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
+    """Return the arguments of a xacro: those it asked for, and those that its files declare anywhere."""
+    known = dict.fromkeys(answer.get("arguments", ()))
+    for file in files:
+        try:
+            known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
+        except MarkupError:
+            continue
+    return sorted(known)
+
+
+def _source(name: str, document: Document, path: Path) -> Document:
+    """Return a file that xacro was reading, as a document without elements; the first one where it cannot be read."""
+    if os.path.abspath(name) != os.path.abspath(path):
+        try:
+            return Document(read_source(Path(os.path.normpath(name))))
+        except MarkupError:
+            pass
+    return document
+
+
+def _within(answer: dict[str, Any], document: Document, path: Path) -> tuple[Document, tuple[Related, ...]]:
+    """Return the innermost file that xacro was reading, and the macros and files around."""
+    stack = [name for name in answer.get("stack", ()) if name] or [str(path)]
+    macros = dict.fromkeys(reversed(answer.get("macros", ())))
+    related = [Related(f'when expanding the macro "{name}"', None) for name in macros]
+    inner = _source(stack[-1], document, path)
+    for name in reversed(stack[:-1]):
+        related.append(Related("included from", _source(name, document, path).span(0)))
+    return inner, tuple(related[:12])
+
+
+def _find(document: Document, words: list[str]) -> Span | None:
+    """Return the place of the first of some words that stands exactly once in a file, comments left out."""
+    text = _COMMENT.sub(lambda found: re.sub(r"\S", " ", found[0]), document.source.text)
+    for word in words:
+        if word and text.count(word) == 1:
+            return document.span(text.index(word), len(word))
+    return None
+
+
+def _no_package(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
+    name = answer["package"]
+    inner, related = _within(answer, document, path)
+    span = _find(inner, [f"(find {name})", f"package://{name}/", name]) or inner.span(0)
+    message = f'the package "{name}" is not found'
+    help = f"say where it is: --package {name}=PATH"
+    return error("package-missing", message, span, help, related)
+
+
+def _not_markup(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
+    """Return why a file that xacro reads is no XML, or not safe to read."""
+    name = answer["markup"]
+    inner, related = _within(answer, document, path)
+    span = _find(inner, [Path(name).name]) or inner.span(0)
+    try:
+        parse(read_source(Path(os.path.normpath(name)), span))
+    except MarkupError as problem:
+        return problem.diagnostic._replace(related=(*problem.diagnostic.related, *related))
+    return error("xml-syntax", answer["message"], span, "", related)
+
+
+def _failure(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
+    inner, related = _within(answer, document, path)
+    what, help = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())), ""
+    words = [f"${{{found[1]}}}" for found in _EXPRESSION.finditer(what)]
+    words += [found[1] for found in _EXPRESSION.finditer(what)]
+    words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", what)]
+    words += re.findall(r"'([^']+)'", what)
+    missing = re.match(r"Undefined substitution argument (\S+)", what)
+    if missing:
+        what, help = f'the argument "{missing[1]}" has no value', f"give it one: {missing[1]}:=VALUE"
+        words.insert(0, f"$(arg {missing[1]})")
+    span = _find(inner, words)
+    for name in answer.get("files", ()):  # properties are evaluated late, where they are used
+        span = span or _find(_source(name, document, path), words[:1])
+    if span is None and answer.get("line"):
+        span = Span(inner.source, answer["line"], 1)
+    return error("xacro-error", f"xacro cannot expand the file: {what}"[:600], span or inner.span(0), help, related)
+
+
+def _once(text: str) -> str:
+    """Return a text that xacro says twice, once."""
+    half = len(text) // 2
+    return text[:half] if len(text) % 2 and text[:half] == text[half + 1 :] else text

@@ -1,0 +1,117 @@
+"""Arguments: what a description declares under ``args``, and what files of arguments set."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..diagnostics import Diagnostic, Span, arrange, error, has_errors
+from ..project import shown
+from .expand import expand
+from .expand.files import Reader
+from .load import LoadError, load_mapping
+from .tree import Map, Seq
+from .written import Written
+
+# What is wrong with the values that are given, as opposed to the rest of the description.
+_OF_ARGUMENTS = ("unknown-argument", "bad-argument")
+
+
+class Argument(NamedTuple):
+    """A declared argument: texts as they are written, empty where nothing is.
+
+    ``value`` is what it is set to, "" if to nothing but its default; ``set_at`` where, None for the command line.
+    """
+
+    name: str
+    type: str
+    allowed: tuple[str, ...]
+    required: bool
+    default: str
+    help: str
+    span: Span
+    value: str = ""
+    set_at: Span | None = None
+
+
+def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
+    """Return the arguments that YAML files map to values, the later file before the earlier, ``texts`` before both.
+
+    Only those of the files have a place. Raises LoadError.
+    """
+    made: Map | None = None
+    for path in files:
+        found = load_mapping(path, shown(path))
+        for name, value in found.items():
+            if _has_expression(value):
+                message = f'the argument "{name}" is an expression; a file of arguments holds values'
+                raise LoadError(error("bad-argument", message, found.value_spans[name], "write its result"))
+        if made is None:
+            made = Map(found.span)
+        for name, value in found.items():
+            made.put(name, value, found.key_spans[name], found.value_spans[name])
+    if made is None:
+        raise ValueError("there is no file to read")
+    for name, text in texts.items():
+        made[name] = text
+        made.key_spans.pop(name, None)
+        made.value_spans.pop(name, None)
+    return made
+
+
+def _has_expression(value: Any) -> bool:
+    if isinstance(value, Map):
+        return any(map(_has_expression, value.values()))
+    if isinstance(value, Seq):
+        return any(map(_has_expression, value))
+    return isinstance(value, str) and "${" in value
+
+
+def declared(path: Path, arguments: Mapping[str, Any]) -> tuple[list[Argument], list[Diagnostic]]:
+    """Return the arguments of the description whose first file is ``path``, and what is wrong.
+
+    Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
+    """
+    reader = Reader(path, None)
+    root = reader.read(path, shown(path), None, None, ())
+    if root is None or has_errors(reader.diagnostics):
+        return [], reader.diagnostics
+    entries = root.get("args")
+    if not isinstance(entries, Map):
+        entries = Map(root.span)
+    expanded = expand(path, arguments, None)
+    written = Written()
+    found = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
+    return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
+
+
+def _argument(name: str, entries: Map, written: Written) -> Argument:
+    """Return one declared argument; what is no mapping is its default."""
+    entry, span = entries[name], entries.key_spans[name]
+    if entry is None:
+        return Argument(name, "any", (), True, "", "", span)
+    if not isinstance(entry, Map):
+        return Argument(name, "any", (), False, written.text(entries.value_spans[name]), "", span)
+    default = written.text(entry.value_spans["default"]) if "default" in entry else ""
+    choice = entry.get("one_of")
+    allowed: list[str] = []
+    if isinstance(choice, Seq):
+        allowed = [written.text(place) for place in choice.value_spans]
+    elif choice is not None:
+        allowed = [written.text(entry.value_spans["one_of"])]
+    help = " ".join(str(entry.get("help") or "").split())
+    return Argument(name, str(entry.get("type") or "any"), tuple(allowed), "default" not in entry, default, help, span)
+
+
+def _with_value(argument: Argument, arguments: Mapping[str, Any], reader: Reader, written: Written) -> Argument:
+    """Return an argument with what it is set to, by this run or by an include."""
+    name = argument.name
+    if name in arguments:
+        spans = arguments.value_spans if isinstance(arguments, Map) else {}
+        place = spans.get(name)
+        return argument._replace(value=str(arguments[name]) if place is None else written.text(place), set_at=place)
+    if name in reader.given:
+        place = reader.given[name][1].span
+        return argument._replace(value=written.text(place), set_at=place)
+    return argument

@@ -1,0 +1,162 @@
+"""Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
+
+Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
+are joined: robots of others come before all else; then the entries of the included files, in the order of the includes;
+then those of the including file; then those that parts make, in the order of ``use``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...diagnostics import Diagnostic, did_you_mean, error
+from ...project import data_folder, shown
+from ..load import plain_scalar
+from ..tree import Map, Place, Seq
+from .files import Reader, table_loader
+from .forms import ENTRIES, SECTIONS, check_controls
+from .included_robots import ForeignReader, Robots, Tell
+from .ledger import Failed, Ledger
+from .parameters import declare
+from .parts import Parts, copy
+from .scope import Scope
+from .sensor_types import apply_types
+
+_FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
+_FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
+_NOT_EVALUATED = ("args", "parts", "sensor_types", "use", "modes")
+
+
+class Expanded(NamedTuple):
+    """The plain tree (None if it could not be made), what is wrong, and the files that were read.
+
+    ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
+    """
+
+    tree: Map | None
+    diagnostics: list[Diagnostic]
+    files: tuple[Path, ...]
+    scope: Scope | None = None
+
+
+def expand(
+    path: Path,
+    arguments: Mapping[str, Any],
+    robots: ForeignReader | None,
+    tell: Tell | None = None,
+    packages: Mapping[str, Path] | None = None,
+) -> Expanded:
+    """Return the tree of the description whose first file is ``path``.
+
+    ``arguments`` are values by name; texts, as given on the command line, are read like scalars of YAML. Those of a
+    ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
+    (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
+    that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
+    name, asked before those that an include names.
+    """
+    reader = Reader(path, robots)
+    root = reader.read(path, shown(path), None, None, ())
+    if root is None:
+        return Expanded(None, reader.diagnostics, tuple(reader.files))
+    ledger = Ledger()
+    scope = Scope(ledger)
+    scope.values["load()"] = table_loader(reader)
+    for name, value, place, said in reader.lets:
+        scope.define(name, value, place, said)
+    _declare_arguments(root, arguments, reader, scope)
+    included = list(Robots(reader, robots, scope, tell, packages or {}).fragments()) if robots else []
+    tree = _evaluate(root, scope, reader, included)
+    for name in list(scope.pending):
+        with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
+            scope.lookup(name)
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope)
+
+
+def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
+    """Return the tree with every section evaluated, joined to ``robots``; None after anything was wrong."""
+    tree = Map(root.span)
+    failed = None in robots
+    for key, value in root.items():
+        if key in ("parts", "sensor_types", "use"):
+            continue
+        if key in ENTRIES and not check_controls("", root, (key,), scope):
+            failed = True
+            continue
+        place = Place(root.value_spans[key], None)
+        try:
+            made = value if key in _NOT_EVALUATED else scope.resolve(value, place)
+        except Failed:
+            failed = True
+            continue
+        tree.put(key, copy(made) if key in SECTIONS else made, root.key_spans[key], root.value_spans[key])
+    for key, help in _FORMS.items():
+        if not isinstance(root.get(key) or {}, dict):
+            what = "types" if key == "sensor_types" else "parts"
+            scope.report("wrong-type", f"{key} maps names to {what}", Place(root.value_spans[key], None), help)
+            failed = True
+    tree = _joined(robots, tree, reader)
+    parts = Parts(scope.ledger, root.get("parts"), scope, reader.library)
+    uses = root.get("use")
+    if isinstance(uses, Map) and not check_controls("", root, ("use",), scope):
+        failed = True
+    elif isinstance(uses, Map):
+        failed |= not parts.use(tree, uses, scope)
+    parts.check_unused()
+    if failed:
+        return None
+    apply_types(tree, root.get("sensor_types"), scope, data_folder("parts_library") / "sensors.yaml")
+    return tree
+
+
+def _joined(robots: list[Map | None], own: Map, reader: Reader) -> Map:
+    """Return the sections of foreign robots with those of the description behind them."""
+    if not any(robots):
+        return own
+    tree = Map(own.span)
+    for sections in [*robots, own]:
+        reader.join(tree, sections or Map(own.span))
+    return tree
+
+
+def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, scope: Scope) -> None:
+    """Bind the arguments: those given on the command line, else those an include gives, else their defaults."""
+    declared = root.get("args")
+    declared = declared if isinstance(declared, Map) else Map(root.span)
+    given: dict[str, Any] = {}
+    places: dict[str, Place] = {}
+    for name, (value, place) in reader.given.items():
+        with suppress(Failed):
+            given[name], places[name] = scope.resolve(value, place), place
+    names, values = (arguments.key_spans, arguments.value_spans) if isinstance(arguments, Map) else ({}, {})
+    for name, value in arguments.items():
+        if name not in declared:
+            message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
+            scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
+            continue
+        places[name] = Place(values.get(name, declared.key_spans[name]), None)
+        given[name] = _given(value, declared[name], places[name])
+    declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+
+
+def _given(value: Any, declaration: Any, place: Place) -> Any:
+    """Return the value of an argument as the tree has it; what a list or a table of Python holds is at the same place.
+
+    A text is read as in YAML, but where a text is wanted "007" is one.
+    """
+    if type(value) is str:
+        wanted = declaration.get("type") if isinstance(declaration, Map) else None
+        return value if wanted == "text" else plain_scalar(value)
+    if type(value) is list:
+        items = Seq(place.span)
+        for item in value:
+            items.put(_given(item, None, place), place.span)
+        return items
+    if type(value) is dict:
+        table = Map(place.span)
+        for key, item in value.items():
+            table.put(key, _given(item, None, place), place.span, place.span)
+        return table
+    return value

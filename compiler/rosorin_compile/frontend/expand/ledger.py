@@ -1,0 +1,82 @@
+"""The ledger: what one expansion shares, whatever the scope."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ...diagnostics import Diagnostic
+from ..tree import Map, Seq
+
+_NOTHING = object()
+
+
+class Failed(Exception):
+    """A value that cannot be had; what is wrong has been reported already."""
+
+
+class Step(NamedTuple):
+    """What is to be done with one entry of a mapping or a sequence each time that it is evaluated."""
+
+    key: str
+    item: Any
+    constant: bool
+    controlled: bool
+    named: bool
+
+
+class Ledger:
+    """What a whole expansion shares: the diagnostics, the count of values made, and what is known of each piece.
+
+    Pieces are known by identity: every piece of the files that were read lives as long as the expansion.
+    """
+
+    def __init__(self) -> None:
+        self.diagnostics: list[Diagnostic] = []
+        self.nodes = 0
+        self.full = False
+        self.constant: dict[int, bool] = {}
+        self.bodies: dict[int, Any] = {}
+        self.plans: dict[int, tuple[Step, ...]] = {}
+        self.parameters: dict[int, Any] = {}
+        # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
+        self.scopes: dict[int, Any] = {}
+
+    def is_constant(self, value: Any) -> bool:
+        """Say whether a piece of the tree has no expression, loop or condition in it."""
+        if isinstance(value, str):
+            return "$" not in value
+        if not isinstance(value, (Map, Seq)):
+            return True
+        known = self.constant.get(id(value))
+        if known is None:
+            items = value.values() if isinstance(value, Map) else value
+            known = all(self.is_constant(item) for item in items)
+            if isinstance(value, Map):
+                known = known and "for" not in value and "if" not in value and not any("$" in key for key in value)
+            self.constant[id(value)] = known
+        return known
+
+    def plan(self, value: Map | Seq) -> tuple[Step, ...]:
+        """Return the steps that evaluate a piece."""
+        plan = self.plans.get(id(value))
+        if plan is None:
+            pairs = value.items() if isinstance(value, Map) else [("", item) for item in value]
+            plan = tuple(self._step(key, item) for key, item in pairs)
+            self.plans[id(value)] = plan
+        return plan
+
+    def _step(self, key: str, item: Any) -> Step:
+        controlled = isinstance(item, Map) and ("for" in item or "if" in item)
+        return Step(key, item, self.is_constant(item), controlled, "$" in key)
+
+    def body(self, entry: Map) -> Any:
+        """Return an entry without its loop and condition; ``value`` alone stands for what is no mapping."""
+        made = self.bodies.get(id(entry), _NOTHING)
+        if made is _NOTHING:
+            made = Map(entry.span, entry.via)
+            for key, value in entry.items():
+                if key not in ("for", "if"):
+                    made.put(key, value, entry.key_spans[key], entry.value_spans[key])
+            made = made["value"] if list(made) == ["value"] else made
+            self.bodies[id(entry)] = made
+        return made

@@ -1,0 +1,27 @@
+"""Nearby: what is wrong with the name of a file that an include cannot have."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+from ...diagnostics import Diagnostic
+from ...project import nearest_file
+
+
+def corrected(found: Diagnostic, name: str, target: Path) -> Diagnostic:
+    """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
+    if found.rule != "file-unreadable":
+        return found
+    close = None if os.path.exists(target) else nearest_file(target)  # noqa: PTH110 - Path.exists raises for some names
+    if close is None:
+        return found
+    folder = name.rpartition("/")[0]
+    return found._replace(help=f'did you mean "{folder}/{close.name}"?' if folder else f'did you mean "{close.name}"?')
+
+
+def outside(name: str, by: Path, folder: Path) -> str:
+    """Return why a file that ``by`` names is not inside a folder (links followed): by its name, or by a link."""
+    written = os.path.normpath(by.parent.resolve() / name)
+    by_link = ": a link leads there" if Path(written).is_relative_to(folder) else ""
+    return f"{name} is outside the folder of the description{by_link}"

@@ -1,0 +1,311 @@
+"""Parts: reusable pieces of a description with typed parameters, instantiated by ``use``.
+
+A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in the library that ships with the tool) or
+``PACKAGE:FILE/NAME`` (in a YAML file of an installed Python package).
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean
+from ...diagnostics.registry import ARGUMENTS, Rule
+from ..expression.functions import kind_of
+from ..load import LoadError, load_mapping
+from ..tree import Instance, Map, Place, Seq
+from .forms import SECTIONS, check_content, check_file, check_part, check_sections, check_use
+from .ledger import Failed, Ledger
+from .parameters import declare
+from .placing import AXES, MOUNT, mentions_mount, placed
+from .scope import Scope
+
+RULES = (
+    Rule(
+        "unknown-part",
+        "There is no part of this name, or no file of parts.",
+        "Correct the name; [the library](parts-library.md).",
+        ARGUMENTS,
+    ),
+    Rule(
+        "part-cycle",
+        "Parts stand in parts without end, or deeper than any robot.",
+        "A part that uses itself ends with an `if`.",
+        ARGUMENTS,
+    ),
+)
+
+MAX_NESTED = 40
+INSTANCE = 20  # values that a part counts for, however little it holds
+
+
+class Definition(NamedTuple):
+    """A part as it was written, and the scope of the file that it stands in."""
+
+    name: str
+    body: Map
+    scope: Scope
+
+
+class Parts:
+    """Finds parts and instantiates them."""
+
+    def __init__(self, ledger: Ledger, own: Map | None, scope: Scope, library: Callable[[str], Path | None]) -> None:
+        self.ledger = ledger
+        self.own = own if isinstance(own, Map) else None
+        self.scope = scope
+        self.library = library
+        self.files: dict[Path, tuple[Map, Scope] | None] = {}
+        self.sound: dict[int, bool] = {}
+
+    def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
+        """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
+        if not isinstance(entry, Map):
+            scope.report("wrong-type", f'use "{name}" is a mapping that names a part', where, "write part: NAME")
+            raise Failed
+        check_use(name, entry, scope)
+        definition = self._find(entry, scope, where)
+        scope.count(INSTANCE, where.span, where.via)
+        if depth > MAX_NESTED:
+            message = f'parts stand in parts, more than {MAX_NESTED} deep, at part "{definition.name}"'
+            scope.report("part-cycle", message, where, "a part that uses itself ends with an if")
+            self.ledger.nodes, self.ledger.full = sys.maxsize, True  # told once, not for each of its branches
+            raise Failed
+        message = f'part "{definition.name}" used here as "{name}"'
+        inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
+        self._bind(inner, name, entry, definition)
+        content = entry.get("content")
+        fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
+        if isinstance(content, Map):
+            join(fragment, content, SECTIONS, inner)
+        evaluate_rest(inner)
+        return self._placed(name, fragment, entry, scope, where)
+
+    def check_unused(self) -> None:
+        """Look at the parts of the description that nothing uses, as far as that can be done without arguments."""
+        for name, body in (self.own or {}).items():
+            if id(body) in self.sound or not check_part(name, self.own or Map(body.span), self.scope):
+                continue
+            probe = Scope(self.ledger, self.scope)
+            params = body.get("params")
+            for parameter in ("name", *(params or ())):  # broken names have no value, and nothing is said of that
+                probe.places[parameter] = Place(body.span, body.via)
+                probe.broken.add(parameter)
+            probe.define_all(body.get("let"))
+            for key in (*SECTIONS, "use"):
+                if body.get(key) is not None:
+                    with suppress(Failed):
+                        probe.resolve(body[key], Place(body.value_spans[key], body.via))
+            with suppress(Failed):
+                evaluate_rest(probe)
+
+    def _bind(self, inner: Scope, name: str, entry: Map, definition: Definition) -> None:
+        """Bind the parameters and the named values of a part."""
+        given = entry.get("with")
+        given = Map(entry.span, entry.via) if given is None else given
+        places = {key: Place(given.value_spans[key], given.via) for key in given}
+        before = len(self.ledger.diagnostics)
+        inner.bind("name", name, Place(entry.span, entry.via))
+        inner.bind("mirrored", entry.get("mirror") is not None, Place(entry.span, entry.via))
+        owner, asked = f'part "{definition.name}"', inner.via.span if inner.via else entry.span
+        way = "with: {{{}: VALUE}}"
+        inner.define_all(definition.body.get("let"))
+        declare(inner, definition.body.get("params"), given, places, owner, way, Place(asked, entry.via))
+        if len(self.ledger.diagnostics) > before:
+            raise Failed
+
+    def _fragment(self, definition: Definition, inner: Scope, depth: int, grows: bool) -> Map:
+        """Return the sections of a part, evaluated, with the parts that it uses itself; ``grows`` if more is joined."""
+        body = definition.body
+        grows = grows or body.get("use") is not None
+        made = Map(body.span, inner.via)
+        failed = False
+        for section in SECTIONS:
+            if body.get(section) is not None:
+                try:
+                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via))
+                    # Without expressions it is the very section that stands in the part, and that must not grow.
+                    value = copy(value) if grows else value
+                    made.put(section, value, body.key_spans[section], body.value_spans[section])
+                except Failed:
+                    failed = True
+        if not failed:
+            check_sections(f'part "{definition.name}"', made, inner)
+        if isinstance(body.get("use"), Map):
+            failed |= not self.use(made, body["use"], inner, depth + 1)
+        if failed:
+            raise Failed
+        return made
+
+    def use(self, tree: Map, entries: Map, scope: Scope, depth: int = 0) -> bool:
+        """Join what each ``use`` entry makes to a tree; say whether all went well."""
+        fine = True
+        via = scope.via or entries.via
+        for key, item in entries.items():
+            place_of_key = Place(entries.key_spans[key], via)
+            try:
+                check_content(key, item, scope)
+                for inner, entry in scope.entries(item):
+                    name = inner.name(key, place_of_key.span, place_of_key.via) if "$" in key else key
+                    resolved = inner.resolve(entry, Place(entries.value_spans[key], via))
+                    fragment = self.instantiate(name, resolved, inner, place_of_key, depth)
+                    size = sum(len(section or ()) for section in fragment.values())  # parts in parts multiply
+                    scope.count(size, place_of_key.span, place_of_key.via)
+                    join(tree, fragment, SECTIONS, scope)
+            except Failed:
+                fine = False
+        return fine
+
+    def _placed(self, name: str, fragment: Map, entry: Map, scope: Scope, where: Place) -> Map:
+        """Return a fragment with its prefix, on its mount, each of its entries with a source."""
+        prefix, parent, mirror = entry.get("prefix", f"{name}_"), entry.get("parent"), entry.get("mirror")
+        if mirror is not None and (not isinstance(mirror, str) or mirror not in AXES):
+            place = Place(entry.value_spans["mirror"], entry.via)
+            told = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
+            help = "one of x, y, z: the axis that is reversed"
+            scope.report("wrong-value", f"mirror cannot be {told}", place, help)
+            raise Failed
+        mounted = mentions_mount(fragment)
+        if parent is None and mounted:
+            help = "the part is attached to a frame: write parent: FRAME"
+            scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
+            raise Failed
+        ignored = [key for key in ("parent", "xyz", "rpy") if entry.get(key) is not None]
+        if ignored and not mounted:
+            place = Place(entry.key_spans[ignored[0]], scope.via or entry.via)
+            help = "in the part, write parent: mount where it is attached; or remove the key"
+            message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
+            stack = scope.via.stack() if scope.via else ()
+            self.ledger.diagnostics.append(Diagnostic("ignored-key", WARNING, message, place.span, tuple(stack), help))
+        prefix = "" if prefix is None else str(prefix)
+        made = placed(fragment, prefix, parent, entry.get("xyz"), entry.get("rpy"), mirror)
+        return with_source(made, entry) if "source" in entry else made
+
+    def _find(self, entry: Map, scope: Scope, where: Place) -> Definition:
+        name = entry.get("part")
+        if not isinstance(name, str):
+            scope.report("missing-key", 'a use needs the key "part"', where, "name a part of parts: or of the library")
+            raise Failed
+        place = Place(entry.value_spans["part"], scope.via or entry.via)
+        if "/" not in name:
+            return self._definition(name, name, self.own, self.scope, scope, place)
+        file, _, short = name.rpartition("/")
+        path = self.library(file)
+        found = self._load(path, file, place.span) if path is not None else None
+        if found is None:
+            scope.report("unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md")
+            raise Failed
+        return self._definition(name, short, found[0].get("parts"), found[1], scope, place)
+
+    def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
+        known = parts if isinstance(parts, Map) else Map(place.span)
+        if short not in known:
+            scope.report("unknown-part", f'there is no part "{name}"', place, did_you_mean(short, known))
+            raise Failed
+        body = known[short]
+        if id(body) not in self.sound:
+            self.sound[id(body)] = check_part(short, known, home)
+        if not self.sound[id(body)]:
+            raise Failed
+        return Definition(name, body, home)
+
+    def _load(self, path: Path, file: str, asked: Span) -> tuple[Map, Scope] | None:
+        """Return a file of parts, shown as ``PACKAGE/FILE.yaml``, and its scope; read once."""
+        if path not in self.files:
+            self.files[path] = None
+            try:
+                package, _, name = file.rpartition(":")
+                tree = load_mapping(path, f"{package or 'parts'}/{name}.yaml", asked)
+            except LoadError as problem:
+                self.ledger.diagnostics.append(problem.diagnostic)
+                raise Failed from None
+            home = Scope(self.ledger)
+            check_file(tree.span.source.path, tree, home)
+            home.define_all(tree.get("let"))
+            self.files[path] = (tree, home)
+        return self.files[path]
+
+
+def evaluate_rest(scope: Scope) -> None:
+    """Evaluate the named values of a scope that nothing has needed, for their mistakes. Raises Failed after those."""
+    failed = False
+    for name in list(scope.pending):
+        try:
+            scope.lookup(name)
+        except Failed:
+            failed = True
+    if failed:
+        raise Failed
+
+
+def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
+    """Add the sections of one fragment to those of a tree; a name that is taken is reported. Raises Failed."""
+    failed = False
+    for section in sections:
+        value = more.get(section)
+        if value is None:
+            continue
+        if tree.get(section) is None:
+            joined = copy(value)
+            if isinstance(joined, (Map, Seq)):
+                joined.via = tree.via  # it holds the entries of others too: each entry knows what made it
+            tree.put(section, joined, more.key_spans[section], more.value_spans[section])
+            continue
+        have = tree[section]
+        if isinstance(have, Seq) and isinstance(value, Seq):
+            for item, span in zip(value, value.value_spans, strict=True):
+                have.put(item, span)
+        elif isinstance(have, Map) and isinstance(value, Map):
+            for name, entry in value.items():
+                if name in have:
+                    failed = True
+                    _taken(section, name, have, value, scope)
+                else:
+                    have.put(name, entry, value.key_spans[name], value.value_spans[name])
+    if failed:
+        raise Failed
+
+
+def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
+    place = Place(more.key_spans[name], getattr(more[name], "via", None) or more.via)
+    related = [Related("first defined here", have.key_spans[name])]
+    message = f'{section.rstrip("s")} "{name}" is defined twice'
+    scope.report("duplicate-name", message, place, "rename one, or give the part another prefix", related)
+
+
+def copy(value: Any) -> Any:
+    """Return a section that more may be joined to; the tree that it came from stays as it is."""
+    if isinstance(value, Map):
+        made = Map(value.span, value.via)
+        for key, item in value.items():
+            made.put(key, item, value.key_spans[key], value.value_spans[key])
+        return made
+    if isinstance(value, Seq):
+        listed = Seq(value.span, value.via)
+        for item, span in zip(value, value.value_spans, strict=True):
+            listed.put(item, span)
+        return listed
+    return value
+
+
+def with_source(tree: Map, owner: Map) -> Map:
+    """Return sections in which every entry has a source: its own, or that of ``owner``."""
+    made = Map(tree.span, tree.via)
+    for section, entries in tree.items():
+        value = sourced(entries, owner) if isinstance(entries, Map) else entries
+        made.put(section, value, tree.key_spans[section], tree.value_spans[section])
+    return made
+
+
+def sourced(section: Map, owner: Map) -> Map:
+    """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
+    made = Map(section.span, section.via)
+    for name, entry in section.items():
+        if isinstance(entry, Map) and "source" not in entry:
+            entry = copy(entry)
+            entry.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
+        made.put(name, entry, section.key_spans[name], section.value_spans[name])
+    return made

@@ -1,0 +1,299 @@
+"""Placing: what a part holds gets its prefix, is mirrored, and is attached to its frame.
+
+A part speaks of its own links and joints by their short names, and of the frame that it is attached to as ``mount``.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+from ...model import Pose, Transform, pose_of
+from ...units import ANGLE, LENGTH, Dimension, Quantity
+from ..tree import Instance, Map, Seq
+from .forms import is_number
+
+MOUNT = "mount"
+AXES = {"x": 0, "y": 1, "z": 2}
+
+Rename = Callable[[str], str]
+
+
+def defined_names(fragment: Map) -> frozenset[str]:
+    """Return the names that a fragment of a description defines."""
+    names: set[str] = set()
+    for section in ("links", "joints", "sensors", "servos", "poses"):
+        names.update(fragment.get(section) or ())
+    for sensor in (fragment.get("sensors") or {}).values():
+        for owner in (sensor, sensor.get("optical")) if isinstance(sensor, Map) else ():
+            if isinstance(owner, Map):
+                names.update(name for key in ("frame", "joint") if isinstance(name := owner.get(key), str))
+    return frozenset(names)
+
+
+def mentions_mount(fragment: Map) -> bool:
+    """Say whether anything in a fragment is attached to the mount, or names it."""
+    entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
+    if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
+        return True
+    listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
+    return any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed)
+
+
+def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, mirror: str | None) -> Map:
+    """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
+
+    ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount.
+    """
+    defined = defined_names(fragment)
+
+    def rename(name: str) -> str:
+        if name in defined:
+            return prefix + name
+        return parent if name == MOUNT and parent is not None else name
+
+    placer = _Placer(rename, prefix, (xyz, rpy), None if mirror is None else AXES[mirror])
+    made = Map(fragment.span, fragment.via)
+    for section, value in fragment.items():
+        change = getattr(placer, section, None)
+        changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
+        made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
+    return made
+
+
+def _each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance | None = None) -> Any:
+    """Return a section with each entry changed, and each name prefixed; ``via`` is the part that made it."""
+    if isinstance(section, Map):
+        made = Map(section.span, section.via)
+        for name, entry in section.items():
+            value = _made_by(change(entry), via)
+            made.put(prefix + name, value, section.key_spans[name], section.value_spans[name])
+        return made
+    listed = Seq(section.span, section.via)
+    for entry, span in zip(section, section.value_spans, strict=True):
+        listed.put(_made_by(change(entry), via), span)
+    return listed
+
+
+def _made_by(entry: Any, via: Instance | None) -> Any:
+    """Return an entry that knows the part that made it, even where the part took it over as it was written."""
+    if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
+        return entry
+    made = _with(entry, {})
+    made.via = via
+    return made
+
+
+def _with(entry: Map, changes: dict[str, Any]) -> Map:
+    """Return an entry with some values changed; a new key has the place of the entry."""
+    made = Map(entry.span, entry.via)
+    for key, value in entry.items():
+        made.put(key, changes.get(key, value), entry.key_spans[key], entry.value_spans[key])
+    for key, value in changes.items():
+        if key not in entry and value is not None:
+            span = getattr(value, "span", entry.span)
+            made.put(key, value, span, span)
+    return made
+
+
+class _Placer:
+    """One method a section: takes an entry, returns it renamed, mirrored and attached."""
+
+    def __init__(self, rename: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None) -> None:
+        self.rename, self.prefix = rename, prefix
+        self.mount = mount
+        self.mirror = mirror
+
+    def links(self, entry: Any) -> Any:
+        if self.mirror is None or not isinstance(entry, Map):
+            return entry
+        changes: dict[str, Any] = {}
+        if isinstance(entry.get("inertial"), Map):
+            changes["inertial"] = self._mirrored_inertial(entry["inertial"])
+        for purpose in ("collision", "visual"):
+            if isinstance(entry.get(purpose), Seq):
+                changes[purpose] = _each(entry[purpose], "", self._mirrored_shape)
+        return _with(entry, changes)
+
+    def joints(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        changes = self._attached(entry)
+        if isinstance(entry.get("child"), str):
+            changes["child"] = self.rename(entry["child"])
+        mimic = entry.get("mimic")
+        if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
+            changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
+        if self.mirror is not None and entry.get("type") in ("revolute", "continuous", "prismatic", "planar"):
+            changes["axis"] = self._mirrored_axis(entry)
+        return _with(entry, changes)
+
+    def sensors(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        changes = self._attached(entry)
+        for key in ("frame", "joint"):
+            if isinstance(entry.get(key), str):
+                changes[key] = self.rename(entry[key])
+        optical = entry.get("optical")
+        if isinstance(optical, Map):
+            inner = {key: self.rename(optical[key]) for key in ("frame", "joint") if isinstance(optical.get(key), str)}
+            changes["optical"] = _with(optical, inner | self._published(optical) | self._mirrored_pose(optical))
+        return self._renamed_list(_with(entry, changes), "stamps")
+
+    def edges(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        changes = self._attached(entry)
+        if isinstance(entry.get("child"), str):
+            changes["child"] = self.rename(entry["child"])
+        return _with(entry, changes)
+
+    def servos(self, entry: Any) -> Any:
+        return self._renamed_list(entry, "joints")
+
+    def disabled_contacts(self, entry: Any) -> Any:
+        return self._renamed_list(entry, "links")
+
+    def poses(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        changes = {}
+        for key in ("positions", "pulses"):
+            table = entry.get(key)
+            if isinstance(table, Map):
+                renamed = Map(table.span, table.via)
+                for name, value in table.items():
+                    renamed.put(self.rename(name), value, table.key_spans[name], table.value_spans[name])
+                changes[key] = renamed
+        return _with(entry, changes)
+
+    def _renamed_list(self, entry: Any, key: str) -> Any:
+        if not isinstance(entry, Map) or not isinstance(entry.get(key), Seq):
+            return entry
+        return _with(
+            entry, {key: _each(entry[key], "", lambda name: self.rename(name) if isinstance(name, str) else name)}
+        )
+
+    def _attached(self, entry: Map) -> dict[str, Any]:
+        """Return the changes of an entry that sits on a frame: its parent, its pose, the node that publishes it."""
+        changes = self._mirrored_pose(entry)
+        parent = entry.get("parent")
+        if isinstance(parent, str):
+            changes["parent"] = self.rename(parent)
+            if parent == MOUNT and any(value is not None for value in self.mount):
+                changes |= self._mounted(entry, changes)
+        return changes | self._published(entry)
+
+    def _published(self, entry: Map) -> dict[str, Any]:
+        """Return the publishers of an entry, the static ones renamed: each part starts its own."""
+        said = entry.get("publisher")
+        return {"publisher": _each(said, "", self._turn)} if isinstance(said, Seq) else self._static(entry, "publisher")
+
+    def _turn(self, turn: Any) -> Any:
+        return _with(turn, self._static(turn, "by")) if isinstance(turn, Map) else turn
+
+    def _static(self, entry: Map, key: str) -> dict[str, Any]:
+        publisher = entry.get(key)
+        if not isinstance(publisher, Map) or not isinstance(publisher.get("static_transform_publisher"), str):
+            return {}
+        node = self.prefix + publisher["static_transform_publisher"]
+        return {key: _with(publisher, {"static_transform_publisher": node})}
+
+    def _mounted(self, entry: Map, changes: dict[str, Any]) -> dict[str, Any]:
+        """Return the pose of an entry on the mount, seen from the frame that the part is attached to."""
+        xyz, rpy = self.mount
+        own = [changes.get(key, entry.get(key)) for key in ("xyz", "rpy")]
+        if own == [None, None]:
+            return {"xyz": xyz, "rpy": rpy}
+        dimensions = (LENGTH, ANGLE, LENGTH, ANGLE)
+        if not all(_is_vector(v, d) for v, d in zip((xyz, rpy, *own), dimensions, strict=True)):
+            return {}  # what is wrong is still there to be reported
+        outer: Transform = Pose(_vector(xyz), _vector(rpy)).transform()
+        pose = pose_of(outer.then(Pose(_vector(own[0]), _vector(own[1])).transform()))
+        return {"xyz": _listed(pose.xyz, entry), "rpy": _listed(pose.rpy, entry)}
+
+    def _mirrored_pose(self, entry: Map) -> dict[str, Any]:
+        """Return the changes of a pose: R' = S R S and p' = S p for a reflection S."""
+        if self.mirror is None:
+            return {}
+        changes: dict[str, Any] = {}
+        for key in ("xyz", "rpy"):
+            values = entry.get(key)
+            if values is not None and _is_vector(values):
+                flipped = [(index == self.mirror) == (key == "xyz") for index in range(3)]
+                changes[key] = _listed(
+                    [_negative(v) if flip else v for v, flip in zip(values, flipped, strict=True)], values
+                )
+        return changes
+
+    def _mirrored_axis(self, entry: Map) -> Any:
+        """Return the axis of the mirrored joint; a turning axis changes sign, for a reflection turns turns around."""
+        axis = entry.get("axis")
+        if axis is None:
+            axis = _listed((1, 0, 0), entry)
+        if not _is_vector(axis):
+            return axis
+        slides = entry.get("type") == "prismatic"
+        values = [_negative(v) if (i == self.mirror) == slides else v for i, v in enumerate(axis)]
+        return _listed(values, axis)
+
+    def _mirrored_inertial(self, inertial: Map) -> Map:
+        changes = self._mirrored_pose(inertial)
+        moments = inertial.get("inertia")
+        if isinstance(moments, Map):
+            across = "xyz"[self.mirror or 0]
+            flipped = [
+                key for key in ("ixy", "ixz", "iyz") if across in key[1:] and isinstance(moments.get(key), (int, float))
+            ]
+            changes["inertia"] = _with(moments, {key: _negative(moments[key]) for key in flipped})
+        if isinstance(inertial.get("of"), Seq):
+            changes["of"] = _each(inertial["of"], "", self._mirrored_shape)
+        return _with(inertial, changes)
+
+    def _mirrored_shape(self, shape: Any) -> Any:
+        if not isinstance(shape, Map):
+            return shape
+        changes = self._mirrored_pose(shape)
+        box, mesh = shape.get("box"), shape.get("mesh")
+        if isinstance(box, Map) and all(box.get(key) and _is_vector(box[key]) for key in ("min", "max")):
+            low, high = list(box["min"]), list(box["max"])
+            axis = self.mirror or 0
+            low[axis], high[axis] = _negative(high[axis]), _negative(low[axis])
+            changes["box"] = _with(box, {"min": _listed(low, box["min"]), "max": _listed(high, box["max"])})
+        if isinstance(mesh, Map) and _is_vector(mesh.get("scale")):
+            scale = list(mesh.get("scale") or (1, 1, 1))
+            scale[self.mirror or 0] = _negative(scale[self.mirror or 0])
+            changes["mesh"] = _with(mesh, {"scale": _listed(scale, mesh.get("scale", mesh))})
+        return _with(shape, changes)
+
+
+def _is_vector(value: Any, dimension: Dimension | None = None) -> bool:
+    """Say whether a value is three finite numbers, of a dimension if one is given, or nothing."""
+    if value is None:
+        return True
+    if not isinstance(value, list) or len(value) != 3:
+        return False
+    return all(is_number(v, dimension) and math.isfinite(v) for v in value)
+
+
+def _negative(value: float) -> float:
+    """Return a number with the other sign; a quantity stays one, zero stays as it is."""
+    if not value:
+        return value
+    return Quantity(-value, value.dimension, value.text) if isinstance(value, Quantity) else -value
+
+
+def _vector(value: Any) -> tuple[float, float, float]:
+    x, y, z = value if value is not None else (0.0, 0.0, 0.0)
+    return (float(x), float(y), float(z))
+
+
+def _listed(values: Any, like: Any) -> Seq:
+    """Return numbers as a sequence that stands where ``like`` stands."""
+    made = Seq(like.span, like.via)
+    spans = getattr(like, "value_spans", None)
+    for index, value in enumerate(values):
+        made.put(value, spans[index] if isinstance(spans, list) and index < len(spans) else like.span)
+    return made

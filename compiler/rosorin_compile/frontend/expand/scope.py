@@ -1,0 +1,391 @@
+"""Scopes: names and their values, lexically nested; expressions, loops and conditions evaluated in them.
+
+A named value is evaluated when it is first needed, once. ``resolve`` returns a new tree: pieces without any expression
+are taken over as they are.
+
+Each turn of a ``for`` is a scope of its own, and values are told as people read them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
+from ...diagnostics.registry import ARGUMENTS, Rule
+from ...diagnostics.wording import first_of
+from ...units import UNITS
+from ..expression import Piece, evaluate, names_in, pieces
+from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, ExpressionError, functions, kind_of
+from ..expression.syntax import weight
+from ..tree import Instance, Map, Place, Seq
+from .ledger import Failed, Ledger
+
+RULES = (
+    Rule(
+        "expression",
+        "An expression cannot be read or has no value: an unknown name, kinds that do not go together, a division by "
+        "zero.",
+        "Correct it; [what is allowed](language.md#expressions).",
+        ARGUMENTS,
+    ),
+    Rule("cycle", "A named value needs itself.", "Give one of the circle a value of its own.", ARGUMENTS),
+    Rule("too-large", "Loops and parts make more values than any robot has.", "Use smaller loops.", ARGUMENTS),
+)
+
+
+MAX_NODES = 1_500_000
+
+
+class Scope:
+    """Names of one part, loop or description, within ``parent``; ``via`` tells how the expansion came here."""
+
+    def __init__(self, ledger: Ledger, parent: Scope | None = None, via: Instance | None = None) -> None:
+        self.ledger = ledger
+        self.parent = parent
+        self.via: Instance | None = via or (parent.via if parent else None)
+        self.values: dict[str, Any] = {}
+        self.places: dict[str, Place] = {}
+        self.pending: dict[str, tuple[Any, Place]] = {}
+        self.broken: set[str] = set()
+        self.running: list[str] = parent.running if parent else []
+        if via is not None:
+            ledger.scopes[id(via)] = self
+
+    def inner(self, via: Instance) -> Scope:
+        """Return a scope within this one, for a round of a loop."""
+        return Scope(self.ledger, self, via)
+
+    def define(self, name: str, value: Any, place: Place, said: Place | None = None) -> None:
+        """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
+        if name in self.places:
+            related = [Related("first defined here", self.places[name].span)]
+            self.report("duplicate-name", f'the value "{name}" is named twice', place, "rename one", related)
+            return
+        if not name.isidentifier():
+            help = "use letters, digits and underscores, and begin with a letter"
+            self.report("bad-name", f'"{name}" cannot be used in an expression', place, help)
+        self.places[name] = place
+        self.pending[name] = (value, said or place)
+
+    def define_all(self, lets: Any) -> None:
+        """Add the named values of a ``let`` section; nothing if there is none."""
+        if isinstance(lets, Map):
+            for name, value in lets.items():
+                said = Place(lets.value_spans[name], lets.via)
+                self.define(name, value, Place(lets.key_spans[name], lets.via), said)
+
+    def bind(self, name: str, value: Any, place: Place) -> None:
+        """Add a value that is known already."""
+        self.places[name] = place
+        self.values[name] = value
+
+    def report(self, rule: str, message: str, place: Place, help: str = "", related: Sequence[Related] = ()) -> None:
+        """Add an error at a place, with the includes and parts that led to it."""
+        stack = tuple(self.via.stack()) if self.via else place.stack()
+        self.ledger.diagnostics.append(error(rule, message, place.span, help, [*related, *stack]))
+
+    def lookup(self, name: str) -> Any:
+        """Return the value of a name. Raises KeyError if there is none, Failed if its own expression is wrong."""
+        scope: Scope | None = self
+        while scope is not None:
+            values = scope.values
+            if name in values:
+                return values[name]
+            if name in scope.pending or name in scope.broken:
+                return scope.evaluate_pending(name)
+            scope = scope.parent
+        raise KeyError(name)
+
+    def evaluate_pending(self, name: str) -> Any:
+        """Return the value of a name of this very scope that nobody has needed so far."""
+        if name in self.broken:
+            raise Failed
+        mark = f"{name}@{id(self)}"
+        if mark in self.running:
+            self._cycle(mark)
+        self.running.append(mark)
+        try:
+            self.values[name] = self.resolve(*self.pending[name])
+        except Failed:
+            self.broken.add(name)
+            raise
+        finally:
+            self.running.pop()
+        del self.pending[name]
+        return self.values[name]
+
+    def _cycle(self, mark: str) -> None:
+        chain = [step.partition("@")[0] for step in [*self.running[self.running.index(mark) :], mark]]
+        related = [
+            Related(f'"{step}" is named here', self.places[step].span) for step in chain[1:-1] if step in self.places
+        ]
+        message = f"{' -> '.join(chain)}: the value needs itself"
+        self.report("cycle", message, self.places[chain[0]], "give one of them a value of its own", related)
+        self.broken.update(chain)
+        raise Failed
+
+    def known_names(self) -> set[str]:
+        """Return all names that were given here and around here, without constants, units and functions."""
+        outer = self.parent.known_names() if self.parent else set()
+        return outer | set(self.places)
+
+    def resolve(self, value: Any, place: Place) -> Any:
+        """Return a value of the tree with everything in it evaluated. Raises Failed after reporting."""
+        if self.ledger.is_constant(value):
+            return value
+        if isinstance(value, Map):
+            return self.mapping(value)
+        if isinstance(value, Seq):
+            return self.sequence(value)
+        return self.text(value, place.span, place.via)
+
+    def _value(self, item: Any, span: Span, via: Instance | None) -> Any:
+        """Return an item that is not constant, evaluated."""
+        if type(item) is Map:
+            return self.mapping(item)
+        if type(item) is Seq:
+            return self.sequence(item)
+        return self.text(item, span, via)
+
+    def mapping(self, value: Map) -> Map:
+        """Return a mapping with its keys and values evaluated, its loops unrolled and its conditions decided.
+
+        A key whose expression gives ``none`` is left out: that is how a part passes an optional argument on.
+        """
+        via = self.via or value.via
+        made = Map(value.span, via)
+        plan = self.ledger.plan(value)
+        self.count(len(plan) + 1, value.span, via)
+        failed = False
+        for key, item, constant, controlled, named in plan:
+            span = value.value_spans[key]
+            try:
+                if controlled or named:
+                    self._entries_of(made, value, key, item, via)
+                    continue
+                found = item if constant else self._value(item, span, via)
+                if found is None and not constant:
+                    continue
+                made[key] = found
+                made.key_spans[key] = value.key_spans[key]
+                made.value_spans[key] = span
+            except Failed:
+                failed = True
+        if failed:
+            raise Failed
+        return made
+
+    def _entries_of(self, made: Map, value: Map, key: str, item: Any, via: Instance | None) -> None:
+        """Add the entries that one entry with a loop, a condition or an expression in its name makes."""
+        key_span, span = value.key_spans[key], value.value_spans[key]
+        for scope, entry in self.entries(item):
+            name = scope.name(key, key_span, via) if "$" in key else key
+            if name in made:
+                related = [Related("first defined here", made.key_spans[name])]
+                help = "use the loop's value in the name" if isinstance(item, Map) and "for" in item else ""
+                message = f'the key "{name}" stands twice in one mapping'
+                self.report("duplicate-key", message, Place(key_span, via), help, related)
+                raise Failed
+            made.put(name, scope.resolve(entry, Place(span, via)), key_span, span)
+
+    def name(self, key: str, span: Span, via: Instance | None) -> str:
+        """Return a key with its expressions evaluated; it has to be text or a number."""
+        found = self.text(key, span, via)
+        if isinstance(found, (str, int, float)):
+            return str(FUNCTIONS["str"](found))
+        self.report("wrong-type", f"a name is text, not {kind_of(found)}", Place(span, via), "put it inside text")
+        raise Failed
+
+    def sequence(self, value: Seq) -> Seq:
+        """Return a sequence with its items evaluated, its loops unrolled and its conditions decided."""
+        via = self.via or value.via
+        made = Seq(value.span, via)
+        plan = self.ledger.plan(value)
+        self.count(len(plan) + 1, value.span, via)
+        failed = False
+        for (_, item, constant, controlled, _), span in zip(plan, value.value_spans, strict=True):
+            try:
+                if controlled:
+                    for scope, entry in self.entries(item):
+                        made.put(scope.resolve(entry, Place(span, via)), span)
+                else:
+                    made.append(item if constant else self._value(item, span, via))
+                    made.value_spans.append(span)
+            except Failed:
+                failed = True
+        if failed:
+            raise Failed
+        return made
+
+    def count(self, nodes: int, span: Span, via: Instance | None) -> None:
+        """Count values that are made. Raises Failed when the description grows beyond all measure."""
+        self.ledger.nodes += nodes
+        if self.ledger.nodes > MAX_NODES:
+            if not self.ledger.full:
+                self.ledger.full = True
+                message = f"the description grows beyond {MAX_NODES:,} values"
+                self.report("too-large", message, Place(span, via), "use fewer or smaller loops")
+            raise Failed
+
+    def entries(self, item: Any) -> Iterator[tuple[Scope, Any]]:
+        """Yield an entry with the scope to evaluate it in: for each round of its ``for``, where its ``if`` holds."""
+        if not isinstance(item, Map) or ("for" not in item and "if" not in item):
+            yield self, item
+            return
+        body = self.ledger.body(item)
+        for scope in rounds(self, item):
+            if "if" not in item or scope.condition(item["if"], Place(item.value_spans["if"], self.via or item.via)):
+                yield scope, body
+
+    def condition(self, value: Any, place: Place) -> bool:
+        """Return whether an ``if`` holds; it has to be true or false."""
+        found = self.resolve(value, place)
+        if isinstance(found, bool):
+            return found
+        what = f'"{found}"' if isinstance(found, (str, int, float)) else kind_of(found)
+        self.report("wrong-type", f"a condition is true or false, not {what}", place, "compare it: ${n > 0}")
+        raise Failed
+
+    def text(self, text: str, span: Span, via: Instance | None) -> Any:
+        """Return text with its ``${...}`` replaced; text that is one expression has the type of its value."""
+        parts: list[str] = []
+        for piece in pieces(text):
+            if not piece.is_expression:
+                parts.append(piece.text)
+                continue
+            if piece.unclosed:
+                where = shifted(Place(span, via), text, piece.offset)
+                self.report("expression", 'the "}" of an expression is missing', where, "close it")
+                raise Failed
+            try:
+                value = evaluate(piece.text, self.lookup)
+                if isinstance(value, (list, dict)):
+                    self.count(weight(value), span, via)
+                if piece.is_whole:
+                    return as_tree(value, span, via) if type(value) is list else value
+                parts.append(FUNCTIONS["str"](value))
+            except ExpressionError as problem:
+                self._explain(problem, piece, text, Place(span, via))
+                raise Failed from None
+        return "".join(parts)
+
+    def _explain(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
+        """Report what is wrong with an expression, where in it, and where the names that it uses come from."""
+        where, help = explained(problem, piece, text, place, self.known_names())
+        names = [] if problem.unknown else [name for name in names_in(piece.text) if self.place_of(name)]
+        related = [Related(f'"{name}" comes from here', self.place_of(name)) for name in names[:3]]
+        self.report("expression", problem.message, where, help, related)
+
+    def place_of(self, name: str) -> Span | None:
+        """Return where a name in scope was given its value."""
+        scope: Scope | None = self
+        while scope is not None:
+            if name in scope.places:
+                return scope.places[name].span
+            scope = scope.parent
+        return None
+
+
+def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
+    """Yield a scope for each round of a ``for``; several names are nested loops, the last one fastest.
+
+    Without a ``for`` that is the scope around it, once. Raises Failed after reporting.
+    """
+    loops = item.get("for")
+    if loops is None:
+        yield outer
+        return
+    via = outer.via or item.via
+    place = Place(item.value_spans["for"], via)
+    if not isinstance(loops, Map) or not loops:
+        help = "write for: {side: [left, right]}"
+        outer.report("wrong-type", "for maps a name to the values that it takes", place, help)
+        raise Failed
+    scopes = [outer]
+    for name, values in loops.items():
+        where = Place(loops.value_spans[name], via)
+        inner_scopes: list[Scope] = []
+        counted = 0
+        for scope in scopes:
+            given = _values(scope, values, where)
+            if len(given) > counted:  # as if every round had as many, so that a huge product is refused at once
+                outer.count((len(given) - counted) * len(scopes), where.span, where.via)
+                counted = len(given)
+            for value in given:
+                made = Instance(f"{name} = {short(value)}", where.span, scope.via or via, made=True)
+                inner = scope.inner(made)
+                _bind(inner, name, value, where)
+                inner_scopes.append(inner)
+        scopes = inner_scopes
+    yield from scopes
+
+
+def _values(scope: Scope, values: Any, place: Place) -> Sequence[Any]:
+    """Return what a loop runs over: a list; for a table its keys."""
+    found = scope.resolve(values, place)
+    if isinstance(found, Mapping):
+        return list(found)
+    if isinstance(found, list):
+        return found
+    scope.report("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
+    raise Failed
+
+
+def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
+    """Bind the name of a loop; ``key, value`` names take a row apart."""
+    split = [name.strip() for name in names.split(",")]
+    if len(split) == 1:
+        scope.bind(split[0], value, place)
+        return
+    if not isinstance(value, list) or len(value) != len(split):
+        scope.report("wrong-type", f"a turn of this loop does not give {len(split)} values", place, "")
+        raise Failed
+    for name, item in zip(split, value, strict=True):
+        scope.bind(name, item, place)
+
+
+def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, known: set[str]) -> tuple[Place, str]:
+    """Return where in the text at ``place`` an expression is wrong, and the way out; ``known`` are names in scope."""
+    help = problem.help
+    if problem.unknown.endswith("()"):
+        help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
+    elif problem.unknown:
+        close, names = nearest(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
+        help = f'did you mean "{close}"?' if close else f"known here: {names}" if names else "name it in let"
+    where = shifted(place, text, piece.offset + 2)
+    if "\n" not in piece.text and where.span != place.span:
+        indent = len(piece.text) - len(piece.text.lstrip())
+        column = where.span.column + indent + max(0, problem.column)
+        where = Place(where.span._replace(column=column, length=1), where.via)
+    return where, help
+
+
+def short(value: Any) -> str:
+    """Return the value of a loop's round in a few letters."""
+    if isinstance(value, list) and not any(isinstance(item, (list, Mapping)) for item in value):
+        return ", ".join(map(str, value))[:40]
+    if isinstance(value, (list, Mapping)):
+        return f"{type(value).__name__.lower().replace('seq', 'a list').replace('map', 'a table')} of {len(value)}"
+    return str(value)[:40]
+
+
+def as_tree(value: list[Any], span: Span, via: Instance | None) -> Seq:
+    """Return a list made by an expression as a Seq, so that its items have a place."""
+    if isinstance(value, Seq):
+        return value
+    made = Seq(span, via)
+    for item in value:
+        made.put(as_tree(item, span, via) if type(item) is list else item, span)
+    return made
+
+
+def shifted(place: Place, text: str, offset: int) -> Place:
+    """Return the place of a character within a scalar; the start of the scalar where it runs over several lines."""
+    span = place.span
+    if span.length < len(text):
+        return place
+    first = span.source.line(span.line)[span.column - 1 : span.column]
+    quote = 1 if first in ("'", '"') and not text.startswith(first) else 0
+    length = max(1, span.length - quote - offset)
+    return Place(span._replace(column=span.column + quote + offset, length=length), place.via)

@@ -1,0 +1,163 @@
+"""Sensor types: what a sensor of a kind brings along, such as its optical frame and its elements in a simulation.
+
+A type is a mapping under ``sensor_types``, in a description or in the library: ``params`` that a sensor may set in
+``with``, ``let``, and the keys that every sensor of this type gets unless it says otherwise. Its expressions know the
+``name`` of the sensor, its ``frame`` and its ``parent``. A parameter of a type may have bounds, ``min`` and ``max``.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics import did_you_mean
+from ...diagnostics.registry import ARGUMENTS, Rule
+from ..load import LoadError, load_mapping
+from ..tree import Instance, Map, Place, Seq
+from .forms import check_sensor_type
+from .ledger import Failed
+from .parameters import declare
+from .scope import Scope
+
+RULES = (
+    Rule(
+        "unknown-sensor-type",
+        "A sensor is of a type that neither `sensor_types` nor [the library](parts-library.md) has.",
+        "Correct it, or add the type.",
+        ARGUMENTS,
+    ),
+)
+
+_BROUGHT = ("optical", "mjcf", "publisher", "source")
+
+
+def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
+    """Give every sensor of a tree what its type brings.
+
+    ``own`` are the types of the description; they go before those of the library file. A sensor of which something is
+    wrong is reported and stays as it was written.
+    """
+    sensors = tree.get("sensors")
+    if not isinstance(sensors, Map) or not sensors:
+        return
+    types = own if isinstance(own, Map) else {}
+    shared: Map | None = None
+    for name in list(sensors):
+        sensor = sensors[name]
+        kind = sensor.get("type") if isinstance(sensor, Map) else None
+        if not isinstance(kind, str):
+            continue
+        home = scope
+        definition = types.get(kind)
+        if definition is None:
+            shared = shared if shared is not None else _library(library)
+            definition, home = shared.get(kind), Scope(scope.ledger)
+        place = Place(sensor.value_spans["type"], sensor.via)
+        if not isinstance(definition, Map):
+            help = did_you_mean(kind, [*types, *(shared or {})])
+            scope.report("unknown-sensor-type", f'sensor "{name}" is of no known type: "{kind}"', place, help)
+            continue
+        try:
+            full = _full(name, kind, sensor, definition, Scope(scope.ledger, home, _via(kind, name, sensor)))
+        except Failed:
+            continue
+        sensors.put(name, full, sensors.key_spans[name], sensors.value_spans[name])
+
+
+def _via(kind: str, name: str, sensor: Map) -> Instance:
+    span = sensor.value_spans["type"]
+    return Instance(f'sensor type "{kind}" of "{name}" used here', span, sensor.via, made=True)
+
+
+def _library(path: Path) -> Map:
+    try:
+        found = load_mapping(path, f"parts/{path.name}").get("sensor_types")
+    except LoadError as problem:
+        raise RuntimeError(f"the library of sensor types is damaged: {problem}") from problem
+    assert isinstance(found, Map)  # noqa: S101 - ships with the tool
+    return found
+
+
+def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:
+    """Return a sensor with what its type brings. Raises Failed after reporting."""
+    check_sensor_type(kind, definition, scope)
+    before = len(scope.ledger.diagnostics)
+    place = Place(sensor.span, sensor.via)
+    scope.bind("name", name, place)
+    for key in ("frame", "parent"):
+        if sensor.get(key) is None:
+            scope.broken.add(key)  # validate says that it is missing
+        else:
+            scope.bind(key, sensor[key], place)
+    _bind(kind, sensor, definition, scope)
+    scope.define_all(definition.get("let"))
+    if len(scope.ledger.diagnostics) > before:
+        raise Failed
+    made = Map(sensor.span, sensor.via)
+    for key, value in sensor.items():
+        if key != "with":
+            made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
+    for key in _BROUGHT:
+        if key in definition and key not in sensor:
+            brought = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via))
+            if brought is not None:
+                made.put(key, _brought(brought, scope.via), definition.key_spans[key], definition.value_spans[key])
+    return made
+
+
+def _brought(value: Any, via: Instance | None) -> Any:
+    """Return a value of a type as one that came by the use of it, so that messages on it name the sensor."""
+    if isinstance(value, Map):
+        made = Map(value.span, via)
+        for key, item in value.items():
+            made.put(key, item, value.key_spans[key], value.value_spans[key])
+        return made
+    if isinstance(value, Seq):
+        listed = Seq(value.span, via)
+        for item, span in zip(value, value.value_spans, strict=True):
+            listed.put(item, span)
+        return listed
+    return value
+
+
+def _bind(kind: str, sensor: Map, definition: Map, scope: Scope) -> None:
+    """Bind the parameters of a type to what the sensor gives in ``with``, within their bounds."""
+    given = sensor.get("with")
+    if given is None:
+        given = Map(sensor.span, sensor.via)
+    if not isinstance(given, Map):
+        raise Failed  # validate says what it is instead
+    declared, asked = definition.get("params"), Place(sensor.value_spans["type"], sensor.via)
+    known = declared if isinstance(declared, Map) else Map(sensor.span)
+    places = {key: Place((given.value_spans if key in known else given.key_spans)[key], given.via) for key in given}
+    declare(scope, declared, given, places, f'sensor type "{kind}"', "with: {{{}: VALUE}}", asked)
+    for name, parameter in known.items():
+        if isinstance(parameter, Map) and ("min" in parameter or "max" in parameter):
+            _check_bounds(scope, kind, name, parameter, places.get(name, asked))
+
+
+def _check_bounds(scope: Scope, kind: str, name: str, parameter: Map, place: Place) -> None:
+    """Report a number that is below ``min`` or above ``max`` of its parameter."""
+    try:
+        value = scope.lookup(name)
+    except Failed:
+        return
+    if isinstance(value, bool) or not isinstance(value, (int, float)):
+        return
+    low, high = parameter.get("min"), parameter.get("max")
+    if (low is None or value >= low) and (high is None or value <= high):
+        return
+    wanted = f"at least {_said(low)}" if high is None else f"at most {_said(high)}"
+    if low is not None and high is not None:
+        wanted = f"from {_said(low)} to {_said(high)}"
+    scope.report(
+        "bad-argument",
+        f'"{name}" of sensor type "{kind}" is {wanted}, not {_said(value)}',
+        place,
+        str(parameter.get("help") or ""),
+    )
+
+
+def _said(value: Any) -> str:
+    """Return a number as it was written."""
+    return getattr(value, "text", "") or f"{value:g}"

@@ -1,0 +1,179 @@
+"""Expressions: a closed evaluator for what stands inside ``${...}``.
+
+The text is read by Python's own parser; each node is turned, from an allow-list, into a small function of the names
+in scope: arithmetic, comparison, conditions, lists, indexing, list comprehensions and the functions in ``functions``.
+There is no access to attributes of Python objects (``table.key`` reaches an entry of a table), no import, no
+assignment. The length and depth of the text, the size of numbers, texts and lists, and the number of steps of a
+comprehension are bounded, so that every expression ends soon.
+
+``interpolation`` of a text takes it apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``.
+"""
+
+from __future__ import annotations
+
+import ast
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+from ...units import Quantity
+from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
+from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
+
+__all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "run"]
+
+
+MAX_LENGTH = 2_000
+
+_REAL = frozenset((float, Quantity))
+_MISHAPS = (TypeError, ValueError, ArithmeticError, LookupError, RecursionError, MemoryError, AttributeError)
+
+
+def evaluate(text: str, lookup: Lookup) -> Any:
+    """Return the value of an expression.
+
+    ``lookup`` gives the value of a name and raises KeyError if there is none; units, constants and functions need no
+    lookup. Raises ExpressionError on anything that is not allowed or has no value.
+    """
+    return run(compiled(text), text, lookup)
+
+
+def run(code: Code, text: str, lookup: Lookup) -> Any:
+    """Return the value of the expression ``text``, compiled to ``code``. Raises ExpressionError with its column."""
+    before, EFFORT.done = EFFORT.done, 0
+    try:
+        value = code(lookup)
+        return value if type(value) in _REAL and -MAX_MAGNITUDE < value < MAX_MAGNITUDE else bounded(value)
+    except ExpressionError as problem:
+        if problem.column < 0:
+            problem.column = _blame(text, lookup)
+        raise
+    except _MISHAPS as problem:
+        raise ExpressionError(_reason(problem), _blame(text, lookup)) from None
+    finally:
+        EFFORT.done = before
+
+
+def _blame(text: str, lookup: Lookup) -> int:
+    """Return the column of the innermost part of an expression that has no value."""
+    node: ast.AST = _parse(text).body
+    while True:
+        children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node)
+        culprit = next((child for child in children if isinstance(child, ast.expr) and _fails(child, lookup)), None)
+        if culprit is None:
+            return getattr(node, "col_offset", 0)
+        node = culprit
+
+
+def _fails(node: ast.expr, lookup: Lookup) -> bool:
+    if isinstance(node, ast.Name) and node.id in functions():
+        return False
+    EFFORT.done = 0
+    try:
+        compile_node(node, 0)(lookup)
+    except (ExpressionError, *_MISHAPS):
+        return True
+    return False
+
+
+@lru_cache(maxsize=20_000)
+def compiled(text: str) -> Code:
+    """Return an expression as a function of the names in scope. Raises ExpressionError if it is not one."""
+    if len(text) > MAX_LENGTH:
+        raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
+    try:
+        tree = _parse(text)
+    except SyntaxError as problem:
+        raise ExpressionError(f"not an expression: {problem.msg}", max(0, (problem.offset or 1) - 1)) from None
+    except ValueError:
+        raise ExpressionError("not an expression that can be read") from None
+    return compile_node(tree.body, 0)
+
+
+def _parse(text: str) -> ast.Expression:
+    """Return the syntax tree of an expression, without the remarks that Python's parser prints for people.
+
+    Raises SyntaxError, and ValueError if it is nested too deep for the parser.
+    """
+    import warnings
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", SyntaxWarning)
+        try:
+            return ast.parse(text.strip(), mode="eval")
+        except (RecursionError, MemoryError):
+            raise ValueError("nested too deep") from None
+
+
+def names_in(text: str) -> list[str]:
+    """Return the names that an expression uses, in order, each once; none if it is no expression."""
+    if len(text) > MAX_LENGTH:
+        return []
+    try:
+        tree = _parse(text)
+    except (SyntaxError, ValueError):
+        return []
+    found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    known = functions()
+    return list(dict.fromkeys(name for name in found if name not in known))
+
+
+def _reason(problem: Exception) -> str:
+    if isinstance(problem, ZeroDivisionError):
+        return "division by zero"
+    if isinstance(problem, (RecursionError, MemoryError)):
+        return "the value is too large"
+    return str(problem) or type(problem).__name__
+
+
+_OPEN = "${"
+
+
+class Piece(NamedTuple):
+    """A piece of a text, and where it starts in it; an expression is given without its braces."""
+
+    text: str
+    offset: int
+    is_expression: bool = False
+    is_whole: bool = False
+    unclosed: bool = False
+
+
+@lru_cache(maxsize=20_000)
+def pieces(text: str) -> tuple[Piece, ...]:
+    """Return the pieces of a text in order."""
+    found: list[Piece] = []
+    position = 0
+    while (start := text.find(_OPEN, position)) >= 0:
+        if start > 0 and text[start - 1] == "$":
+            found.append(Piece(text[position : start - 1] + _OPEN, position))
+            position = start + 2
+            continue
+        if start > position:
+            found.append(Piece(text[position:start], position))
+        end = _closing(text, start + 2)
+        if end < 0:
+            return (*found, Piece(text[start + 2 :], start, True, unclosed=True))
+        whole = start == 0 and end == len(text) - 1
+        found.append(Piece(text[start + 2 : end], start, True, whole))
+        position = end + 1
+    if position < len(text):
+        found.append(Piece(text[position:], position))
+    return tuple(found)
+
+
+def _closing(text: str, position: int) -> int:
+    """Return where the brace that is open at ``position`` closes, or -1; quotes and inner pairs are passed."""
+    depth, quote = 1, ""
+    for index in range(position, len(text)):
+        letter = text[index]
+        if quote:
+            quote = "" if letter == quote else quote
+        elif letter in "'\"":
+            quote = letter
+        elif letter == "{":
+            depth += 1
+        elif letter == "}":
+            depth -= 1
+            if depth == 0:
+                return index
+    return -1

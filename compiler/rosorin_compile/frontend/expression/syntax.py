@@ -1,0 +1,465 @@
+"""The syntax of expressions: each node of Python's parser that is allowed becomes a function of the names in scope.
+
+What operators give for values, and the bounds of all of it, stand at the end.
+"""
+
+from __future__ import annotations
+
+import ast
+import operator
+from collections.abc import Callable, Mapping
+from functools import lru_cache
+from typing import Any
+
+from ...units import NUMBER, UNITS, Dimension, Quantity, add
+from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, common_dimension, functions, kind_of
+
+BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
+    ast.Add: operator.add,
+    ast.Sub: operator.sub,
+    ast.Mult: operator.mul,
+    ast.Div: operator.truediv,
+    ast.FloorDiv: operator.floordiv,
+    ast.Mod: operator.mod,
+    ast.Pow: operator.pow,
+}
+
+COMPARE: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
+    ast.Eq: operator.eq,
+    ast.NotEq: operator.ne,
+    ast.Lt: operator.lt,
+    ast.LtE: operator.le,
+    ast.Gt: operator.gt,
+    ast.GtE: operator.ge,
+    ast.In: lambda a, b: a in b,
+    ast.NotIn: lambda a, b: a not in b,
+}
+
+
+def combine(kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Return the result of an operator on two values, at least one of which is no bare number.
+
+    Quantities add and compare with their like, and multiply to the product of their dimensions; a bare number goes
+    with any. Raises ExpressionError.
+    """
+    if type(left) in NUMERIC and type(right) in NUMERIC:
+        first: Dimension | None = left.dimension if type(left) is Quantity else None
+        second: Dimension | None = right.dimension if type(right) is Quantity else None
+        if kind is ast.Mult or kind is ast.Div:
+            dimension = _times(first, second, kind is ast.Mult)
+            result = BINARY[kind](left, right)
+            return Quantity(result, dimension) if dimension is not None else result
+        if kind is ast.Pow:
+            return _power(left, right)
+        common = first if first == second else common_dimension([left, right])
+        result = bounded(BINARY[kind](left, right))
+        return result if kind is ast.FloorDiv or common is None else Quantity(result, common)
+    return _join(kind, left, right)
+
+
+NUMERIC = frozenset((int, float, Quantity))
+
+
+@lru_cache(maxsize=1_000)
+def _times(first: Dimension | None, second: Dimension | None, times: bool) -> Dimension | None:
+    """Return the dimension of a product or a quotient; None for a plain number."""
+    dimension = add(first or NUMBER, second or NUMBER, 1 if times else -1)
+    return dimension if dimension != NUMBER else None
+
+
+def _join(kind: type[ast.operator], left: Any, right: Any) -> Any:
+    """Return two texts or two lists joined by ``+``, the only operator that they have."""
+    texts = isinstance(left, str) and isinstance(right, str)
+    if kind is ast.Add and (texts or (isinstance(left, list) and isinstance(right, list))):
+        if len(left) + len(right) > MAX_ITEMS:
+            raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+        EFFORT.spend(left, right)
+        return left + right if texts else [*left, *right]
+    raise ExpressionError(f"cannot combine {kind_of(left)} and {kind_of(right)} with this operator")
+
+
+def _power(base: Any, exponent: Any) -> Any:
+    if abs(exponent) > 64 or (isinstance(base, int) and abs(base) > 10**9):
+        raise ExpressionError("the power is too large")
+    dimension = getattr(base, "dimension", None)
+    if isinstance(exponent, Quantity) and exponent.dimension != NUMBER:
+        raise ExpressionError(f"an exponent is a plain number, not {kind_of(exponent)}")
+    if dimension is None:
+        return bounded(base**exponent)
+    if int(exponent) != exponent:
+        raise ExpressionError("a quantity may only be raised to a whole power")
+    return Quantity(float(base) ** exponent, _raised(dimension, int(exponent)))
+
+
+@lru_cache(maxsize=1_000)
+def _raised(dimension: Dimension, exponent: int) -> Dimension:
+    return add(NUMBER, dimension, exponent)
+
+
+def entry(container: Any, key: Any) -> Any:
+    """Return an entry of a table, a list or a text. Raises ExpressionError if it has none of that name."""
+    if not isinstance(key, (str, int, float)):
+        raise ExpressionError(f"an entry is named by text or a number, not {kind_of(key)}")
+    if isinstance(container, Mapping):
+        if key not in container:
+            known = ", ".join(map(str, container)) or "it is empty"
+            raise ExpressionError(f'the table has no entry "{key}"', help=f"entries: {known}")
+        return container[key]
+    if not isinstance(container, (list, str)):
+        raise ExpressionError(f"{kind_of(container)} has no entries")
+    if not isinstance(key, int):
+        raise ExpressionError(f"an item is named by its number, not {kind_of(key)}")
+    return container[key]
+
+
+def holds(function: Callable[[Any, Any], bool] | None, left: Any, right: Any) -> bool:
+    """Say whether a comparison holds. Raises ExpressionError where the two cannot be compared."""
+    if isinstance(left, (str, list, dict)) or isinstance(right, (str, list, dict)):
+        EFFORT.spend(left, right)
+    try:
+        return function is not None and bool(function(left, right))
+    except TypeError:
+        raise ExpressionError(f"{kind_of(left)} and {kind_of(right)} cannot be compared") from None
+
+
+def sliced(container: Any, ends: list[Any]) -> Any:
+    """Return the part of a list or a text from one end to another, by steps. Raises ExpressionError."""
+    if not isinstance(container, (list, str)):
+        raise ExpressionError(f"{kind_of(container)} has no items in order")
+    EFFORT.spend(container)
+    return container[slice(*ends)]
+
+
+def called(name: str, function: Callable[..., Any], values: list[Any]) -> Any:
+    """Return what a function gives, within bounds. Raises ExpressionError in the words of the description."""
+    EFFORT.spend(*values)
+    try:
+        result = bounded(function(*values))
+    except (TypeError, AttributeError):
+        given = ", ".join(map(kind_of, values)) or "nothing"
+        raise ExpressionError(f"{name}() does not take {given}") from None
+    except (ValueError, ArithmeticError, LookupError):
+        raise ExpressionError(f"{name}() has no value for this") from None
+    if isinstance(result, (list, str)):
+        EFFORT.spend(result)
+    return result
+
+
+MAX_MAGNITUDE = 1e300
+MAX_INTEGER = 10**18
+MAX_WORK = 3_000_000
+
+_SIZED = (str, list, dict)
+
+
+class Effort:
+    """The work that the expression under evaluation has done so far, those nested in it included."""
+
+    def __init__(self) -> None:
+        self.done = 0
+
+    def spend(self, *values: Any) -> None:
+        """Count the items of the values, and one step. Raises ExpressionError when it is too much."""
+        self.done += 1
+        for value in values:
+            if isinstance(value, _SIZED):
+                self.done += weight(value)
+        if self.done > MAX_WORK:
+            raise ExpressionError(f"more than {MAX_WORK:,} steps")
+
+
+EFFORT = Effort()
+
+
+def weight(value: Any) -> int:
+    """Return the number of values within a value, itself included; lists in lists count as often as they stand there.
+
+    Stops counting a little above the bound of a list.
+    """
+    if not isinstance(value, (list, dict)):
+        return len(value) // 8 + 1 if isinstance(value, str) else 1
+    total, waiting = 0, [value]
+    while waiting and total <= MAX_ITEMS:
+        items: Any = waiting.pop()
+        items = items.values() if isinstance(items, dict) else items
+        total += len(items) + 1
+        waiting += [item for item in items if isinstance(item, (list, dict))]
+    return total
+
+
+def bounded(value: Any) -> Any:
+    """Return the value. Raises ExpressionError if it grows beyond what a description can need, or is no number."""
+    kind = type(value)
+    if kind is bool or value is None:
+        return value
+    if isinstance(value, (float, Quantity)):
+        if not abs(value) < MAX_MAGNITUDE:
+            raise ExpressionError("the result is not a finite number")
+    elif isinstance(value, int):
+        if abs(value) > MAX_INTEGER:
+            raise ExpressionError("the number is too large")
+    elif isinstance(value, complex):
+        raise ExpressionError("the result is not a real number")
+    elif isinstance(value, str):
+        if len(value) > MAX_ITEMS:
+            raise ExpressionError(f"the result has more than {MAX_ITEMS:,} letters")
+    elif weight(value) > MAX_ITEMS:
+        raise ExpressionError(f"the result has more than {MAX_ITEMS:,} items")
+    return value
+
+
+MAX_DEPTH = 40
+
+Lookup = Callable[[str], Any]
+Code = Callable[[Lookup], Any]
+
+
+def compile_node(node: ast.AST, depth: int) -> Code:
+    """Return the function of a node. Raises ExpressionError, with its column, for a node that is not allowed."""
+    column = getattr(node, "col_offset", 0)
+    make = _NODES.get(type(node))
+    if depth > MAX_DEPTH:
+        raise ExpressionError("the expression is nested too deeply", column)
+    if make is None:
+        help = "allowed: numbers, text, lists, names, + - * / // % **, comparisons, and, or, not, a if c else b"
+        raise ExpressionError(f"{_construct(node)} is not allowed here", column, help)
+    return make(node, depth + 1)
+
+
+def _constant(node: ast.Constant, _depth: int) -> Code:
+    value = node.value
+    if not (isinstance(value, (bool, int, float, str)) or value is None):
+        raise ExpressionError("only numbers and text are values here", node.col_offset)
+    if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
+        raise ExpressionError("half a letter (a lone surrogate) cannot stand in a file", node.col_offset)
+    value = bounded(value)
+    return lambda _lookup: value
+
+
+def _name(node: ast.Name, _depth: int) -> Code:
+    name, column = node.id, node.col_offset
+    builtin = CONSTANTS.get(name, Quantity(*UNITS[name]) if name in UNITS else None)
+    known = name in CONSTANTS or name in UNITS
+
+    def look(lookup: Lookup) -> Any:
+        try:
+            return lookup(name)
+        except KeyError:
+            if known:
+                return builtin
+        raise ExpressionError(f'there is no value named "{name}"', column, unknown=name)
+
+    return look
+
+
+def _binop(node: ast.BinOp, depth: int) -> Code:
+    left, right = compile_node(node.left, depth), compile_node(node.right, depth)
+    kind = type(node.op)
+    function = BINARY.get(kind)
+    if function is None:
+        raise ExpressionError("this operator is not allowed here", node.col_offset)
+    if kind in (ast.Mult, ast.Div):
+        return _product(kind, function, left, right)
+    simple = kind in (ast.Add, ast.Sub)
+
+    def apply(lookup: Lookup) -> Any:
+        a, b = left(lookup), right(lookup)
+        if simple and type(a) in _BARE and type(b) in _BARE:
+            return function(a, b)  # a sum of a few numbers stays a number of their size
+        return combine(kind, a, b)
+
+    return apply
+
+
+_BARE = frozenset((int, float))
+
+
+def _product(kind: type[ast.operator], function: Callable[[Any, Any], Any], left: Code, right: Code) -> Code:
+    """Return a product or a quotient, with a short way for a bare number and a quantity, which most of them are."""
+
+    def apply(lookup: Lookup) -> Any:
+        a, b = left(lookup), right(lookup)
+        first, second = type(a), type(b)
+        if second in _BARE:
+            if first is Quantity:
+                return Quantity(function(a, b), a.dimension)
+            if first in _BARE:
+                return bounded(function(a, b)) if first is int else function(a, b)
+        elif second is Quantity and first in _BARE and kind is ast.Mult:
+            return Quantity(function(a, b), b.dimension)
+        return combine(kind, a, b)
+
+    return apply
+
+
+def _unaryop(node: ast.UnaryOp, depth: int) -> Code:
+    operand = compile_node(node.operand, depth)
+    if isinstance(node.op, ast.Not):
+        return lambda lookup: not operand(lookup)
+    if not isinstance(node.op, (ast.USub, ast.UAdd)):
+        raise ExpressionError("this operator is not allowed here", node.col_offset)
+    sign = -1 if isinstance(node.op, ast.USub) else 1
+
+    def apply(lookup: Lookup) -> Any:
+        value = operand(lookup)
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise ExpressionError(f"expected a number, got {kind_of(value)}")
+        return Quantity(sign * value, value.dimension) if isinstance(value, Quantity) else sign * value
+
+    return apply
+
+
+def _boolop(node: ast.BoolOp, depth: int) -> Code:
+    parts = [compile_node(part, depth) for part in node.values]
+    stop = isinstance(node.op, ast.Or)
+
+    def apply(lookup: Lookup) -> Any:
+        result: Any = None
+        for part in parts:
+            result = part(lookup)
+            if bool(result) == stop:
+                break
+        return result
+
+    return apply
+
+
+def _compare(node: ast.Compare, depth: int) -> Code:
+    first = compile_node(node.left, depth)
+    rest = [
+        (COMPARE.get(type(op)), compile_node(part, depth)) for op, part in zip(node.ops, node.comparators, strict=True)
+    ]
+    if any(function is None for function, _ in rest):
+        raise ExpressionError("this comparison is not allowed here", node.col_offset)
+
+    def apply(lookup: Lookup) -> bool:
+        left = first(lookup)
+        for function, part in rest:
+            right = part(lookup)
+            if isinstance(left, Quantity) and isinstance(right, Quantity):
+                common_dimension([left, right])
+            if not holds(function, left, right):
+                return False
+            left = right
+        return True
+
+    return apply
+
+
+def _ifexp(node: ast.IfExp, depth: int) -> Code:
+    test, body, orelse = (compile_node(part, depth) for part in (node.test, node.body, node.orelse))
+    return lambda lookup: body(lookup) if test(lookup) else orelse(lookup)
+
+
+def _list(node: ast.List | ast.Tuple, depth: int) -> Code:
+    items = [compile_node(item, depth) for item in node.elts]
+    return lambda lookup: [item(lookup) for item in items]
+
+
+def _subscript(node: ast.Subscript, depth: int) -> Code:
+    container = compile_node(node.value, depth)
+    if isinstance(node.slice, ast.Slice):
+        ends = [
+            compile_node(end, depth) if end else None for end in (node.slice.lower, node.slice.upper, node.slice.step)
+        ]
+        return lambda lookup: sliced(container(lookup), [end(lookup) if end else None for end in ends])
+    index = compile_node(node.slice, depth)
+    return lambda lookup: entry(container(lookup), index(lookup))
+
+
+def _attribute(node: ast.Attribute, depth: int) -> Code:
+    container, key = compile_node(node.value, depth), node.attr
+
+    def apply(lookup: Lookup) -> Any:
+        value = container(lookup)
+        if not isinstance(value, Mapping):
+            raise ExpressionError(f"{kind_of(value)} has no entries; only a table has")
+        return entry(value, key)
+
+    return apply
+
+
+def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
+    if len(node.generators) > 2:
+        raise ExpressionError("at most two loops stand in one list", node.col_offset)
+    loops = [_loop(generator, depth) for generator in node.generators]
+    element = compile_node(node.elt, depth)
+
+    def apply(lookup: Lookup) -> list[Any]:
+        found: list[Any] = []
+
+        def run(level: int, scope: Lookup) -> None:
+            if level == len(loops):
+                found.append(element(scope))
+                return
+            names, values, conditions = loops[level]
+            for item in values(scope):
+                EFFORT.spend()
+                inner = _bind(scope, names, item)
+                if all(condition(inner) for condition in conditions):
+                    run(level + 1, inner)
+
+        run(0, lookup)
+        return found
+
+    return apply
+
+
+def _loop(generator: ast.comprehension, depth: int) -> tuple[list[str], Code, list[Code]]:
+    targets = generator.target.elts if isinstance(generator.target, ast.Tuple) else [generator.target]
+    if not all(isinstance(target, ast.Name) for target in targets):
+        raise ExpressionError("a loop sets plain names", generator.target.col_offset)
+    names = [target.id for target in targets if isinstance(target, ast.Name)]
+    return names, compile_node(generator.iter, depth), [compile_node(condition, depth) for condition in generator.ifs]
+
+
+def _bind(lookup: Lookup, names: list[str], item: Any) -> Lookup:
+    if len(names) > 1 and (not isinstance(item, list) or len(item) != len(names)):
+        raise ExpressionError(f"cannot give {kind_of(item)} to {len(names)} names")
+    bound = dict(zip(names, item, strict=True)) if len(names) > 1 else {names[0]: item}
+    return lambda name: bound[name] if name in bound else lookup(name)
+
+
+def _call(node: ast.Call, depth: int) -> Code:
+    name = node.func.id if isinstance(node.func, ast.Name) else ""
+    if not name:
+        help = "functions are called by name: upper(text), not text.upper()"
+        raise ExpressionError("this is no function", node.col_offset, help)
+    if node.keywords or any(isinstance(item, ast.Starred) for item in node.args):
+        raise ExpressionError("functions take their values in order, without names or stars", node.col_offset)
+    items = [compile_node(item, depth) for item in node.args]
+    function, column = functions().get(name), node.col_offset
+
+    def apply(lookup: Lookup) -> Any:
+        found = function
+        if found is None:
+            try:
+                found = lookup(f"{name}()")  # a function of the scope, such as load
+            except KeyError:
+                raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
+        return called(name, found, [item(lookup) for item in items])
+
+    return apply
+
+
+_NODES: dict[type[ast.AST], Callable[[Any, int], Code]] = {
+    ast.Constant: _constant,
+    ast.Name: _name,
+    ast.BinOp: _binop,
+    ast.UnaryOp: _unaryop,
+    ast.BoolOp: _boolop,
+    ast.Compare: _compare,
+    ast.IfExp: _ifexp,
+    ast.List: _list,
+    ast.Tuple: _list,
+    ast.Subscript: _subscript,
+    ast.Attribute: _attribute,
+    ast.ListComp: _comprehension,
+    ast.GeneratorExp: _comprehension,
+    ast.Call: _call,
+}
+
+
+def _construct(node: ast.AST) -> str:
+    names = {"Lambda": "a lambda", "NamedExpr": "an assignment", "JoinedStr": "a formatted text", "Dict": "a table"}
+    return names.get(type(node).__name__, f"this ({type(node).__name__})")

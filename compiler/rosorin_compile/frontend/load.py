@@ -1,0 +1,298 @@
+"""Load: the only stage that knows YAML. Text in, a plain tree with spans out.
+
+Scalars have the meaning of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema), not that of 1.1:
+``1e-3`` is a number, ``on`` and ``12:30`` are text. One form is added: a plain scalar that is a number and a known
+unit, such as ``12.5 mm``, is a quantity. Quotes make text of anything.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ..diagnostics import Diagnostic, Related, Source, Span, error
+from ..diagnostics.registry import FILES, Rule
+from ..units import parse_quantity
+from .tree import Instance, Map, Seq, Text, first_line
+
+RULES = (
+    Rule("file-unreadable", "A file does not exist or may not be read.", "Check the name and the permissions.", FILES),
+    Rule(
+        "file-too-large",
+        "A file is larger than any description.",
+        "Descriptions are text written by people; name the right file.",
+        FILES,
+    ),
+    Rule("not-utf8", "A file is not UTF-8 text.", "Save it as UTF-8.", FILES),
+    Rule("not-a-mapping", "A file is empty, or its top is a list or a text.", "Begin with `robot: NAME`.", FILES),
+    Rule("yaml-syntax", "This is not YAML.", "Indent with spaces; put text that has a `:` in quotes.", FILES),
+    Rule("yaml-documents", "A file has a second document.", "Remove the `---`.", FILES),
+    Rule("yaml-key", "A key is a list or a mapping.", "Keys are plain text.", FILES),
+    Rule("yaml-merge", "`<<` is not part of YAML 1.2.", "Repeat the keys, or name a value in `let`.", FILES),
+    Rule(
+        "yaml-tag",
+        "A tag such as `!!int` has no meaning here; a tag of a unit (`!degrees`) does not stand before a number.",
+        "Write the value without it.",
+        FILES,
+    ),
+    Rule(
+        "yaml-alias",
+        "An alias has no anchor before it.",
+        "Define the anchor above, or name a value in `let`.",
+        FILES,
+    ),
+    Rule("yaml-too-deep", "Values are nested deeper than any description.", "Flatten the file.", FILES),
+    Rule(
+        "yaml-too-large",
+        "A file has too many values, or its aliases multiply to too many.",
+        "Use fewer aliases; make entries that are alike with a loop.",
+        FILES,
+    ),
+    Rule(
+        "duplicate-key",
+        "A key stands twice in one mapping, also after a loop has made it; or in two files where it may stand once.",
+        "Remove one; put the value of the loop into the name.",
+        FILES,
+    ),
+)
+
+MAX_BYTES = 20_000_000
+MAX_DEPTH = 60
+MAX_NODES = 1_000_000
+
+_INT = re.compile(r"[-+]?[0-9]+\Z")
+_FLOAT = re.compile(r"[-+]?(\.[0-9]+|[0-9]+(\.[0-9]*)?)([eE][-+]?[0-9]+)?\Z")
+_BASED = re.compile(r"0x[0-9a-fA-F]{1,15}\Z|0o[0-7]{1,20}\Z")
+_WORDS: dict[str, Any] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
+_WORDS |= dict.fromkeys(("true", "True", "TRUE"), True)
+_WORDS |= dict.fromkeys(("false", "False", "FALSE"), False)
+_WORDS |= {sign + word: float(sign + "inf") for sign in ("", "+", "-") for word in (".inf", ".Inf", ".INF")}
+_WORDS |= {word: float("nan") for word in (".nan", ".NaN", ".NAN")}
+
+
+# The unit tags of xacro's YAML, which published tables of robots use (https://github.com/ros/xacro/wiki).
+_UNIT_TAGS = {
+    "!degrees": "deg",
+    "!radians": "rad",
+    "!meters": "m",
+    "!millimeters": "mm",
+    "!foot": "ft",
+    "!inches": "inch",
+}
+
+
+class LoadError(Exception):
+    """A file that is not legal YAML, or not fit to be a description; carries the diagnostic."""
+
+    def __init__(self, diagnostic: Diagnostic) -> None:
+        super().__init__(diagnostic.message)
+        self.diagnostic = diagnostic
+
+
+def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
+    """Read a UTF-8 file; ``asked`` is the place that names it.
+
+    Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
+    """
+    help = "descriptions are UTF-8 text files; check the name and the permissions"
+    try:
+        if path.is_file() and path.stat().st_size > MAX_BYTES:
+            raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
+        data = path.read_bytes()
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError as problem:
+        before = data[: problem.start].decode("utf-8", "replace")
+        source = Source(shown, data.decode("utf-8", "replace"))
+        span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
+        message = f"{shown} is not UTF-8 text: byte {data[problem.start]:#04x} at offset {problem.start}"
+        raise LoadError(error("not-utf8", message, span, "save the file as UTF-8")) from None
+    return Source(shown, text)
+
+
+def parse_yaml(source: Source, via: Instance | None = None) -> Any:
+    """Return the tree of a YAML source: Map, Seq or scalar. Raises LoadError with the place of what is wrong."""
+    try:
+        return _Composer(source, via).document()
+    except yaml.YAMLError as problem:
+        raise LoadError(_syntax_error(source, problem)) from None
+
+
+def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
+    """Read a YAML file whose top is a mapping. Raises LoadError."""
+    source = read_text(path, shown, asked)
+    tree = parse_yaml(source, via)
+    if isinstance(tree, Map):
+        return tree
+    kind = "empty" if tree is None else "not a mapping"
+    message = f'{shown} is {kind}; a description is a mapping such as "robot: my_robot"'
+    raise LoadError(error("not-a-mapping", message, first_line(source), "start from docs/tutorial.md"))
+
+
+def _syntax_error(source: Source, problem: yaml.YAMLError) -> Diagnostic:
+    """Return PyYAML's complaint as a diagnostic with its place."""
+    if isinstance(problem, yaml.reader.ReaderError):
+        before = source.text[: problem.position]
+        span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
+        return error("yaml-syntax", "a control character may not stand in YAML", span, "remove it")
+    mark = getattr(problem, "problem_mark", None) or getattr(problem, "context_mark", None)
+    span = Span(source, mark.line + 1, mark.column + 1) if mark else first_line(source)
+    what = getattr(problem, "problem", None) or "this is not YAML"
+    context = getattr(problem, "context", None)
+    message = f"{context}: {what}" if context else str(what)
+    help = ""
+    line = source.line(span.line)
+    if "${" in line and ("flow" in message or "${" in line[: span.column]):
+        help = 'inside [ ] and { } an expression needs quotes: "${...}"'
+    elif "\t" in line:
+        help = "YAML allows no tab for indentation; use spaces"
+    elif "mapping values are not allowed" in message:
+        help = 'a ":" inside text needs quotes around the text'
+    return error("yaml-syntax", message, span, help)
+
+
+class _Composer:
+    """Builds the tree from parser events, with its own stack, so that no nesting can exhaust the interpreter."""
+
+    def __init__(self, source: Source, via: Instance | None) -> None:
+        self.source = source
+        self.via = via
+        self.anchors: dict[str, tuple[Any, int]] = {}
+        self.nodes = 0
+        # libyaml counts columns in code points of the text that it was given; NUL and the like raise ReaderError.
+        loader = getattr(yaml, "CLoader", yaml.Loader)
+        self.parser = loader(source.text)
+
+    def document(self) -> Any:
+        """Return the value of the one document of the source; None if it is empty."""
+        events = iter(self.parser.get_event, None)
+        tree: Any = None
+        seen = 0
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                seen += 1
+                if seen > 1:
+                    raise self.fail("yaml-documents", "a description is one YAML document", event, 'remove the "---"')
+            elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
+                tree = self.value(event, events, 0)
+        return tree
+
+    def span(self, event: Any) -> Span:
+        start, end = event.start_mark, event.end_mark
+        length = end.column - start.column if end.line == start.line else 1
+        return Span(self.source, start.line + 1, start.column + 1, max(1, length))
+
+    def fail(self, rule: str, message: str, event: Any, help: str) -> LoadError:
+        return LoadError(error(rule, message, self.span(event), help))
+
+    def value(self, event: Any, events: Iterator[Any], depth: int) -> Any:
+        """Return the value that begins with ``event``; reads on in ``events`` to its end."""
+        self.nodes += 1
+        if self.nodes > MAX_NODES:
+            raise self.fail("yaml-too-large", f"more than {MAX_NODES:,} values", event, "split the file, or use a loop")
+        if depth > MAX_DEPTH:
+            raise self.fail("yaml-too-deep", f"nested deeper than {MAX_DEPTH} levels", event, "flatten the file")
+        if isinstance(event, yaml.AliasEvent):
+            return self.alias(event)
+        self.check_tag(event)
+        before = self.nodes
+        if isinstance(event, yaml.ScalarEvent):
+            made = self.scalar(event)
+        elif isinstance(event, yaml.MappingStartEvent):
+            made = self.mapping(event, events, depth)
+        else:
+            made = self.sequence(event, events, depth)
+        if event.anchor:
+            self.anchors[event.anchor] = (made, self.nodes - before + 1)
+        return made
+
+    def check_tag(self, event: Any) -> None:
+        """Refuse tags: they would choose the type of a value, which the schema does here."""
+        if isinstance(event, yaml.ScalarEvent) and event.tag in _UNIT_TAGS:
+            return
+        if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
+            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
+
+    def alias(self, event: Any) -> Any:
+        if event.anchor not in self.anchors:
+            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" stands before this alias', event, "")
+        value, size = self.anchors[event.anchor]
+        self.nodes += size
+        if self.nodes > MAX_NODES:
+            raise self.fail("yaml-too-large", f"aliases multiply to more than {MAX_NODES:,} values", event, "")
+        return value
+
+    def mapping(self, event: Any, events: Iterator[Any], depth: int) -> Map:
+        made = Map(self.span(event), self.via)
+        for key_event in events:
+            if isinstance(key_event, yaml.MappingEndEvent):
+                return made
+            key = self.key(key_event)
+            key_span = self.span(key_event)
+            if key in made:
+                related = [Related("first defined here", made.key_spans[key])]
+                message = f'the key "{key}" stands twice in one mapping'
+                raise LoadError(error("duplicate-key", message, key_span, "rename or remove one", related))
+            value_event = next(events)
+            made.put(key, self.value(value_event, events, depth + 1), key_span, self.span(value_event))
+        return made
+
+    def key(self, event: Any) -> str:
+        if not isinstance(event, yaml.ScalarEvent):
+            raise self.fail("yaml-key", "a key must be plain text", event, "")
+        if event.value == "<<" and not event.style:
+            way_out = "repeat the keys, or name a value in let"
+            raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, way_out)
+        return str(event.value)
+
+    def sequence(self, event: Any, events: Iterator[Any], depth: int) -> Seq:
+        made = Seq(self.span(event), self.via)
+        for item in events:
+            if isinstance(item, yaml.SequenceEndEvent):
+                break
+            made.put(self.value(item, events, depth + 1), self.span(item))
+        return made
+
+    def scalar(self, event: Any) -> Any:
+        if event.tag in _UNIT_TAGS:
+            return self.tagged(event)
+        if event.style or event.tag is not None:
+            return Text(event.value)
+        return plain_scalar(event.value)
+
+    def tagged(self, event: Any) -> Any:
+        """Return the quantity of a scalar with one of xacro's tags: ``!degrees 90`` is 90 deg."""
+        quantity = parse_quantity(f"{event.value.strip()} {_UNIT_TAGS[event.tag]}")
+        if quantity is None:
+            help = "write a number, or a quantity or an expression without the tag"
+            raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
+        return quantity
+
+
+def plain_scalar(text: str) -> Any:
+    """Return the value of a scalar without quotes: None, bool, int, float, Quantity or str.
+
+    >>> plain_scalar("1e-3"), plain_scalar("on"), plain_scalar("12.5 mm")
+    (0.001, 'on', 0.0125)
+    """
+    if text in _WORDS:
+        return _WORDS[text]
+    first = text[0]
+    if first.isdigit() or first in "+-.":
+        if _INT.match(text):
+            return int(text) if len(text) < 19 else float(text)
+        if _FLOAT.match(text):
+            return float(text)
+        if text.startswith(("0x", "0o")) and _BASED.match(text):
+            return int(text, 0)
+        quantity = parse_quantity(text)
+        if quantity is not None:
+            return quantity
+    return text

@@ -1,0 +1,404 @@
+"""Build: the model made from a plain tree that has the right shape.
+
+A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Build
+reports only what keeps a value from being made at all.
+
+Publishers (who publishes the transform of a joint, always or in turns), servos and poses are lowered here too.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from ...diagnostics import Diagnostic, Related, did_you_mean, error
+from ...diagnostics.registry import FILES, FRAMES, POSES, Rule
+from ...model import (
+    ROBOT_STATE_PUBLISHER,
+    SENSOR_ELEMENT,
+    STATIC_TRANSFORM_PUBLISHER,
+    TEMPLATE_ELEMENT,
+    UNPUBLISHED,
+    Actuator,
+    Edge,
+    Joint,
+    JointPose,
+    Link,
+    Output,
+    Pose,
+    Publisher,
+    Robot,
+    Sensor,
+    ServoGroup,
+    Simulated,
+    Source,
+)
+from ..accepting import accepted, names_at
+from ..schema import backend_of
+from ..tree import Map, Path, locate
+from .elements import Frames, build_elements
+from .entries import (
+    calibration_of,
+    dynamics_of,
+    limit_of,
+    material_of,
+    mimic_of,
+    node_of,
+    pose_of_entry,
+    safety_of,
+    source_of,
+    texts_of,
+    vector_of,
+)
+from .shapes import ShapeProblem, build_inertial, build_shape
+
+RULES = (
+    Rule(
+        "duplicate-name",
+        "Two entries have the same name, in one file, in two, or by two uses of a part.",
+        "Rename or remove one; give one use or include another `prefix`.",
+        FILES,
+    ),
+    Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
+    Rule(
+        "unknown-servo",
+        "No servo group has this joint, or there is no such group.",
+        "Correct the name, or add it to a group.",
+        POSES,
+    ),
+    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
+)
+
+
+# REP 103, "Suffix Frames": from a body frame to its image frame.
+OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
+
+
+class Built(NamedTuple):
+    """The model (None after an error), where each joint, link and pose was written, and what is wrong.
+
+    ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge that is the turn of
+    a joint's publisher has its index in ``Robot.edges`` for a name.
+    """
+
+    robot: Robot | None
+    places: dict[tuple[str, str], Path]
+    diagnostics: list[Diagnostic]
+
+
+def build(tree: Map) -> Built:
+    """Return the model of a tree that ``validate`` found nothing wrong with."""
+    builder = _Builder(tree)
+    robot = builder.robot()
+    refused = [problem for problem in builder.diagnostics if not accepted(tree, problem)]
+    return Built(None if refused else robot, builder.places, builder.diagnostics)
+
+
+class _Builder:
+    """Reads one tree; collects what is wrong."""
+
+    def __init__(self, tree: Map) -> None:
+        self.tree = tree
+        self.places: dict[tuple[str, str], Path] = {}
+        self.diagnostics: list[Diagnostic] = []
+        self.nodes = {name: node_of(name, entry) for name, entry in self.section("publishers").items()}
+        self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
+
+    def section(self, name: str) -> dict[str, Any]:
+        """Return a section of the tree, empty if it is left out."""
+        return self.tree.get(name) or {}
+
+    def problem(self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = ()) -> None:
+        place = locate(self.tree, path)
+        found = error(rule, message, place.span, help, [*related, *place.stack()])
+        self.diagnostics.append(found._replace(of=names_at(self.tree, path)))
+
+    def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
+        self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
+
+    def place(self, kind: str, name: str, path: Path) -> None:
+        """Remember where a name was given; a name that is taken is a problem."""
+        taken = self.places.get((kind, name))
+        if taken is None:
+            self.places[kind, name] = path
+            return
+        related = (Related("first defined here", locate(self.tree, taken, key=True).span),)
+        self.problem("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+
+    def robot(self) -> Robot:
+        tree = self.tree
+        links = [self.link(name, entry or {}) for name, entry in sorted(self.section("links").items())]
+        joints = [self.joint(name, entry) for name, entry in self.section("joints").items()]
+        sensors: list[Sensor] = []
+        for name, entry in self.section("sensors").items():
+            sensor, mounts = self.sensor(name, entry)
+            sensors.append(sensor)
+            joints += mounts
+        links += self.frames_of_sensors(sensors)
+        servos = tuple(
+            servo_group_of(name, entry, self.problem) for name, entry in sorted(self.section("servos").items())
+        )
+        poses = [
+            pose_of_joints(name, entry, servos, self.problem) for name, entry in sorted(self.section("poses").items())
+        ]
+        return Robot(
+            name=tree["robot"],
+            links=tuple(links),
+            joints=tuple(joints),
+            sensors=tuple(sensors),
+            edges=tuple(self.edges),
+            publishers=tuple(self.nodes[name] for name in sorted(self.nodes)),
+            servos=servos,
+            poses=tuple(poses),
+            outputs=tuple(self.output(name, entry) for name, entry in sorted(self.section("outputs").items())),
+            modes=tuple(sorted(self.section("modes"))),
+            disabled_contacts=tuple(
+                (pair["links"][0], pair["links"][1]) for pair in tree.get("disabled_contacts") or ()
+            ),
+            source=source_of(tree.get("source")),
+            materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
+            urdf_elements=texts_of(tree),
+        )
+
+    def link(self, name: str, entry: dict[str, Any]) -> Link:
+        path: Path = ("links", name)
+        self.place("link", name, path)
+        source = source_of(entry.get("source"))
+        visual = tuple(self.shapes(entry.get("visual") or (), (*path, "visual"), source))
+        collision = tuple(self.shapes(entry.get("collision") or (), (*path, "collision"), source))
+        inertial = None
+        if "inertial" in entry:
+            try:
+                inertial = build_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+            except ShapeProblem as problem:
+                self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
+        return Link(name, inertial, visual, collision, source, texts_of(entry))
+
+    def shapes(self, entries: Any, path: Path, source: Source) -> list[Any]:
+        made = []
+        for index, entry in enumerate(entries):
+            own = source_of(entry["source"]) if "source" in entry else source
+            stand_in = own.note if own.status == "stand_in" else ""
+            try:
+                made.append(build_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
+            except ShapeProblem as problem:
+                self.misfit(problem, (*path, index))
+        return made
+
+    def taken(self, path: Path) -> Callable[[ShapeProblem], bool]:
+        """Return what says whether the description accepts a problem of the shape at a path; it is taken down then."""
+
+        def accept(problem: ShapeProblem) -> bool:
+            if not accepted(self.tree, error(problem.rule, "", None)._replace(of=names_at(self.tree, path))):
+                return False
+            self.misfit(problem, path)
+            return True
+
+        return accept
+
+    def joint(self, name: str, entry: dict[str, Any]) -> Joint:
+        path: Path = ("joints", name)
+        self.place("joint", name, path)
+        actuator = entry.get("actuator")
+        joint = Joint(
+            name=name,
+            type=entry["type"],
+            parent=entry["parent"],
+            child=entry["child"],
+            origin=pose_of_entry(entry),
+            axis=vector_of(entry.get("axis"), (1.0, 0.0, 0.0)),
+            limit=limit_of(entry.get("limit")),
+            mimic=mimic_of(entry.get("mimic")),
+            dynamics=dynamics_of(entry.get("dynamics")),
+            actuator=None if actuator is None else Actuator(float(actuator["kp"]), float(actuator.get("kv", 0))),
+            source=source_of(entry.get("source")),
+            calibration=calibration_of(entry.get("calibration")),
+            safety=safety_of(entry.get("safety_controller")),
+            urdf_elements=texts_of(entry),
+        )
+        return self.published(joint, publishing(entry, path, self.nodes, self.problem))
+
+    def published(self, joint: Joint, said: Publishing) -> Joint:
+        """Return a joint with its publisher; those that take turns become edges."""
+        for turn in said.turns:
+            self.places["edge", str(len(self.edges))] = turn.path
+            moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
+            turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
+            self.edges.append(replace(turned, source=joint.source, joint=joint.name))
+        return replace(joint, publisher=said.always)
+
+    def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
+        """Return a sensor and the fixed joints of its frame and its optical frame."""
+        path: Path = ("sensors", name)
+        frame, source = entry["frame"], source_of(entry.get("source"))
+        joint = entry.get("joint", f"{frame}_joint")
+        self.place("joint", joint, path)
+        said = publishing(entry, path, self.nodes, self.problem)
+        mount = pose_of_entry(entry)
+        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), said)]
+        optical = entry.get("optical")
+        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "")
+        stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
+        simulated = self.elements(name, entry, frames)
+        made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps)
+        if optical is None:
+            return made, mounts
+        inner = (*path, "optical")
+        optical_joint = optical.get("joint", f"{optical['frame']}_joint")
+        self.place("joint", optical_joint, inner)
+        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
+        said = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else said.of_optical()
+        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), said))
+        return made, mounts
+
+    def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
+        """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
+        path: Path = ("sensors", name, "mjcf")
+        made: list[Simulated] = []
+        try:
+            for element in build_elements(name, entry.get("mjcf") or (), frames):
+                if element.kind != TEMPLATE_ELEMENT:
+                    self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
+                if element.kind == SENSOR_ELEMENT and element.pose is not None:
+                    self.place("MuJoCo site", element.site, (*path, len(made)))
+                made.append(element)
+        except ShapeProblem as problem:
+            self.misfit(problem, path, f' (sensor "{name}")')
+        return tuple(made)
+
+    def frames_of_sensors(self, sensors: list[Sensor]) -> list[Link]:
+        """Return a link for each sensor frame that ``links`` does not mention."""
+        made = []
+        for sensor in sensors:
+            for frame, key in ((sensor.frame, ("frame",)), (sensor.optical_frame, ("optical", "frame"))):
+                if frame and ("link", frame) not in self.places:
+                    self.place("link", frame, ("sensors", sensor.name, *key))
+                    made.append(Link(frame, source=sensor.source))
+        return made
+
+    def edge(self, index: int, entry: dict[str, Any]) -> Edge:
+        path: Path = ("edges", index)
+        publisher = Publisher(UNPUBLISHED)
+        if "publisher" in entry:
+            publisher = node(entry["publisher"], (*path, "publisher"), self.nodes, self.problem)
+        pose = pose_of_entry(entry) if "xyz" in entry or "rpy" in entry else None
+        moving, when = entry.get("moving", True), entry.get("when", "")
+        return Edge(entry["parent"], entry["child"], publisher, moving, when, pose, source_of(entry.get("source")))
+
+    def output(self, name: str, entry: dict[str, Any]) -> Output:
+        backend = entry.get("backend", backend_of(name, entry))
+        options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
+        return Output(name, backend, entry["file"], options)
+
+
+# Takes the rule, the message, the path and the way out of a problem.
+Problem = Callable[[str, str, Path, str], None]
+
+OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
+IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
+# ros/kdl_parser knows no such joint, and ros/robot_state_publisher sends what kdl_parser finds.
+_NOT_FLOATING = Publisher(UNPUBLISHED, about="robot_state_publisher publishes no floating joint")
+
+
+class Turn(NamedTuple):
+    """One entry of a list of publishers: who it is, when, and where it stands."""
+
+    publisher: Publisher
+    when: str
+    path: Path
+
+
+class Publishing(NamedTuple):
+    """Who publishes a joint: one always, and those that publish it in some modes.
+
+    robot_state_publisher publishes its whole URDF in every mode, so it is never one of the turns.
+    """
+
+    always: Publisher
+    turns: tuple[Turn, ...] = ()
+
+    def of_optical(self) -> Publishing:
+        """Return who publishes the optical frame of a sensor that says nothing else: a static one is another node."""
+        turns = tuple(turn._replace(publisher=_optical(turn.publisher)) for turn in self.turns)
+        return Publishing(_optical(self.always), turns)
+
+
+def _optical(publisher: Publisher) -> Publisher:
+    if publisher.kind != STATIC_TRANSFORM_PUBLISHER:
+        return publisher
+    return Publisher(STATIC_TRANSFORM_PUBLISHER, f"{publisher.name}_optical")
+
+
+def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publisher:
+    """Return a node by the name that a description gives it; ``problem`` takes a name that is not known."""
+    if name in nodes:
+        return nodes[name]
+    help = did_you_mean(name, [*nodes, ROBOT_STATE_PUBLISHER])
+    problem("unknown-publisher", f'there is no publisher "{name}"', path, help)
+    return OF_THE_URDF
+
+
+def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publishing:
+    """Return who publishes the joint of an entry that stands at a path."""
+    said, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
+
+    def one(value: Any, at: Path) -> Publisher:
+        if isinstance(value, dict):
+            if "none" in value:
+                return Publisher(UNPUBLISHED, about=value["none"])
+            return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
+        if value == ROBOT_STATE_PUBLISHER:
+            return _NOT_FLOATING if entry.get("type") == "floating" else OF_THE_URDF
+        return node(value, at, nodes, problem)
+
+    if not isinstance(said, list):
+        return Publishing(one(said, here))
+    turns = []
+    for index, item in enumerate(said):
+        at = (*here, index)
+        turns.append(Turn(one(item["by"], (*at, "by")), item.get("when", ""), at))
+    others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)
+    return Publishing(IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
+
+
+# Takes the rule, the message, the path and the way out of a problem.
+
+
+def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> ServoGroup:
+    """Return a group of servos; ``problem`` takes what is wrong with it."""
+    low, high = entry["pulse_range"]
+    if not low < high:
+        message = f"the pulse range goes from {low} to {high}"
+        problem("pulse-range", message, ("servos", name, "pulse_range"), "give the smaller pulse first")
+    elif not low <= entry["zero_pulse"] <= high:
+        message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
+        problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
+    flipped, source = entry.get("flipped", False), source_of(entry.get("source"))
+    rad = float(entry["rad_per_pulse"])
+    if rad == 0:
+        message = "a pulse of no angle moves nothing"
+        problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
+    return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
+
+
+def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGroup], problem: Problem) -> JointPose:
+    """Return a named pose, pulses as positions; ``problem`` takes what is wrong with it."""
+    positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
+    pulses = dict(sorted(entry.get("pulses", {}).items()))
+    for joint, pulse in pulses.items():
+        path: Path = ("poses", name, "pulses", joint)
+        group = next((group for group in servos if joint in group.joints), None)
+        if group is None:
+            known = [joint for group in servos for joint in group.joints]
+            message = f'no servo group has the joint "{joint}"'
+            problem("unknown-servo", message, path, did_you_mean(joint, known))
+            continue
+        low, high = group.pulse_range
+        if not low <= pulse <= high:
+            problem("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
+        if joint in positions:
+            problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
+        positions[joint] = group.radians(pulse)
+    return JointPose(name, positions, pulses, source_of(entry.get("source")))

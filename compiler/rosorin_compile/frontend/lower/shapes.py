@@ -1,0 +1,195 @@
+"""Building shapes: the entry of a collision or a visual becomes a geometry at a pose.
+
+Inertials are as they were written, or those of shapes of even density.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any
+
+from ...diagnostics.registry import NUMBERS, Rule
+from ...diagnostics.wording import listed
+from ...model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere, inertial_of
+from .entries import pose_of_entry, rgba_of, texts_of
+
+RULES = (
+    Rule(
+        "shape-kind",
+        "A shape is none of the kinds or two of them; a box has neither a size nor corners, or both.",
+        "One kind an entry.",
+        NUMBERS,
+    ),
+    Rule(
+        "shape-size",
+        "A size is not above zero; a corner `max` is not above `min`.",
+        "Correct it.",
+        NUMBERS,
+        accept="link",
+        imported="always",
+    ),
+    Rule(
+        "height-map-rows",
+        "The rows of a height map differ in length, or a height is below zero.",
+        "Give all rows one length; heights count up from z = 0.",
+        NUMBERS,
+    ),
+)
+
+
+class ShapeProblem(Exception):
+    """A shape that cannot be built; ``path`` leads to the culprit within the entry."""
+
+    def __init__(self, rule: str, message: str, path: tuple[str | int, ...] = (), help: str = "") -> None:
+        super().__init__(message)
+        self.rule = rule
+        self.message = message
+        self.path = path
+        self.help = help
+
+
+def build_shape(
+    entry: Mapping[str, Any], pose: Pose, stand_in: str, accept: Callable[[ShapeProblem], bool] = lambda _: False
+) -> Shape:
+    """Return the shape of an entry; ``stand_in`` is what is not measured about it.
+
+    ``accept`` says of a size that no shape has whether it is taken all the same. Raises ShapeProblem.
+    """
+    kinds = [kind for kind in GEOMETRIES if kind in entry]
+    if len(kinds) != 1:
+        found = listed(kinds) or "none of them"
+        message = f"a shape has one of {', '.join(GEOMETRIES)}; this one has {found}"
+        raise ShapeProblem("shape-kind", message, (), "write one entry a shape")
+    kind = kinds[0]
+    geometry = GEOMETRIES[kind](entry[kind])
+    for problem in _sizes(kind, entry[kind]):
+        if not accept(problem):
+            raise problem
+    return Shape(
+        geometry,
+        pose,
+        name=entry.get("name", ""),
+        rgba=rgba_of(entry),
+        material=entry.get("material", ""),
+        stand_in=stand_in,
+        texture=entry.get("texture", ""),
+        urdf_elements=texts_of(entry),
+    )
+
+
+def _sizes(kind: str, entry: Mapping[str, Any]) -> Iterator[ShapeProblem]:
+    """Yield what is wrong with the sizes of a primitive."""
+    for key in ("radius", "length"):
+        if key in entry and not entry[key] > 0:
+            yield _not_positive(entry[key], kind, key)
+    for index, size in enumerate(entry.get("size", ())):
+        if not size > 0:
+            yield _not_positive(size, kind, "size", index)
+    lower, upper = entry.get("min", ()), entry.get("max", ())
+    for index, (low, high) in enumerate(zip(lower, upper, strict=True)):
+        if not low < high:
+            message = f"{'xyz'[index]} of max ({high:g} m) is not above that of min ({low:g} m)"
+            yield ShapeProblem("shape-size", message, ("box", "max", index), "swap or correct the corners")
+
+
+def _box(entry: Mapping[str, Any]) -> Box:
+    if ("size" in entry) == ("min" in entry):
+        raise ShapeProblem("shape-kind", "a box has either a size or the corners min and max", ("box",), "give one")
+    if "size" in entry:
+        x, y, z = map(float, entry["size"])
+        return Box((-x / 2, -y / 2, -z / 2), (x / 2, y / 2, z / 2))
+    a, b, c = map(float, entry["min"])
+    d, e, f = map(float, entry["max"])
+    return Box((a, b, c), (d, e, f))
+
+
+def _height_map(entry: Mapping[str, Any]) -> HeightMap:
+    rows = entry["heights"]
+    for index, row in enumerate(rows):
+        if len(row) != len(rows[0]):
+            message = f"row {index + 1} has {len(row)} heights, the first row {len(rows[0])}"
+            raise ShapeProblem("height-map-rows", message, ("height_map", "heights", index), "give all rows one length")
+    for i, row in enumerate(rows):
+        for j, height in enumerate(row):
+            if height < 0:
+                path = ("height_map", "heights", i, j)
+                raise ShapeProblem("height-map-rows", "a height is below zero", path, "heights count up from z = 0")
+    cell = _positive(entry["cell"], "height_map", "cell")
+    step = _positive(entry["step"], "height_map", "step") if "step" in entry else cell
+    heights = tuple(tuple(map(float, row)) for row in rows)
+    x, y = map(float, entry["origin"])
+    return HeightMap((x, y), cell, heights, step, entry.get("method", ""))
+
+
+def _mesh(entry: Mapping[str, Any]) -> Mesh:
+    x, y, z = map(float, entry.get("scale", (1, 1, 1)))
+    return Mesh(entry["file"], (x, y, z))
+
+
+def _positive(value: float, *path: str | int) -> float:
+    if not value > 0:
+        raise _not_positive(value, *path)
+    return float(value)
+
+
+def _not_positive(value: float, *path: str | int) -> ShapeProblem:
+    words = " ".join(str(step) for step in path)
+    return ShapeProblem("shape-size", f"{words} is {value:g} m; a size is above zero", path, "correct it")
+
+
+GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
+    "box": _box,
+    "cylinder": lambda entry: Cylinder(float(entry["radius"]), float(entry["length"])),
+    "capsule": lambda entry: Capsule(float(entry["radius"]), float(entry["length"])),
+    "sphere": lambda entry: Sphere(float(entry["radius"])),
+    "mesh": _mesh,
+    "height_map": _height_map,
+}
+
+
+def build_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]]) -> Inertial:
+    """Return the inertial of an entry; ``own`` are the shapes of its link by purpose (collision, visual).
+
+    Raises ShapeProblem, whose path leads to the culprit within the entry.
+    """
+    if "of" not in entry:
+        if "density" in entry:
+            raise ShapeProblem("ignored-key", "a density needs shapes to fill", ("density",), "add of: collision")
+        moments = {key: float(value) for key, value in entry["inertia"].items()}
+        return Inertial(float(entry["mass"]), pose_of_entry(entry), **moments)
+    for key in ("inertia", "xyz", "rpy"):
+        if key in entry:
+            message = f"{key} is calculated from the shapes of the key of"
+            raise ShapeProblem("wrong-value", message, (key,), "remove one of the two")
+    if ("mass" in entry) == ("density" in entry):
+        raise ShapeProblem("missing-key", "shapes have either a mass or a density", (), "give one of the two")
+    key = "mass" if "mass" in entry else "density"
+    if not entry[key] > 0:
+        raise ShapeProblem("mass-not-positive", f"a {key} is above zero", (key,), "correct it")
+    shapes = _shapes(entry["of"], own)
+    return inertial_of(shapes, **{key: float(entry[key])})
+
+
+def _shapes(said: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
+    """Return the shapes that an inertial is of; each has a volume."""
+    if isinstance(said, str):
+        shapes = own[said]
+        if not shapes:
+            help = f"give the link a {said}, or list the shapes here: of: [box: {{size: [...]}}]"
+            raise ShapeProblem("shape-kind", f"the link has no {said} shape to take the inertia of", ("of",), help)
+        paths: list[tuple[str | int, ...]] = [("of",)] * len(shapes)
+    else:
+        shapes = [_shape(entry, index) for index, entry in enumerate(said)]
+        paths = [("of", index) for index in range(len(shapes))]
+    for shape, path in zip(shapes, paths, strict=True):
+        if isinstance(shape.geometry, Mesh):
+            help = "list primitive shapes of the same body: of: [box: {size: [...]}], or give the inertia"
+            raise ShapeProblem("shape-kind", "the volume of a mesh is not known", path, help)
+    return shapes
+
+
+def _shape(entry: Mapping[str, Any], index: int) -> Shape:
+    try:
+        return build_shape(entry, pose_of_entry(entry), "")
+    except ShapeProblem as problem:
+        raise ShapeProblem(problem.rule, problem.message, ("of", index, *problem.path), problem.help) from None

@@ -1,0 +1,130 @@
+"""The plain tree: what YAML says, with the place of every key and value.
+
+``Map`` and ``Seq`` are an ordinary dict and list that also remember where their keys and values were written, so later
+stages work on plain values and can still name file, line and column. Nothing changes a tree after it was made.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from ..diagnostics import Related, Source, Span
+from ..diagnostics.wording import and_more
+
+Path = tuple[str | int, ...]
+
+
+class Instance(NamedTuple):
+    """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
+
+    ``made`` is true for a part, a sensor type and the turn of a loop, which make something; an include only reads it.
+    """
+
+    message: str
+    span: Span
+    parent: Instance | None = None
+    made: bool = False
+
+    def stack(self) -> Iterator[Related]:
+        """Yield the places passed through, innermost first; of very many only the first and the last."""
+        steps: list[Related] = []
+        here: Instance | None = self
+        while here is not None:
+            steps.append(Related(here.message, here.span))
+            here = here.parent
+        if len(steps) > 12:
+            steps[6:-5] = [Related(and_more(len(steps) - 11).strip(), None)]
+        yield from steps
+
+
+class Map(dict[str, Any]):
+    """A mapping with the spans of its keys and values; ``via`` tells how it came here, None for the root file."""
+
+    __slots__ = ("key_spans", "span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        super().__init__()
+        self.span = span
+        self.via = via
+        self.key_spans: dict[str, Span] = {}
+        self.value_spans: dict[str, Span] = {}
+
+    def put(self, key: str, value: Any, key_span: Span, value_span: Span) -> None:
+        """Set ``key`` and remember where key and value were written."""
+        self[key] = value
+        self.key_spans[key] = key_span
+        self.value_spans[key] = value_span
+
+
+class Seq(list[Any]):
+    """A sequence with the spans of its items."""
+
+    __slots__ = ("span", "value_spans", "via")
+
+    def __init__(self, span: Span, via: Instance | None = None) -> None:
+        super().__init__()
+        self.span = span
+        self.via = via
+        self.value_spans: list[Span] = []
+
+    def put(self, value: Any, span: Span) -> None:
+        """Append ``value`` and remember where it was written."""
+        self.append(value)
+        self.value_spans.append(span)
+
+
+class Text(str):
+    """Text that stood in quotes; plain scalars are ordinary ``str``. Equal to the same text without quotes."""
+
+    __slots__ = ()
+
+
+class Place(NamedTuple):
+    """Where a path of a tree was written, and how that piece came there."""
+
+    span: Span
+    via: Instance | None
+
+    def stack(self) -> tuple[Related, ...]:
+        """Return the includes and parts passed through, innermost first."""
+        return tuple(self.via.stack()) if self.via else ()
+
+
+def locate(tree: Map | Seq, path: Sequence[str | int], key: bool = False) -> Place:
+    """Return the place of ``path``, or of its longest prefix that exists.
+
+    With ``key`` the place of the last key instead of its value.
+    """
+    node: Any = tree
+    span, via = tree.span, tree.via
+    for depth, step in enumerate(path):
+        if isinstance(node, Map) and step in node:
+            name = str(step)
+            want_key = key and depth == len(path) - 1
+            span = (node.key_spans if want_key else node.value_spans)[name]
+        elif isinstance(node, Seq) and isinstance(step, int) and -1 < step < len(node):
+            span = node.value_spans[step]
+        else:
+            break
+        node = node[step]
+        via = _nearer(via, getattr(node, "via", None))
+    return Place(span, via)
+
+
+def _nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
+    """Return how a piece came here, given how what holds it came.
+
+    A piece without expressions is shared by all instances of a part: it does not know of them, what holds it does.
+    """
+    if own is None or outer is None or not outer.made:
+        return own or outer
+    step: Instance | None = own
+    while step is not None and step is not outer:
+        step = step.parent
+    return own if step is outer else outer
+
+
+def first_line(source: Source) -> Span:
+    """Return the span of the first character of a file."""
+    return Span(source, 1, 1, 1)

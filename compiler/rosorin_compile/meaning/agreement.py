@@ -1,0 +1,227 @@
+"""Agreement: do the compiled artifacts say what the model says, and so the same? Guards against faulty templates."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from ..diagnostics import Diagnostic, error
+from ..diagnostics.registry import WRITING, Rule
+from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
+from ..formats.facts import INERTIA, along_link
+from ..formats.format import row_name
+from ..frontend.schema import misfits
+from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
+from .causes import COLLISION
+from .solids import Solid, remainder, same_set, solid_from
+from .view import ANGLES, AXES, View, agree, called, same_turn, view_of
+from .wording import number_pair, value_text
+
+RULES = (
+    Rule(
+        "artifacts-disagree",
+        "Artifacts that were just compiled do not say the same.",
+        "That is a fault of the tool: please report it.",
+        WRITING,
+    ),
+)
+
+_RULE = "artifacts-disagree"
+_HELP = "a template or a backend is at fault, not the description: please report it"
+# What the way through frames, quaternions and half sizes costs (m, and rotation entries).
+_ROOM = 1e-9
+
+
+class _Reading(NamedTuple):
+    """An artifact and what it says."""
+
+    artifact: Artifact
+    view: View
+
+    @property
+    def format(self) -> Format:
+        """The format of the artifact."""
+        return FORMATS[self.artifact.backend]
+
+    def output(self, robot: Robot) -> Output:
+        """Return the output of the robot that asks for the artifact."""
+        return next(output for output in robot.outputs if output.name == self.artifact.output)
+
+
+def _misfits(artifact: Artifact) -> list[Diagnostic]:
+    """Return an error for each place where a JSON artifact does not fit its published schema."""
+    name = FORMATS[artifact.backend].schema
+    problems = misfits(name, json.loads(artifact.text)) if name else []
+    return [
+        error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
+    ]
+
+
+def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
+    """Return an error for each place where a compiled artifact does not say what the model says, as far as it prints.
+
+    Held against the model: the frames that an artifact carries, where they sit, their joints with axis, limits and
+    mimic, masses, centres of mass and inertias, and collision shapes.
+    """
+    readings: list[_Reading] = []
+    found: list[Diagnostic] = []
+    for artifact in artifacts:
+        read = FORMATS[artifact.backend].facts
+        if read is None:
+            continue
+        try:
+            facts = read(artifact.text)
+        except ValueError as problem:
+            found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
+        else:
+            found += _misfits(artifact)
+            readings.append(_Reading(artifact, view_of(facts, called(robot, artifact))))
+    readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
+    model = view_of(_facts(robot), {})
+    for reading in readings:
+        found += _frames(robot, reading)
+        found += _others(robot, reading)
+        found += _values(robot, reading, model, readings)
+        found += _turns(reading, model, readings)
+        found += _shapes(robot, reading)
+    return found
+
+
+def _facts(robot: Robot) -> Facts:
+    """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
+    facts: Facts = {}
+    for joint in robot.joints:
+        facts |= _pose_facts(joint.child, joint.parent, joint.origin)
+        facts |= _joint_facts(joint)
+    for edge in robot.edges:
+        # Of several rows for one frame the first one bears its name alone.
+        if edge.joint:
+            facts |= _pose_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
+        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
+            facts |= _pose_facts(edge.child, edge.parent, edge.pose)
+    for link in robot.links:
+        facts |= _mass_facts(link)
+    return facts
+
+
+def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
+    facts = {Fact("frame", child, "parent"): Value(parent)}
+    facts |= {
+        Fact("frame", child, f"origin {axis}"): Value(float(v), "m") for axis, v in zip(AXES, pose.xyz, strict=True)
+    }
+    return facts | {
+        Fact("frame", child, angle): Value(float(v), "rad") for angle, v in zip(ANGLES, pose.rpy, strict=True)
+    }
+
+
+def _joint_facts(joint: Joint) -> Facts:
+    said: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
+    unit = "m" if joint.type == "prismatic" else "rad"
+    if joint.moves or joint.type == "planar":
+        said |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
+    if joint.moves and joint.limit:
+        limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
+        limits["effort"] = joint.limit.effort
+        said |= {quantity: Value(float(value), unit) for quantity, value in limits.items() if value is not None}
+    if joint.mimic:
+        said["mimic joint"] = Value(joint.mimic.joint)
+        said["mimic multiplier"] = Value(float(joint.mimic.multiplier))
+        said["mimic offset"] = Value(float(joint.mimic.offset), unit)
+    return {Fact("joint", joint.name, quantity): value for quantity, value in said.items()}
+
+
+def _mass_facts(link: Link) -> Facts:
+    inertial = link.inertial
+    if inertial is None:
+        return {}
+    said = {"mass": Value(float(inertial.mass), "kg")}
+    said |= {f"centre of mass {axis}": Value(float(v), "m") for axis, v in zip(AXES, inertial.pose.xyz, strict=True)}
+    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
+    along = along_link(six, inertial.pose.transform())
+    said |= {f"inertia {name}": Value(float(value), "kg*m^2") for name, value in zip(INERTIA, along, strict=True)}
+    return {Fact("link", link.name, quantity): value for quantity, value in said.items()}
+
+
+def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+    """Yield an error for each frame that an artifact should carry and does not."""
+    for frame in reading.format.frames(robot) if reading.format.frames else ():
+        if not reading.view.parent(frame):
+            message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
+            yield error(_RULE, message, None, _HELP)
+
+
+def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+    """Yield an error for each thing that an artifact says wrongly, and its format alone can tell."""
+    if reading.format.disagreements is not None:
+        for sentence in reading.format.disagreements(robot, reading.output(robot), reading.artifact.text):
+            yield error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP)
+
+
+def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+    for fact, value in reading.view.plain.items():
+        meant = model.plain.get(fact)
+        if meant is None or agree(value, meant) or _cannot_say(robot, reading, fact):
+            continue
+        others = (other for other in readings if agree(other.view.plain.get(fact), meant))
+        mine, theirs = _both(value, meant)
+        yield _error(f"{fact.name} {fact.quantity}", reading, mine, theirs, next(others, None))
+
+
+def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
+    return reading.format.cannot_say is not None and reading.format.cannot_say(robot, fact)
+
+
+def _both(value: Value, meant: Value) -> tuple[str, str]:
+    """Return two different values in print, with as many digits as show the difference."""
+    if isinstance(value.value, str) or isinstance(meant.value, str):
+        return value_text(value), value_text(meant)
+    before, after = number_pair(value.value, meant.value)
+    return f"{before} {value.unit}".rstrip(), f"{after} {value.unit}".rstrip()
+
+
+def _turns(reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+    for frame, turn in reading.view.turns.items():
+        meant = model.turns.get(frame)
+        if meant is None or same_turn(turn, meant):
+            continue
+        others = (other for other in readings if same_turn(other.view.turns.get(frame), meant))
+        pairs = [number_pair(a, b) for a, b in zip(turn.rpy, meant.rpy, strict=True)]
+        mine, theirs = (f"{' '.join(numbers)} rad" for numbers in zip(*pairs, strict=True))
+        yield _error(f"{frame} roll pitch yaw", reading, mine, theirs, next(others, None))
+
+
+def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading | None) -> Diagnostic:
+    others = f"{other.artifact.file} and the model say" if other else "the model says"
+    return error(_RULE, f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}", None, _HELP)
+
+
+def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+    """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
+    told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
+    every = reading.format.all_solids and bool(told)
+    for link in sorted(reading.view.names) if every else sorted(told):
+        # Names of shapes and the like are not in every artifact.
+        solids = [solid._replace(words=()) for solid in told.get(link, ())]
+        meant = _meant(robot, link, reading)
+        if meant is None or same_set(solids, meant):
+            continue
+        wrong = len(remainder(solids, meant).removed)
+        message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
+        if len(solids) != len(meant):
+            message = f"{link} collision: {reading.artifact.file} has {len(solids)} shapes, the model {len(meant)}"
+        yield error(_RULE, message, None, _HELP)
+
+
+def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
+    """Return the solids that a link should have in an artifact; None if they cannot be compared."""
+    if link not in robot.link:
+        return None
+    own: Sequence[Shape] | None = robot.link[link].collision
+    if reading.format.solids is not None:
+        own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
+    if own is None:
+        return None
+    if any(isinstance(shape.geometry, Mesh) for shape in own):
+        return None
+    return [solid_from(solid, _ROOM) for shape in own for solid in shape.solids()]

@@ -1,0 +1,158 @@
+"""Frames, joints, links and poses that are new or gone: one line each instead of one for each of their numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from ..formats import Fact, Value
+from ..model import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED, Robot
+from .view import View
+from .wording import Change
+
+# What stands for a joint of a fixed frame in an artifact that lists moving joints alone.
+_FIXED = Value("fixed")
+_MOVING = (*MOVING_TYPES, *SEVERAL_COORDINATES)
+_INERTIAL = ("mass", "centre of mass", "inertia")
+
+
+class Pair(NamedTuple):
+    """One artifact: its output and backend, what the committed text says and what the compiled text says."""
+
+    output: str
+    backend: str
+    old: View
+    new: View
+
+
+class Entry(NamedTuple):
+    """What became of one value in one artifact; None where it is not there."""
+
+    output: str
+    old: Value | None
+    new: Value | None
+
+
+class Entities:
+    """Finds what is new, gone or renamed, and which facts are said by that already."""
+
+    def __init__(self, robot: Robot, pairs: Sequence[Pair]) -> None:
+        self.robot = robot
+        self.pairs = pairs
+        self.hidden: set[tuple[str, str, str]] = set()
+        self.types: dict[Fact, list[Entry]] = {}
+        self._found: dict[tuple[str, str, str], list[str]] = {}
+        for pair in pairs:
+            self._frames(pair)
+            self._joints(pair)
+            self._others(pair)
+
+    def hides(self, pair: Pair, fact: Fact) -> bool:
+        """Say whether a fact of an artifact needs no line of its own."""
+        kind, name, quantity = fact
+        if (pair.output, kind, name) in self.hidden:
+            return True
+        if kind == "link":
+            if quantity.startswith(_INERTIAL) and (pair.output, "inertial", name) in self.hidden:
+                return True
+            other = quantity.removeprefix("contact with ")
+            return (pair.output, "frame", name) in self.hidden or (pair.output, "link", other) in self.hidden
+        return kind == "pose" and (pair.output, "joint", quantity) in self.hidden
+
+    def changes(self) -> list[Change]:
+        """Return a line for each thing that is new, gone or renamed."""
+        return [self._change(*key, tuple(outputs)) for key, outputs in self._found.items()]
+
+    def _note(self, pair: Pair, kind: str, name: str, what: str) -> None:
+        self._found.setdefault((kind, name, what), []).append(pair.output)
+        self.hidden.add((pair.output, kind, name))
+        if kind == "frame":
+            self.hidden.add((pair.output, "link", name))
+
+    def _frames(self, pair: Pair) -> None:
+        old, new = _named(pair.old, "frame", "parent"), _named(pair.new, "frame", "parent")
+        for what, names in (("new", new - old), ("removed", old - new)):
+            for name in sorted(names):
+                self._note(pair, "frame", name, what)
+        for what, links in (("new", pair.new.names - pair.old.names), ("removed", pair.old.names - pair.new.names)):
+            for link in sorted(links - old - new):
+                self._note(pair, "link", link, what)
+
+    def _joints(self, pair: Pair) -> None:
+        """Note joints that came or went; one whose child came or went with it is said by its frame."""
+        old, new = joints_by_child(pair.old), joints_by_child(pair.new)
+        for child in sorted(old.keys() | new.keys()):
+            before, after = old.get(child, ""), new.get(child, "")
+            if (pair.output, "frame", child) in self.hidden:
+                self._hide(pair, before, after)
+            elif before and after and before != after:
+                self._hide(pair, before, after)
+                self._found.setdefault(("joint", after, f"renamed {before}"), []).append(pair.output)
+            else:
+                self._type(pair, before or after, bool(before), bool(after))
+
+    def _hide(self, pair: Pair, *joints: str) -> None:
+        self.hidden |= {(pair.output, "joint", joint) for joint in joints if joint}
+
+    def _type(self, pair: Pair, joint: str, before: bool, after: bool) -> None:
+        """Note a joint that moves and did not, or the other way round: its limits and the like came or went with it."""
+        fact = Fact("joint", joint, "type")
+        old = pair.old.plain.get(fact, _FIXED) if before else _FIXED
+        new = pair.new.plain.get(fact, _FIXED) if after else _FIXED
+        if (old.value in _MOVING) != (new.value in _MOVING):
+            self.types.setdefault(fact, []).append(Entry(pair.output, old, new))
+            self._hide(pair, joint)
+
+    def _others(self, pair: Pair) -> None:
+        old, new = _named(pair.old, "link", "mass"), _named(pair.new, "link", "mass")
+        for what, names in (("new", new - old), ("removed", old - new)):
+            for name in sorted(names):
+                if (pair.output, "link", name) not in self.hidden:
+                    self._note(pair, "inertial", name, what)
+        for kind in ("pose", "height map", "material"):
+            old, new = _named(pair.old, kind), _named(pair.new, kind)
+            for what, names in (("new", new - old), ("removed", old - new)):
+                for name in sorted(names):
+                    self._note(pair, kind, name, what)
+
+    def _change(self, kind: str, name: str, what: str, outputs: tuple[str, ...]) -> Change:
+        if what.startswith("renamed "):
+            text = f"joint {what.removeprefix('renamed ')}: now called {name}"
+        elif kind == "frame":
+            text = self._frame_text(name, what == "new")
+        else:
+            subject = {"height map": "chassis height map", "inertial": f"{name} inertial"}.get(kind, f"{kind} {name}")
+            text = f"{subject}: {what}"
+        return Change(kind, name, "", text, "", outputs)
+
+    def _frame_text(self, name: str, new: bool) -> str:
+        """Return what is known of a frame that came or went: parent, joint if it moves, publisher."""
+        views = [pair.new if new else pair.old for pair in self.pairs]
+        text = f"frame {name}: {'new' if new else 'removed'}"
+        parent = next((view.parent(name) for view in views if view.parent(name)), "")
+        text += f", {'on' if new else 'was on'} {parent}"
+        joints = ((view, joints_by_child(view).get(name, "")) for view in views)
+        for view, joint in joints:
+            kind = view.text("joint", joint, "type")
+            if kind in _MOVING:
+                text += f" by joint {joint} ({kind})"
+                break
+        publisher = next((p for p in (view.text("frame", name, "publisher") for view in views) if p), "")
+        if not publisher and new and name in self.robot.joint_to:
+            told = self.robot.joint_to[name].publisher
+            publisher = "nobody" if told.kind == UNPUBLISHED else told.name
+        return f"{text}, published by {publisher.split(':')[0]}" if publisher else text
+
+
+def joints_by_child(view: View) -> dict[str, str]:
+    """Return the joints that an artifact names, by the frame that they place."""
+    return {
+        str(value.value): fact.name
+        for fact, value in view.plain.items()
+        if fact.kind == "joint" and fact.quantity == "child"
+    }
+
+
+def _named(view: View, kind: str, quantity: str = "") -> set[str]:
+    names = {fact.name for fact in view.plain if fact.kind == kind and quantity in ("", fact.quantity)}
+    return names | set(view.heights) if kind == "height map" else names

@@ -1,0 +1,342 @@
+"""Others: publishers, transforms of other nodes, named poses, servos, sensors, contacts and elements for URDF.
+
+Then mass, centre of mass and inertia: of links, and of whole bodies where links share them out otherwise.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
+from ..model.geometry import minus, norm
+from ..xml.elements import fragments
+from .bodies import HERE, TURNS, Bodies, Placed
+from .item import MASS, OTHER, YAML, Item, Side, changed, row, several
+from .joints import differ, unit_of
+from .pairing import Pairing
+from .tolerance import joined
+from .wording import amount, contacts_change
+
+_MOST = 50
+
+
+def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset[str]) -> Iterator[Item]:
+    """Yield what differs beside links and joints; ``unsaid`` is what is not compared."""
+    if "publisher" not in unsaid:
+        yield from _publishers(pairing)
+    if "edge" not in unsaid:
+        yield from _edges(pairing)
+    if "pose" not in unsaid:
+        yield from _poses(pairing)
+    if "servo" not in unsaid:
+        yield from _servos(pairing, all(side.format is YAML for side in sides))
+    if "sensor" not in unsaid:
+        yield from _sensors(pairing.a.robot, pairing.b.robot)
+    if "contact" not in unsaid:
+        yield from _contacts(pairing.a.robot, pairing.b.robot)
+    if "urdf_elements" not in unsaid:
+        yield from _elements(pairing)
+
+
+def _both(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator[Item]:
+    """Yield the names that are in one of two tables only."""
+    for name in old:
+        if name not in new:
+            yield Item(OTHER, name, kind, f"removed: {kind} {name}", name, None)
+    for name in new:
+        if name not in old:
+            yield Item(OTHER, name, kind, f"new: {kind} {name}", None, name)
+
+
+def _text(publisher: Publisher) -> str:
+    return "nobody" if publisher.kind == UNPUBLISHED else publisher.name
+
+
+def _publishers(pairing: Pairing) -> Iterator[Item]:
+    for name in pairing.shared:
+        mine, theirs = pairing.a.robot.joint_to.get(name), pairing.b.robot.joint_to.get(name)
+        if mine is None or theirs is None:
+            continue
+        old, new = mine.publisher, theirs.publisher
+        if (old.kind, old.name) != (new.kind, new.name):
+            said = _text(old), _text(new)
+            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+
+
+def _edges(pairing: Pairing) -> Iterator[Item]:
+    old, new = _by_name(pairing.a.robot.edges), _by_name(pairing.b.robot.edges)
+    yield from _both("transform", old, new)
+    for name in old:
+        if name not in new:
+            continue
+        one, other = old[name], new[name]
+        if one.publisher.name != other.publisher.name:
+            said = _text(one.publisher), _text(other.publisher)
+            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+        if (one.pose, one.moving) != (other.pose, other.moving):
+            said = _place(one), _place(other)
+            yield Item(OTHER, name, "origin", f"{name}: {said[0]} -> {said[1]}", *said)
+
+
+def _by_name(edges: tuple[Edge, ...]) -> dict[str, Edge]:
+    return {f"{e.parent} -> {e.child}{f' when {e.when}' if e.when else ''}": e for e in edges}
+
+
+def _place(edge: Edge) -> str:
+    motion = "moving" if edge.moving else "static"
+    if edge.pose is None:
+        return f"{motion}, numbers not known"
+    x, y, z = edge.pose.xyz
+    roll, pitch, yaw = edge.pose.rpy
+    return f"{motion} xyz {x:.6g} {y:.6g} {z:.6g} rpy {roll:.6g} {pitch:.6g} {yaw:.6g}"
+
+
+def _poses(pairing: Pairing) -> Iterator[Item]:
+    a, b = pairing.a.robot, pairing.b.robot
+    old: dict[str, JointPose] = {pose.name: pose for pose in a.poses}
+    new: dict[str, JointPose] = {pose.name: pose for pose in b.poses}
+    yield from _both("pose", old, new)
+    for name in old:
+        if name not in new:
+            continue
+        for joint in a.joints_down():
+            # A follower is where its leader puts it.
+            if not joint.moves or joint.mimic is not None or joint.name not in b.joint:
+                continue
+            values = old[name].positions.get(joint.name, 0.0), new[name].positions.get(joint.name, 0.0)
+            if differ(pairing.a, pairing.b, joint.name, values, pairing.tolerance, 1.0):
+                found = changed(OTHER, f"pose {name}:", joint.name, values, unit_of(joint, joint.name))
+                yield replace(found, name=name, quantity=f"pose {joint.name}")
+
+
+def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
+    old, new = _by_joint(pairing.a.robot), _by_joint(pairing.b.robot)
+    if ranges:
+        yield from _both("servo of", old, new)
+    seen = set()
+    for joint in old:
+        if joint not in new or (old[joint].name, new[joint].name) in seen:
+            continue
+        one, other = old[joint], new[joint]
+        seen.add((one.name, other.name))
+        name = f"servo of {joint}"
+        values = _radians(one), _radians(other)
+        if differ(pairing.a, pairing.b, "rad_per_pulse", values, pairing.tolerance):
+            yield changed(OTHER, name, "rad_per_pulse", values, "rad")
+        numbers = [("zero_pulse", one.zero_pulse, other.zero_pulse)]
+        if ranges:
+            numbers += [("lowest pulse", one.pulse_range[0], other.pulse_range[0])]
+            numbers += [("highest pulse", one.pulse_range[1], other.pulse_range[1])]
+        for quantity, before, after in numbers:
+            if before != after:
+                yield changed(OTHER, name, quantity, (before, after), "")
+
+
+def _by_joint(robot: Robot) -> dict[str, ServoGroup]:
+    return {joint: group for group in robot.servos for joint in group.joints}
+
+
+def _radians(group: ServoGroup) -> float:
+    """Return the angle of one pulse, negative where the angle falls as the pulse rises."""
+    return -group.rad_per_pulse if group.flipped else group.rad_per_pulse
+
+
+def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
+    old, new = {sensor.name: sensor for sensor in a.sensors}, {sensor.name: sensor for sensor in b.sensors}
+    yield from _both("sensor", old, new)
+    for name in old:
+        for quantity in ("type", "frame", "optical_frame"):
+            if name not in new:
+                continue
+            before, after = str(getattr(old[name], quantity)), str(getattr(new[name], quantity))
+            if before != after:
+                text = f"sensor {name} {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
+                yield Item(OTHER, name, quantity, text, before, after)
+
+
+def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
+    old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in (a, b))
+    if old != new:
+        text = contacts_change(sorted(new - old), sorted(old - new))
+        yield Item(OTHER, "contacts", "contacts", text, ", ".join(sorted(old)), ", ".join(sorted(new)))
+
+
+def _elements(pairing: Pairing) -> Iterator[Item]:
+    a, b = pairing.a.robot, pairing.b.robot
+    places = [("the robot", a.urdf_elements, b.urdf_elements)]
+    places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
+    places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
+    for name, mine, theirs in places:
+        if mine == theirs:
+            continue
+        old, new = fragments(mine), fragments(theirs)
+        if old == new:
+            continue
+        gone, fresh = sorted((old - new).elements()), sorted((new - old).elements())
+        said = [
+            f"{len(texts)} {word} ({_short(texts[0])})" for texts, word in ((fresh, "new"), (gone, "removed")) if texts
+        ]
+        text = f"URDF elements of {name}: {', '.join(said)}"
+        yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
+
+
+def _short(text: str) -> str:
+    return f"{text[:_MOST]}..." if len(text) > _MOST else text
+
+
+Tensor = tuple[Vector, Vector, Vector]
+_NONE: Tensor = ((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
+_NAMES = (("xx", 0, 0), ("yy", 1, 1), ("zz", 2, 2), ("xy", 0, 1), ("xz", 0, 2), ("yz", 1, 2))
+# A body below this (kg) has no mass to speak of.
+_NOTHING = 1e-12
+
+
+class Weight(NamedTuple):
+    """A mass (kg), its centre (m), its inertia about that (kg*m^2) along the axes of a frame, and how well known."""
+
+    mass: float
+    centre: Vector
+    inertia: Tensor
+    mass_room: float = 0.0
+    centre_room: float = 0.0
+    inertia_room: float = 0.0
+
+
+def compare_masses(pairing: Pairing, clusters: Mapping[str, list[list[str]]]) -> tuple[list[Item], list[str]]:
+    """Return what differs in the masses of the links that both robots have, and of bodies as a whole, and notes.
+
+    ``clusters`` are those of the frames of each body of A that B has too.
+    """
+    items: list[Item] = []
+    notes: list[str] = []
+    for top, goal in pairing.bodies.items():
+        links = [name for name in pairing.a.members[top] if name in pairing.b.robot.link]
+        found = {name: list(_link(pairing, name)) for name in links}
+        mine, theirs = pairing.a.members[top], pairing.b.members[goal]
+        # What hangs on a link that only one robot has, or that is elsewhere, may be another link's there.
+        loose = _heavy(pairing.a, [n for n in mine if n not in theirs])
+        loose += _heavy(pairing.b, [n for n in theirs if n not in mine])
+        changed_links = [name for name in links if found[name]]
+        if (loose or len(changed_links) > 1) and clusters.get(top) and _same_body(pairing, top, clusters[top][0][0]):
+            if changed_links or loose:
+                names = several(sorted({*changed_links, *loose}, key=lambda n: (n not in links, n)))
+                notes.append(
+                    f"the mass of the body of {top} is shared out otherwise ({names}); as a whole it is the same"
+                )
+            continue
+        for name in links:
+            items += found[name]
+    done = {name for top in pairing.bodies for name in pairing.a.members[top]}
+    for name in pairing.shared:
+        if name not in done:
+            items += _link(pairing, name)
+    return items, notes
+
+
+def _heavy(bodies: Bodies, names: Sequence[str]) -> list[str]:
+    return [name for name in names if bodies.robot.link[name].inertial is not None]
+
+
+def _link(pairing: Pairing, name: str) -> Iterator[Item]:
+    """Yield what differs in the mass of one link, seen in its own frame."""
+    old, new = pairing.a.robot.link[name].inertial, pairing.b.robot.link[name].inertial
+    if old is None or new is None:
+        if old is not new:
+            values = (old.mass if old else None, new.mass if new else None)
+            yield changed(MASS, name, "mass", values, "kg")
+        return
+    yield from _weights(pairing, name, _weight(pairing.a, old, HERE), _weight(pairing.b, new, HERE))
+
+
+def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterator[Item]:
+    tolerance = pairing.tolerance
+    if abs(other.mass - one.mass) > joined(one.mass_room, other.mass_room) + tolerance * max(one.mass, other.mass):
+        yield changed(MASS, name, "mass", (one.mass, other.mass), "kg")
+    step = norm(minus(other.centre, one.centre))
+    if step > joined(one.centre_room, other.centre_room) + tolerance:
+        text = f"{name} centre of mass {row(one.centre)} -> {row(other.centre)} m ({amount(step, 'm')})"
+        yield Item(MASS, name, "centre of mass", text, row(one.centre), row(other.centre), "m", step)
+    largest = max(abs(v) for tensor in (one.inertia, other.inertia) for line in tensor for v in line)
+    room = joined(one.inertia_room, other.inertia_room) + tolerance * largest
+    parts = []
+    for label, i, j in _NAMES:
+        old, new = one.inertia[i][j], other.inertia[i][j]
+        if abs(new - old) > room:
+            parts.append(f"i{label} {old:.6g} -> {new:.6g}")
+    if parts:
+        before, after = (row(t[i][j] for _, i, j in _NAMES) for t in (one.inertia, other.inertia))
+        share = max(abs(other.inertia[i][j] - one.inertia[i][j]) for _, i, j in _NAMES) / largest
+        percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
+        text = f"{name} inertia {', '.join(parts)} kg*m^2 (by {percent} % of the largest moment)"
+        yield Item(MASS, name, "inertia", text, before, after, "kg*m^2")
+
+
+def _weight(bodies: Bodies, inertial: Inertial, place: Placed) -> Weight:
+    """Return the inertial of a link along the axes of the frame that the link is placed in."""
+    printing = bodies.printing
+    transform = place.transform.then(inertial.pose.transform())
+    moments = (inertial.ixx, inertial.iyy, inertial.izz)
+    products = (inertial.ixy, inertial.ixz, inertial.iyz)
+    keys = zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (*moments, *products), strict=True)
+    turn = place.angle + TURNS * printing.room("rpy", *inertial.pose.rpy)
+    room = 3 * max(printing.room(key, value) for key, value in keys) + 4 * turn * max(map(abs, (*moments, *products)))
+    length = place.length + place.angle * norm(inertial.pose.xyz)
+    length += 3**0.5 * printing.room("xyz", *inertial.pose.xyz)
+    xx, yy, zz = moments
+    xy, xz, yz = products
+    tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+    mass_room = printing.room("mass", inertial.mass)
+    return Weight(inertial.mass, transform.xyz, _turned(tensor, transform), mass_room, length, room)
+
+
+def _turned(tensor: Tensor, transform: Transform) -> Tensor:
+    """Return R I R^T."""
+    rows = transform.rows
+
+    def entry(i: int, j: int) -> float:
+        return math.fsum(rows[i][k] * tensor[k][m] * rows[j][m] for k in range(3) for m in range(3))
+
+    a, b, c, d, e, f = entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2)
+    return ((a, d, e), (d, b, f), (e, f, c))
+
+
+def _same_body(pairing: Pairing, top: str, frame: str) -> bool:
+    """Say whether a body as a whole has the same mass in both robots, seen from one of its frames."""
+    one = _whole(pairing.a, pairing.a.members[top], frame)
+    other = _whole(pairing.b, pairing.b.members[pairing.bodies[top]], frame)
+    return not list(_weights(pairing, top, one, other))
+
+
+def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> Weight:
+    """Return the mass of several links of a body as one, along the axes of one of its frames."""
+    parts = []
+    for name in names:
+        inertial = bodies.robot.link[name].inertial
+        if inertial is not None:
+            parts.append(_weight(bodies, inertial, bodies.relative(frame, name, {})))
+    mass = math.fsum(part.mass for part in parts)
+    if abs(mass) < _NOTHING:
+        return Weight(0.0, (0.0, 0.0, 0.0), _NONE)
+    x, y, z = (math.fsum(part.mass * part.centre[i] for part in parts) / mass for i in range(3))
+    tensor = [[math.fsum(part.inertia[i][j] for part in parts) for j in range(3)] for i in range(3)]
+    reach = 0.0
+    for part in parts:
+        d = minus(part.centre, (x, y, z))
+        reach = max(reach, norm(d))
+        for i in range(3):
+            for j in range(3):
+                tensor[i][j] += part.mass * ((norm(d) ** 2 if i == j else 0.0) - d[i] * d[j])
+    length = max(part.centre_room for part in parts)
+    spread = math.fsum(part.mass_room for part in parts) * reach**2 + 4 * mass * reach * length
+    first, second, third = ((line[0], line[1], line[2]) for line in tensor)
+    return Weight(
+        mass,
+        (x, y, z),
+        (first, second, third),
+        math.fsum(part.mass_room for part in parts),
+        length + reach * math.fsum(part.mass_room for part in parts) / abs(mass),
+        math.fsum(part.inertia_room for part in parts) + spread,
+    )

@@ -1,0 +1,262 @@
+"""Shapes: what links collide with and look like, as sets of solids; of fixed links together where they share them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from ..formats import Format
+from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
+from ..model.geometry import minus, norm
+from .bodies import Bodies
+from .item import SHAPE, VISUAL, Item, Side, changed, far, row, several
+from .pairing import Pairing
+from .solids import Delta, Matched, Piece, Solid, largest_step, match, pieces_of, seen
+from .tolerance import joined
+from .unsaid import CAPSULE, ONE_BOX
+from .wording import amount, shapes_change
+
+COLLISION = "collision"
+
+
+class Purpose(NamedTuple):
+    """What is compared: collision or visual shapes of two robots that were read from these formats."""
+
+    name: str
+    formats: tuple[Format, Format]
+    capsules: bool
+
+    @property
+    def simple(self) -> bool:
+        """Whether one side has one box a link along its axes, and one height map."""
+        return any(ONE_BOX in format.lacks for format in self.formats)
+
+
+class Shapes(NamedTuple):
+    """What differs in shapes, notes on what is written otherwise, and what cannot be compared."""
+
+    items: list[Item]
+    notes: list[str]
+    not_compared: list[str]
+
+
+def compare_shapes(
+    pairing: Pairing, sides: tuple[Side, Side], clusters: Mapping[str, list[list[str]]], purpose: str
+) -> Shapes:
+    """Return what differs in the shapes of a purpose ("collision" or "visual")."""
+    capsules = _capsules_told(pairing, sides, purpose)
+    asked = Purpose(purpose, (sides[0].format, sides[1].format), capsules)
+    work = _Shapes(pairing, asked)
+    for top, goal in pairing.bodies.items():
+        frame = clusters[top][0][0] if clusters.get(top) else ""
+        work.body(pairing.a.members[top], pairing.b.members[goal], frame)
+    done = {name for top in pairing.bodies for name in pairing.a.members[top] if _same_body(pairing, top, name)}
+    for name in pairing.shared:
+        if name not in done:
+            work.body([name], [name], "")
+    if not capsules:
+        lacking = next(side.format for side in sides if CAPSULE in side.format.lacks)
+        what = f"the round ends of capsules: {lacking.named} has cylinders of the same full length"
+        work.not_compared.append(what)
+    if work.unsaid:
+        links, simple = several(work.unsaid), next(side.format for side in sides if ONE_BOX in side.format.lacks)
+        what = f"the collision of {links}: {simple.named} has one box along the axes of a link"
+        work.not_compared.append(what)
+    if work.meshes:
+        work.notes.append(f"mesh files are named otherwise: {several(sorted(work.meshes))}")
+    return Shapes(work.items, work.notes, work.not_compared)
+
+
+def _same_body(pairing: Pairing, top: str, name: str) -> bool:
+    return pairing.b.top.get(name) == pairing.bodies[top]
+
+
+def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> bool:
+    """Say whether capsules are compared as such: not where a URDF has none and the other side has some."""
+    has = [
+        any(isinstance(s.geometry, Capsule) for link in bodies.robot.links for s in _of(link, purpose))
+        for bodies in (pairing.a, pairing.b)
+    ]
+    rows = zip(has, has[::-1], sides, strict=True)
+    return not any(not mine and other and CAPSULE in side.format.lacks for mine, other, side in rows)
+
+
+def _of(link: Link, purpose: str) -> tuple[Shape, ...]:
+    return link.collision if purpose == COLLISION else link.visual
+
+
+class _Shapes:
+    """Goes through bodies; collects what differs."""
+
+    def __init__(self, pairing: Pairing, purpose: Purpose) -> None:
+        self.pairing = pairing
+        self.purpose = purpose
+        self.items: list[Item] = []
+        self.notes: list[str] = []
+        self.not_compared: list[str] = []
+        self.meshes: set[str] = set()
+        self.unsaid: list[str] = []
+
+    def body(self, mine: Sequence[str], theirs: Sequence[str], frame: str) -> None:
+        """Compare the solids of links that are fixed to each other: link by link, then what is left of all of them."""
+        a, b = self.pairing.a.robot.link, self.pairing.b.robot.link
+        old = {name: self._pieces(self.pairing.a, name) for name in mine}
+        new = {name: self._pieces(self.pairing.b, name) for name in theirs}
+        shared = [name for name in mine if name in new]
+        for name in shared:
+            old[name], new[name] = self._maps(name, old[name], new[name])
+        counts = {name: len(old[name]) for name in mine}
+        pairs: list[tuple[Piece, Piece]] = []
+        for name in shared:
+            if self._told(a[name], b[name]):
+                found = match(old[name], new[name], self.pairing.tolerance)
+                pairs, old[name], new[name] = pairs + found.pairs, found.old, found.new
+            else:
+                self.unsaid.append(name)
+                old[name], new[name] = [], []
+        if frame and not self.purpose.simple:
+            rest = self._across(old, new, frame)
+            pairs += rest
+        self._pairs(pairs)
+        for name in shared:
+            if old[name] or new[name]:
+                self.items.append(self._item(name, counts[name], old[name], new[name]))
+
+    def _pieces(self, bodies: Bodies, name: str) -> list[Piece]:
+        shapes = _of(bodies.robot.link[name], self.purpose.name)
+        return pieces_of(name, shapes, bodies.printing, self.purpose.capsules)
+
+    def _told(self, one: Link, other: Link) -> bool:
+        """Say whether both formats have a word for what a link collides with."""
+        sides = zip((one, other), self.purpose.formats[::-1], strict=True)
+        return not any(ONE_BOX in their.lacks and not _is_simple(link) for link, their in sides)
+
+    def _maps(self, name: str, old: list[Piece], new: list[Piece]) -> tuple[list[Piece], list[Piece]]:
+        """Return the solids of a link without those of height maps that both robots have, after comparing these."""
+        maps = [
+            next((p.shape for p in pieces if isinstance(p.shape.geometry, HeightMap)), None) for pieces in (old, new)
+        ]
+        if maps[0] is None and maps[1] is None:
+            return old, new
+        left = tuple([p for p in pieces if not isinstance(p.shape.geometry, HeightMap)] for pieces in (old, new))
+        if maps[0] is not None and maps[1] is not None:
+            self.items += _height_maps(self.pairing, name, maps[0], maps[1], self.purpose.simple)
+            return left[0], left[1]
+        if self.purpose.simple:
+            self.not_compared.append(f"the collision of {name}: a height map on one side, boxes on the other")
+            return [], []
+        return old, new
+
+    def _across(
+        self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str
+    ) -> list[tuple[Piece, Piece]]:
+        """Match what is left among all links of a body, seen from one frame; what matches is taken out of both."""
+        if not any(old.values()) or not any(new.values()):
+            return []
+        a, b = self.pairing.a, self.pairing.b
+        first = [seen(piece, a.relative(frame, name, {})) for name, pieces in old.items() for piece in pieces]
+        second = [seen(piece, b.relative(frame, name, {})) for name, pieces in new.items() for piece in pieces]
+        found: Matched = match(first, second, self.pairing.tolerance)
+        if not found.pairs:
+            return []
+        for pieces, left in ((old, found.old), (new, found.new)):
+            kept = {(piece.link, piece.number) for piece in left}
+            for name in pieces:
+                pieces[name] = [piece for piece in pieces[name] if (name, piece.number) in kept]
+        moved = sorted({f"{one.link} -> {other.link}" for one, other in found.pairs if one.link != other.link})
+        if moved:
+            self.notes.append(f"{self.purpose.name} shapes hang on another link of the same body: {several(moved)}")
+        return found.pairs
+
+    def _item(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> Item:
+        change = Delta(tuple(_in_metres(p.solid) for p in old), tuple(_in_metres(p.solid) for p in new))
+        text = shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change)
+        largest = largest_step(change) if old and new else None
+        if len(old) == len(new) == 1 and not largest:
+            text += f": {_step(old[0].solid, new[0].solid)}"
+        kind = SHAPE if self.purpose.name == COLLISION else VISUAL
+        before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
+        return Item(kind, name, self.purpose.name, text, before, after, "m", largest)
+
+    def _pairs(self, pairs: Sequence[tuple[Piece, Piece]]) -> None:
+        """Compare what else is said of solids that are the same: the names of mesh files, and colours."""
+        colours: dict[str, tuple[str, str]] = {}
+        for one, other in pairs:
+            files = [getattr(piece.shape.geometry, "file", "") for piece in (one, other)]
+            if files[0] != files[1]:
+                self.meshes.add(f"{files[0]} -> {files[1]}")
+            found = self._colours(one.shape, other.shape) if self.purpose.name != COLLISION else None
+            if found and one.link not in colours:
+                colours[one.link] = found
+        for link, (old, new) in colours.items():
+            text = f"{link} visual colour {old} -> {new}"
+            self.items.append(Item(VISUAL, link, "colour", text, old, new))
+
+    def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:
+        """Return the colours of two visuals if they differ; a format of its own has a default of its own."""
+        old, new = self.pairing.a.robot.colour(one), self.pairing.b.robot.colour(other)
+        if old is None or new is None:
+            if old is new or self.purpose.formats[0] is not self.purpose.formats[1]:
+                return None
+            return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
+        room = joined(self.pairing.a.printing.room("rgba", *old), self.pairing.b.printing.room("rgba", *new))
+        if all(abs(x - y) <= room + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
+            return None
+        return row(old), row(new)
+
+
+def _words(piece: Piece) -> str:
+    solid = piece.solid
+    return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre)])
+
+
+def _in_metres(solid: Solid) -> Solid:
+    """Return a solid whose sizes are lengths: those of a mesh are factors."""
+    return solid._replace(sizes=()) if solid.kind == "mesh" else solid
+
+
+def _step(one: Solid, other: Solid) -> str:
+    """Return what became of one solid: another kind, another file, other sizes, or another place."""
+    if one.kind != other.kind:
+        return f"{one.kind} -> {other.kind}"
+    if one.words != other.words:
+        return f"{one.kind} {' '.join(one.words)} -> {' '.join(other.words)}"
+    if row(one.sizes) != row(other.sizes):
+        word = f"{one.kind} scale" if one.words else one.kind
+        return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
+    turn = Transform(one.rows).angle_to(Transform(other.rows))
+    return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
+
+
+def _is_simple(link: Link) -> bool:
+    """Say whether a driver's model can say what a link collides with: no more than a box along its axes and a map."""
+    solids = [shape for shape in link.collision if not isinstance(shape.geometry, HeightMap)]
+    if not solids:
+        return True
+    placed = solids[0].moved(IDENTITY.transform())
+    return len(solids) == 1 and isinstance(placed.geometry, Box) and placed.pose == IDENTITY
+
+
+def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: bool) -> list[Item]:
+    """Return what differs in two height maps; a driver's model does not say how boxes are made from it."""
+    old, new = one.geometry, other.geometry
+    if not isinstance(old, HeightMap) or not isinstance(new, HeightMap):
+        return []
+    items = []
+    numbers = [("cell", old.cell, new.cell)]
+    numbers += [(f"origin {axis}", x, y) for axis, x, y in zip("xy", old.origin, new.origin, strict=True)]
+    numbers += [] if simple else [("step", old.step, new.step)]
+    for quantity, before, after in numbers:
+        if abs(after - before) > pairing.tolerance:
+            items.append(changed(SHAPE, name, f"height map {quantity}", (before, after), "m"))
+    sizes = [f"{len(heights)} x {len(heights[0]) if heights else 0}" for heights in (old.heights, new.heights)]
+    if sizes[0] != sizes[1]:
+        text = f"{name} height map: {sizes[0]} -> {sizes[1]} cells"
+        return [*items, Item(SHAPE, name, "height map", text, sizes[0], sizes[1])]
+    cells = [(i, j) for i, line in enumerate(old.heights) for j in range(min(len(line), len(new.heights[i])))]
+    steps = [abs(new.heights[i][j] - old.heights[i][j]) for i, j in cells]
+    steps = [step for step in steps if step > pairing.tolerance]
+    if steps:
+        text = f"{name} height map: {len(steps)} of {len(cells)} cells changed, by up to {amount(max(steps), 'm')}"
+        items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
+    return items

@@ -1,0 +1,342 @@
+"""Shapes for comparison: sets of solids, because their numbers in an artifact mean nothing.
+
+One box that falls into two moves all that follow it to other numbers; as sets, one solid is gone and two are new.
+
+At the end, shapes of two robots that fill the same space, however they are written.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+from ..formats import Value
+from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
+from ..model.geometry import Rows, angle_between, minus, norm, pose_of, rotation_of_rpy
+from .bodies import TURNS, Placed
+from .tolerance import Printing, joined
+
+_SIZES = {
+    "box": ("size x", "size y", "size z"),
+    "cylinder": ("radius", "length"),
+    "capsule": ("radius", "length"),
+    "sphere": ("radius",),
+}
+_CENTRE = ("origin x", "origin y", "origin z")
+_ANGLES = ("roll", "pitch", "yaw")
+_LOWER, _UPPER = (tuple(f"box {end} {axis}" for axis in "xyz") for end in ("min", "max"))
+_UPRIGHT = Transform().rows
+# What the way through another frame costs a length (m) or a rotation entry.
+_NOISE = 1e-9
+_MANY = 500
+
+
+class Solid(NamedTuple):
+    """A shape in the frame of its link: full sizes and middle (m), rotation, and what else an artifact says of it.
+
+    ``room`` is how well the lengths are known (m), ``turn_room`` how well the entries of the rotation.
+    """
+
+    kind: str
+    sizes: tuple[float, ...]
+    centre: Vector
+    rows: Rows
+    words: tuple[str, ...]
+    room: float
+    turn_room: float
+
+    @property
+    def box(self) -> Box | None:
+        """The solid as a box along the axes of its link; None if it is none."""
+        if self.kind != "box" or self.rows != _UPRIGHT or len(self.sizes) != 3:
+            return None
+        x, y, z = self.centre
+        a, b, c = (size / 2 for size in self.sizes)
+        return Box((x - a, y - b, z - c), (x + a, y + b, z + c))
+
+
+class Delta(NamedTuple):
+    """How a set of solids differs from another: those that are only in the old one, and those only in the new one."""
+
+    removed: tuple[Solid, ...]
+    added: tuple[Solid, ...]
+
+
+def solid_of(found: Mapping[str, Value]) -> Solid:
+    """Return a solid from the facts about it, by quantity: "geometry", "origin x", "size x", or "box min x"."""
+    if _LOWER[0] in found:
+        return _box_of(found)
+    values = {quantity: value for quantity, value in found.items() if isinstance(value.value, float)}
+    kind = str(found["geometry"].value) if "geometry" in found else ""
+    sizes = [float(values[size].value) for size in _SIZES.get(kind, ()) if size in values]
+    x, y, z = (float(values[quantity].value) if quantity in values else 0.0 for quantity in _CENTRE)
+    rpy = [float(values[angle].value) if angle in values else 0.0 for angle in _ANGLES]
+    known = {"geometry", *_SIZES.get(kind, ()), *_CENTRE, *_ANGLES}
+    words = tuple(f"{quantity} {found[quantity].value}" for quantity in sorted(found) if quantity not in known)
+    lengths = [values[quantity].tolerance for quantity in (*_SIZES.get(kind, ()), *_CENTRE) if quantity in values]
+    turns = [values[angle].tolerance for angle in _ANGLES if angle in values]
+    rows = rotation_of_rpy((rpy[0], rpy[1], rpy[2])) if any(rpy) else _UPRIGHT
+    solid = Solid(kind, tuple(sizes), (x, y, z), rows, words, max(lengths, default=0.0), sum(turns))
+    shape = shape_of(solid) if kind == "box" and rows != _UPRIGHT else None
+    if shape is None:
+        return solid
+    # A box after quarter turns is a box along the axes.
+    upright = solid_from(shape)
+    return solid._replace(sizes=upright.sizes, centre=upright.centre, rows=upright.rows)
+
+
+def _box_of(found: Mapping[str, Value]) -> Solid:
+    lower, upper = ([found.get(q, Value(0.0)) for q in quantities] for quantities in (_LOWER, _UPPER))
+    a, b, c = (float(value.value) for value in lower)
+    d, e, f = (float(value.value) for value in upper)
+    box = Box((a, b, c), (d, e, f))
+    return Solid("box", box.size, box.centre, _UPRIGHT, (), max(value.tolerance for value in (*lower, *upper)), 0.0)
+
+
+def shape_of(solid: Solid) -> Shape | None:
+    """Return a solid as a shape of the model; None for a mesh, whose size no artifact says."""
+    place = pose_of(Transform(solid.rows, solid.centre))
+    if solid.kind == "box" and len(solid.sizes) == 3:
+        x, y, z = (size / 2 for size in solid.sizes)
+        return Shape(Box((-x, -y, -z), (x, y, z)), place)
+    if solid.kind in ("cylinder", "capsule") and len(solid.sizes) == 2:
+        radius, length = solid.sizes
+        return Shape(Cylinder(radius, length) if solid.kind == "cylinder" else Capsule(radius, length), place)
+    return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
+
+
+def solid_from(shape: Shape, room: float = 0.0) -> Solid:
+    """Return a shape of the model as a solid; ``room`` is how well its numbers are known (m, and rotation entries)."""
+    shape = shape.moved(Transform())
+    geometry, sizes = shape.geometry, tuple[float, ...]()
+    if isinstance(geometry, Box):
+        sizes = geometry.size
+    elif isinstance(geometry, (Cylinder, Capsule)):
+        sizes = (geometry.radius, geometry.length)
+    elif isinstance(geometry, Sphere):
+        sizes = (geometry.radius,)
+    place = shape.origin().transform()
+    return Solid(type(geometry).__name__.lower(), sizes, place.xyz, place.rows, (), room, room)
+
+
+def delta(old: Sequence[Solid], new: Sequence[Solid]) -> Delta:
+    """Return how two sets of solids that one backend printed differ."""
+    return _without(old, new, 0.999, 0.0)
+
+
+def remainder(whole: Sequence[Solid], part: Sequence[Solid]) -> Delta:
+    """Return how two sets of solids differ as far as different artifacts print them."""
+    return _without(whole, part, 2.0, _NOISE)
+
+
+def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
+    """Say whether two artifacts mean the same solids, as far as they print them."""
+    return len(one) == len(other) and remainder(one, other) == Delta((), ())
+
+
+def _without(old: Sequence[Solid], new: Sequence[Solid], width: float, noise: float) -> Delta:
+    equal = Counter(old) & Counter(new)
+    removed, added = _rest(old, equal), _rest(new, equal)
+    # Twins are looked for among neighbours: a large height map makes thousands of boxes.
+    order = sorted(range(len(added)), key=lambda index: added[index].centre)
+    places = [added[index].centre[0] for index in order]
+    reach = width * max((solid.room for solid in (*removed, *added)), default=0.0) + noise
+    taken: set[int] = set()
+    left = []
+    for solid in removed:
+        first, last = bisect_left(places, solid.centre[0] - reach), bisect_right(places, solid.centre[0] + reach)
+        near = (index for index in order[first:last] if index not in taken)
+        twin = next((index for index in near if _same(solid, added[index], width, noise)), None)
+        if twin is None:
+            left.append(solid)
+        else:
+            taken.add(twin)
+    return Delta(tuple(left), tuple(solid for index, solid in enumerate(added) if index not in taken))
+
+
+def _rest(solids: Sequence[Solid], equal: Counter[Solid]) -> list[Solid]:
+    left = Counter(equal)
+    rest = []
+    for solid in solids:
+        if left[solid]:
+            left[solid] -= 1
+        else:
+            rest.append(solid)
+    return rest
+
+
+def _same(one: Solid, other: Solid, width: float, noise: float) -> bool:
+    if one.kind != other.kind or one.words != other.words or len(one.sizes) != len(other.sizes):
+        return False
+    room = width * max(one.room, other.room) + noise
+    lengths = zip((*one.centre, *one.sizes), (*other.centre, *other.sizes), strict=True)
+    if not all(abs(a - b) <= room for a, b in lengths):
+        return False
+    room = width * max(one.turn_room, other.turn_room) + noise
+    return all(abs(a - b) <= room for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
+
+
+def largest_step(difference: Delta) -> float | None:
+    """Return by how much solids changed at most (m), each new one held against the nearest old one.
+
+    Of very many, each is held against the one in its place. None if a solid became another kind of solid, or only
+    turned, which no length says.
+    """
+    old, largest = list(difference.removed), 0.0
+    many = len(old) > _MANY
+    for solid in difference.added[: len(old)]:
+        steps = [_step(solid, other) for other in (old[:1] if many else old)]
+        nearest = min(range(len(steps)), key=lambda index: steps[index])
+        if steps[nearest] in (0.0, float("inf")):
+            return None
+        largest = max(largest, steps[nearest])
+        old.pop(nearest)
+    return largest or None
+
+
+def _step(one: Solid, other: Solid) -> float:
+    """Return how far a face moved at most (m), if the solid is a box; of others how far middle and size changed."""
+    if one.kind != other.kind or len(one.sizes) != len(other.sizes):
+        return float("inf")
+    sizes = [abs(a - b) / 2 for a, b in zip(one.sizes, other.sizes, strict=True)]
+    centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
+    if one.kind == "box":
+        return max(a + b for a, b in zip(sizes, centre, strict=True))
+    return max([2 * size for size in sizes] + centre)
+
+
+_ROUND = ("cylinder", "capsule")
+
+
+class Piece(NamedTuple):
+    """A solid of a link: the link and its number there, the shape that says it, and the solid seen from some frame."""
+
+    link: str
+    number: int
+    shape: Shape
+    solid: Solid
+
+
+def pieces_of(link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True) -> list[Piece]:
+    """Return the solids of a link in its own frame; without ``capsules`` they are cylinders of the same full length."""
+    found: list[Piece] = []
+    for whole in shapes:
+        for shape in whole.solids():
+            made = shape if capsules else _without_capsule(shape)
+            found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
+    return found
+
+
+def _without_capsule(shape: Shape) -> Shape:
+    geometry = shape.geometry
+    if not isinstance(geometry, Capsule):
+        return shape
+    return replace(shape, geometry=Cylinder(geometry.radius, geometry.length + 2 * geometry.radius))
+
+
+def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:
+    solid = solid_from(shape)
+    if isinstance(shape.geometry, Mesh):
+        name = shape.geometry.file.replace("\\", "/").rsplit("/", 1)[-1]
+        solid = solid._replace(sizes=shape.geometry.scale, words=(name,))
+    room = 3**0.5 * printing.room("xyz", *whole.pose.xyz) + _size_room(whole.geometry, printing)
+    return solid._replace(room=room, turn_room=TURNS * printing.room("rpy", *whole.pose.rpy))
+
+
+def _size_room(geometry: object, printing: Printing) -> float:
+    if isinstance(geometry, Box):
+        corners = max(printing.room("min", *geometry.lower), printing.room("max", *geometry.upper))
+        return max(printing.room("size", *geometry.size), corners)
+    if isinstance(geometry, (Cylinder, Capsule)):
+        return max(printing.room("radius", geometry.radius), printing.room("length", geometry.length))
+    if isinstance(geometry, Sphere):
+        return printing.room("radius", geometry.radius)
+    if isinstance(geometry, HeightMap):
+        return printing.room("heights", *(z for line in geometry.heights for z in line[:1]))
+    return 0.0
+
+
+def seen(piece: Piece, place: Placed) -> Piece:
+    """Return a solid seen from the frame that its link is placed in."""
+    solid = piece.solid
+    transform = place.transform.then(Transform(solid.rows, solid.centre))
+    room = solid.room + place.length + place.angle * norm(solid.centre)
+    moved = solid._replace(
+        rows=transform.rows, centre=transform.xyz, room=room, turn_room=solid.turn_room + place.angle
+    )
+    return piece._replace(solid=moved)
+
+
+class Matched(NamedTuple):
+    """Solids of two sets: those that are in both, pair by pair, and those that only one of the two has."""
+
+    pairs: list[tuple[Piece, Piece]]
+    old: list[Piece]
+    new: list[Piece]
+
+
+def match(old: Sequence[Piece], new: Sequence[Piece], tolerance: float) -> Matched:
+    """Return which solids of two sets are the same."""
+    order = sorted(range(len(new)), key=lambda index: new[index].solid.centre[0])
+    places = [new[index].solid.centre[0] for index in order]
+    widest = max((piece.solid.room for piece in new), default=0.0)
+    taken: set[int] = set()
+    pairs, left = [], []
+    for piece in old:
+        x, reach = piece.solid.centre[0], tolerance + joined(piece.solid.room, widest) + widest
+        first, last = bisect_left(places, x - reach), bisect_right(places, x + reach)
+        near = (index for index in order[first:last] if index not in taken)
+        twin = next((index for index in near if same(piece.solid, new[index].solid, tolerance)), None)
+        if twin is None:
+            left.append(piece)
+        else:
+            taken.add(twin)
+            pairs.append((piece, new[twin]))
+    return Matched(pairs, left, [piece for index, piece in enumerate(new) if index not in taken])
+
+
+def same(one: Solid, other: Solid, tolerance: float) -> bool:
+    """Say whether two solids, seen from the same frame, fill the same space as well as they are known."""
+    if one.kind != other.kind or one.words != other.words or len(one.sizes) != len(other.sizes):
+        return False
+    room = tolerance + joined(one.room, other.room)
+    if norm(minus(one.centre, other.centre)) > room:
+        return False
+    turn = 1e-9 + tolerance + joined(one.turn_room, other.turn_room)
+    if one.kind == "box":
+        return _same_box(one, other, room, turn)
+    if any(abs(a - b) > room for a, b in zip(one.sizes, other.sizes, strict=True)):
+        return False
+    if one.kind in _ROUND:
+        angle = angle_between(_axis(one), _axis(other))
+        return min(angle, math.pi - angle) <= turn
+    return one.kind == "sphere" or _same_rows(one, other, turn)
+
+
+def _axis(solid: Solid) -> Vector:
+    """Return the axis of a solid that is round about it: z of its own frame."""
+    return (solid.rows[0][2], solid.rows[1][2], solid.rows[2][2])
+
+
+def _same_rows(one: Solid, other: Solid, turn: float) -> bool:
+    return all(abs(a - b) <= turn for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
+
+
+def _same_box(one: Solid, other: Solid, room: float, turn: float) -> bool:
+    """Say whether two boxes about the same middle have the same corners."""
+    if _same_rows(one, other, turn):
+        return all(abs(a - b) <= room for a, b in zip(one.sizes, other.sizes, strict=True))
+    reach = 2 * (room + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2])))
+    corners = _corners(other)
+    return all(any(norm(minus(corner, near)) <= reach for near in corners) for corner in _corners(one))
+
+
+def _corners(solid: Solid) -> list[Vector]:
+    """Return the eight corners of a box, seen from its middle."""
+    a, b, c = (size / 2 for size in solid.sizes)
+    turn = Transform(solid.rows)
+    return [turn.rotate((x, y, z)) for x in (-a, a) for y in (-b, b) for z in (-c, c)]

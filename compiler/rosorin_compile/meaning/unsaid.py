@@ -1,0 +1,128 @@
+"""Unsaid: what cannot be compared, because one of two formats has no word for it, or one file leaves all of it out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import NamedTuple
+
+from ..diagnostics.wording import plural
+from ..model import Joint, Robot
+from .item import YAML, Side, several
+from .pairing import Pairing
+
+Count = Callable[[Robot], int]
+
+
+def _joints(has: Callable[[Joint], object]) -> Count:
+    return lambda robot: sum(bool(has(joint)) for joint in robot.joints if not joint.is_fixed)
+
+
+def _elements(robot: Robot) -> list[tuple[str, ...]]:
+    links, joints = ([one.urdf_elements for one in many] for many in (robot.links, robot.joints))
+    return [robot.urdf_elements, *links, *joints]
+
+
+# What is compared besides frames, axes and limits: how one of it is called, and how many of it a robot has.
+TOPICS: Mapping[str, tuple[str, Count]] = {
+    "mass": ("mass", lambda robot: sum(link.inertial is not None for link in robot.links)),
+    "collision": ("collision shape", lambda robot: sum(len(link.collision) for link in robot.links)),
+    "visual": ("visual shape", lambda robot: sum(len(link.visual) for link in robot.links)),
+    "effort": ("effort limit", _joints(lambda joint: joint.limit and joint.limit.effort is not None)),
+    "velocity": ("velocity limit", _joints(lambda joint: joint.limit and joint.limit.velocity is not None)),
+    "mimic": ("mimic", _joints(lambda joint: joint.mimic)),
+    "dynamics": (
+        "damping or friction",
+        _joints(lambda joint: joint.dynamics and (joint.dynamics.damping or joint.dynamics.friction)),
+    ),
+    "armature": ("armature", _joints(lambda joint: joint.dynamics and joint.dynamics.armature)),
+    "actuator": ("actuator", _joints(lambda joint: joint.actuator)),
+    "calibration": ("calibration", _joints(lambda joint: joint.calibration)),
+    "safety": ("safety controller", _joints(lambda joint: joint.safety)),
+    "pose": ("named pose", lambda robot: len(robot.poses)),
+    "servo": ("servo group", lambda robot: len(robot.servos)),
+    "sensor": ("sensor", lambda robot: len(robot.sensors)),
+    "contact": ("disabled contact", lambda robot: len(robot.disabled_contacts)),
+    "publisher": (
+        "publisher",
+        lambda robot: len({(j.publisher.kind, j.publisher.name) for j in robot.joints}),
+    ),
+    "edge": ("transform of other nodes", lambda robot: len(robot.edges)),
+    "fixed joint name": ("name of fixed joints", lambda robot: sum(joint.is_fixed for joint in robot.joints)),
+    "urdf_elements": (
+        "element for URDF alone",
+        lambda robot: sum(len(texts) for texts in _elements(robot)),
+    ),
+}
+# What a format may lack beside these topics: capsules (cylinders stand for them), and more than one box a link.
+CAPSULE, ONE_BOX = "capsule", "several shapes"
+# What a writer leaves out as a whole, by an option or by its nature, rather than here and there.
+_WHOLE = ("mass", "collision", "visual", "effort", "velocity", "dynamics", "armature", "actuator", "pose", "servo")
+
+
+class Unsaid(NamedTuple):
+    """The topics that are not compared, and the sentences that say so."""
+
+    topics: frozenset[str]
+    lines: list[str]
+
+
+def unsaid(a: Side, b: Side) -> Unsaid:
+    """Return what is not compared between two robots of these formats."""
+    topics: set[str] = set()
+    lines: list[str] = []
+    for side, other in ((a, b), (b, a)):
+        lacks = [topic for topic in TOPICS if topic in side.format.lacks and topic not in other.format.lacks]
+        lines += _line(side, other, lacks, "a format without a word for it")
+        empty = [
+            topic
+            for topic in _WHOLE
+            if side.format != other.format and topic not in side.format.lacks and not TOPICS[topic][1](side.robot)
+        ]
+        lines += _line(side, other, empty, "which leaves out all of it")
+        topics |= {*lacks, *empty, *side.format.lacks}
+    if a.format != b.format and "contact" not in topics:
+        # What a simulation excludes beside what was asked for are the contacts of neighbours.
+        topics.add("contact")
+        counts = [TOPICS["contact"][1](side.robot) for side in (a, b)]
+        if any(counts):
+            lines += [f"{counts[0]} and {counts[1]} disabled contacts: a simulation adds those of neighbours"]
+    return Unsaid(frozenset(topics), lines)
+
+
+def _line(side: Side, other: Side, topics: list[str], why: str) -> list[str]:
+    counted = [(TOPICS[topic][1](other.robot), TOPICS[topic][0]) for topic in topics]
+    said = ", ".join(f"{count} {_counted(name, count)}" for count, name in counted if count)
+    return [f"{said}: {side.label} is {side.format.named}, {why}"] if said else []
+
+
+def _counted(name: str, count: int) -> str:
+    """Return a name of one thing for so many of them.
+
+    >>> _counted("mass", 2), _counted("name of fixed joints", 2), _counted("mimic", 1)
+    ('masses', 'names of fixed joints', 'mimic')
+    """
+    word, of, rest = name.partition(" of ")
+    return f"{plural(word, count)}{of}{rest}"
+
+
+def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], list[str]]:
+    """Return the links of one robot that the other one's file leaves out by its nature, and the sentences on it."""
+    names: set[str] = set()
+    lines: list[str] = []
+    pairs = ((pairing.a.robot, pairing.b.robot, a, b), (pairing.b.robot, pairing.a.robot, b, a))
+    for robot, other, side, its in pairs:
+        absent = [link.name for link in robot.walk() if link.name not in other.link]
+        left = [name for name in absent if _left_out(robot, name, side, its)]
+        if not left:
+            continue
+        names.update(left)
+        why = (its if side.format is YAML or its.format is not YAML else side).format.why
+        lines.append(f"{several(left)} of {side.label}: {why}")
+    return frozenset(names), lines
+
+
+def _left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
+    """Say whether it is no surprise that the other file lacks a link of this robot."""
+    if other.format is YAML:
+        return side.format.adds is not None and side.format.adds(robot, link, other.robot)
+    return other.format.leaves_out is not None and other.format.leaves_out(robot, link)

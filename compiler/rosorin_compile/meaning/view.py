@@ -1,0 +1,177 @@
+"""Views: what artifacts say, brought into one form, so that the same thing has the same name in each of them.
+
+A view is made of the facts of one artifact (``Format.facts``). Rotations stay together, because one number of three
+means little; so do shapes, because their numbers in an artifact mean nothing, and the cells of a height map.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ..formats import FORMATS, Artifact, Fact, Facts, Value
+from ..model import Robot, Transform, Vector
+from ..model.geometry import rotation_of_rpy
+from .solids import Solid, solid_of
+
+ANGLES = ("roll", "pitch", "yaw")
+AXES = ("x", "y", "z")
+# What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
+NOISE = 1e-12
+
+_SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
+_CELL = re.compile(r"cell (\d+) (\d+)")
+# A frame with several rows in the list of frames: the row is part of its name.
+_ROW = re.compile(r"(.+?) ((?:below|when) .+)")
+
+
+class Turn(NamedTuple):
+    """A rotation as roll, pitch, yaw (rad) in the form of ``xml_facts.angles``, and how well each is known."""
+
+    rpy: Vector
+    tolerance: Vector
+
+
+class View(NamedTuple):
+    """What one artifact says: plain facts, rotations by frame, solids by link and purpose, heights by frame and cell.
+
+    ``names`` are all frames and links that it speaks of.
+    """
+
+    plain: Facts
+    turns: Mapping[str, Turn]
+    shapes: Mapping[tuple[str, str], tuple[Solid, ...]]
+    heights: Mapping[str, Mapping[tuple[int, int], float]]
+    names: frozenset[str]
+
+    def parent(self, frame: str) -> str:
+        """Return the frame that a frame sits in; empty if the view does not know it."""
+        return self.text("frame", frame, "parent")
+
+    def text(self, kind: str, name: str, quantity: str) -> str:
+        """Return the value of a fact as text; empty if there is none."""
+        found = self.plain.get(Fact(kind, name, quantity))
+        return str(found.value) if found else ""
+
+
+def view_of(facts: Facts, names: Mapping[str, str]) -> View:
+    """Return the view of an artifact; ``names`` are names of links in it that the robot calls otherwise.
+
+    Raises ValueError if a name is no text, or a value neither text nor a finite number: the artifact is damaged.
+    """
+    _check(facts)
+    plain: Facts = {}
+    turns: dict[str, dict[str, Value]] = {}
+    shapes: dict[tuple[str, str, int], dict[str, Value]] = {}
+    heights: dict[str, dict[tuple[int, int], float]] = {}
+    for written, value in facts.items():
+        fact, value = _named(written, value, names)
+        kind, name, quantity = fact
+        shape, cell = _SHAPE.fullmatch(quantity), _CELL.fullmatch(quantity)
+        if kind == "frame" and quantity in ANGLES:
+            turns.setdefault(name, {})[quantity] = value
+        elif kind == "link" and quantity in ("collision shapes", "visual shapes"):
+            continue
+        elif kind == "link" and shape:
+            shapes.setdefault((name, shape[1], int(shape[2])), {})[shape[3]] = value
+        elif kind == "link" and quantity.startswith("box "):
+            shapes.setdefault((name, "collision", 1), {})[quantity] = value
+        elif kind == "height map" and cell and isinstance(value.value, float):
+            heights.setdefault(name, {})[int(cell[1]), int(cell[2])] = value.value
+        else:
+            plain[fact] = value
+    solids: dict[tuple[str, str], tuple[Solid, ...]] = {}
+    for name, purpose, number in sorted(shapes):
+        solid = solid_of(shapes[name, purpose, number])
+        solids[name, purpose] = (*solids.get((name, purpose), ()), solid)
+    return View(plain, {name: _turn(found) for name, found in turns.items()}, solids, heights, _names(plain, solids))
+
+
+def _check(facts: Facts) -> None:
+    for fact, value in facts.items():
+        sound = isinstance(value.value, str) or (isinstance(value.value, float) and math.isfinite(value.value))
+        if not sound or not all(isinstance(part, str) for part in fact):
+            raise ValueError(f"{' '.join(map(str, fact))} is {value.value!r}")
+
+
+def _named(fact: Fact, value: Value, names: Mapping[str, str]) -> tuple[Fact, Value]:
+    """Return a fact under the names that the robot uses; a frame of several rows gets the row as part of its name."""
+    kind, name, quantity = fact
+    if kind in ("frame", "link", "height map"):
+        name = names.get(name, name)
+    if quantity in ("parent", "child") and isinstance(value.value, str):
+        value = value._replace(value=names.get(value.value, value.value))
+    row = _ROW.fullmatch(quantity) if kind == "frame" else None
+    if row:
+        name, quantity = f"{name} {row[2]}", row[1]
+    return Fact(kind, name, quantity), value
+
+
+def _turn(found: Mapping[str, Value]) -> Turn:
+    values = [found.get(angle, Value(0.0)) for angle in ANGLES]
+    roll, pitch, yaw = (float(value.value) for value in values)
+    a, b, c = (value.tolerance for value in values)
+    return Turn((roll, pitch, yaw), (a, b, c))
+
+
+def _names(plain: Facts, solids: Mapping[tuple[str, str], tuple[Solid, ...]]) -> frozenset[str]:
+    links = {fact.name for fact in plain if fact.kind in ("frame", "link")} | {link for link, _ in solids}
+    parents = {str(value.value) for fact, value in plain.items() if fact.kind == "frame" and fact.quantity == "parent"}
+    return frozenset(links | parents)
+
+
+def called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
+    """Return the robot's names of links by the names that an artifact has for them."""
+    names = FORMATS[artifact.backend].names
+    output = next((output for output in robot.outputs if output.name == artifact.output), None)
+    return {} if names is None or output is None else names(output)
+
+
+def differs(old: Value | None, new: Value | None) -> bool:
+    """Say whether two values that one backend printed are different values, and not one number spelled twice."""
+    if old is None or new is None:
+        return old is not new
+    if isinstance(old.value, str) or isinstance(new.value, str):
+        return old.value != new.value
+    # Neighbours in print are two tolerances apart.
+    return not abs(new.value - old.value) <= 0.999 * max(old.tolerance, new.tolerance)
+
+
+def agree(one: Value | None, other: Value | None) -> bool:
+    """Say whether two artifacts mean the same value, as far as they print it."""
+    if one is None or other is None:
+        return one is other
+    if isinstance(one.value, str) or isinstance(other.value, str):
+        return one.value == other.value
+    noise = NOISE * max(abs(one.value), abs(other.value)) + (NOISE if one.unit in ("m", "rad") else 0.0)
+    return abs(one.value - other.value) <= one.tolerance + other.tolerance + noise
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle (rad) within plus and minus half a turn."""
+    return (angle + math.pi) % math.tau - math.pi
+
+
+def turned(old: Turn, new: Turn) -> bool:
+    """Say whether two rotations that one backend printed are different."""
+    steps = zip(old.rpy, new.rpy, old.tolerance, new.tolerance, strict=True)
+    return any(not abs(wrapped(b - a)) <= 0.999 * max(s, t) + NOISE for a, b, s, t in steps)
+
+
+def same_turn(one: Turn | None, other: Turn | None) -> bool:
+    """Say whether two artifacts mean the same rotation, as far as they print it."""
+    if one is None or other is None:
+        return one is other
+    room = sum(one.tolerance) + sum(other.tolerance) + NOISE
+    pairs = zip(rotation_of_rpy(one.rpy), rotation_of_rpy(other.rpy), strict=True)
+    return all(abs(a - b) <= room for rows in pairs for a, b in zip(*rows, strict=True))
+
+
+def transform_of(view: View, frame: str) -> Transform:
+    """Return where a frame sits in its parent, as a view has it."""
+    values = [view.plain.get(Fact("frame", frame, f"origin {axis}"), Value(0.0)).value for axis in AXES]
+    x, y, z = map(float, values)
+    turn = view.turns.get(frame)
+    return Transform(rotation_of_rpy(turn.rpy) if turn else Transform().rows, (x, y, z))

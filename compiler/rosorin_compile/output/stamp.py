@@ -1,0 +1,146 @@
+"""Stamps: knowing that nothing changed since the last run, without compiling.
+
+A stamp is a file in the user's cache that says: this tool, called with this key, read inputs with these contents,
+wrote these artifacts and said this. It holds only as long as all of that is true, by content. Losing a stamp costs
+nothing but a compilation, so whatever is odd about one means that there is none.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from .. import __version__, plugins
+from ..project import DATA, cache_folder, data_folder
+
+_CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
+MAX_STAMPS = 400  # when there are more, the older half goes
+
+
+def now() -> int:
+    """Return the time in nanoseconds, by the clock from which the system takes the times of files."""
+    if sys.platform == "linux":
+        return time.clock_gettime_ns(_CLOCK_REALTIME_COARSE)
+    return time.time_ns()
+
+
+def recall(key: Mapping[str, Any], folder: Path) -> list[Any] | None:
+    """Return the messages that were remembered under ``key`` if a run would only do the same again, else None.
+
+    That is so if the tool, all inputs and all artifacts in ``folder`` are as they were, and no other file is in
+    ``folder``. Never raises.
+    """
+    try:
+        path = _path(key)
+        if path is None:
+            return None
+        stamp = json.loads(path.read_bytes())
+        if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
+            return None
+        if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
+            return None
+        messages = stamp["messages"]
+        return messages if isinstance(messages, list) else None
+    except Exception:  # a stamp that is missing or damaged in whatever way is no stamp
+        return None
+
+
+def remember(
+    key: Mapping[str, Any],
+    inputs: Iterable[Path],
+    outputs: Mapping[str, str],
+    folder: Path,
+    messages: list[Any],
+    begun: int | None = None,
+) -> None:
+    """Write the stamp of a run that read ``inputs`` and made ``outputs``, text by relative name, in ``folder``.
+
+    ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
+    were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
+    remembered. A failure to write is silent.
+    """
+    with suppress(OSError, ValueError):
+        path = _path(key)
+        written = {name: _digest(text.encode()) for name, text in sorted(outputs.items())}
+        if path is None or not _same_outputs(written, folder):
+            return
+        names = sorted({str(Path(name).absolute()) for name in inputs})
+        read = {name: _digest(Path(name).read_bytes()) for name in names}
+        if begun is not None and any(_changed(name) >= begun for name in names):
+            return
+        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages}
+        _forget_some(path.parent)
+        new = path.with_name(f".{os.urandom(8).hex()}")
+        try:
+            new.write_text(json.dumps(stamp), "utf-8")
+            new.replace(path)
+        finally:
+            new.unlink(missing_ok=True)
+
+
+def _path(key: Mapping[str, Any]) -> Path | None:
+    folder = cache_folder("stamps")
+    canonical = json.dumps(key, sort_keys=True, separators=(",", ":"))
+    return folder and folder / f"{_digest(canonical.encode())}.json"
+
+
+def _digest(data: bytes) -> str:
+    return hashlib.sha256(data).hexdigest()
+
+
+def _tool() -> str:
+    """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
+    parts = [f"{__version__} {sys.version}"]
+    for folder in (Path(__file__).parent.parent, *map(data_folder, DATA)):
+        parts += sorted(_marks(folder, ""))
+    parts += plugins.mark()
+    return _digest("\n".join(parts).encode("utf-8", "surrogateescape"))
+
+
+def _marks(folder: Path | str, prefix: str) -> Iterator[str]:
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if not entry.is_dir():
+                status = entry.stat()
+                yield f"{prefix}{entry.name} {status.st_size} {status.st_mtime_ns}"
+            elif entry.name != "__pycache__":
+                yield from _marks(entry.path, f"{prefix}{entry.name}/")
+
+
+def _same_outputs(outputs: Mapping[str, str], folder: Path) -> bool:
+    """Say whether ``folder`` holds just these files, digest by relative name. Raises OSError."""
+    there = dict(_files(os.fspath(folder), ""))
+    return there.keys() == outputs.keys() and all(
+        regular and _digest((folder / name).read_bytes()) == outputs[name] for name, regular in there.items()
+    )
+
+
+def _files(folder: str, prefix: str) -> Iterator[tuple[str, bool]]:
+    """Yield the relative name of each file below a folder and whether it is a regular one, links not followed."""
+    with os.scandir(folder) as entries:
+        for entry in entries:
+            if entry.is_dir(follow_symlinks=False):
+                yield from _files(entry.path, f"{prefix}{entry.name}/")
+            else:
+                yield prefix + entry.name, entry.is_file(follow_symlinks=False)
+
+
+def _changed(name: str) -> int:
+    status = Path(name).stat()
+    return max(status.st_mtime_ns, status.st_ctime_ns)
+
+
+def _forget_some(folder: Path) -> None:
+    """Remove the older half of the stamps when there are many, with what killed runs left between them."""
+    with os.scandir(folder) as entries:
+        stamps = sorted((entry.stat().st_mtime_ns, entry.name) for entry in entries)
+    if len(stamps) > MAX_STAMPS:
+        for _, name in stamps[: len(stamps) // 2]:
+            (folder / name).unlink(missing_ok=True)

@@ -1,0 +1,1 @@
+"""The commands, a module or folder each: ``options`` says what it takes, ``run`` does it and returns the exit code."""

@@ -1,0 +1,102 @@
+"""rosorin-compile args: list the arguments of each robot."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from ..diagnostics.console import Console
+from ..project import Description
+from .shared import FINE, PROBLEMS, Given, descriptions, given_arguments, json_option, robot_options
+
+if TYPE_CHECKING:
+    from ..diagnostics import Span
+    from ..frontend.arguments import Argument
+
+_HEADS = ("name", "type", "allowed", "default", "set to", "where")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    robot_options(command)
+    json_option(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """List the arguments of each robot; those that are given are shown, and checked."""
+    given, names = given_arguments(options, options.words)
+    console = Console("text")
+    code, listed = FINE, []
+    for description in descriptions(names):
+        found = _declared(given, description, console)
+        if found is None:
+            code = PROBLEMS
+        else:
+            listed.append((description.name, found))
+    if options.format == "json":
+        import json
+
+        robots = [{"robot": name, "arguments": [_object(argument) for argument in found]} for name, found in listed]
+        print(json.dumps(robots, indent=2))
+    else:
+        for name, found in listed:
+            print("\n".join(_lines(name, found)))
+    return code
+
+
+def _declared(given: Given, description: Description, console: Console) -> list[Argument] | None:
+    """Return the arguments of a description; None, after saying what is wrong, if they cannot be set like this."""
+    from ..frontend.arguments import declared
+    from ..frontend.load import LoadError
+
+    try:
+        found, diagnostics = declared(description.path, given.values())
+    except LoadError as problem:
+        diagnostics = [problem.diagnostic]
+    console.show(diagnostics)
+    return None if diagnostics else found
+
+
+def _lines(name: str, found: list[Argument]) -> list[str]:
+    """Return the arguments of a robot as a table, the help of each below it."""
+    if not found:
+        return [f"{name} has no arguments"]
+    rows = [_HEADS, *(_row(argument) for argument in found)]
+    used = [index for index in range(len(_HEADS)) if any(row[index] for row in rows[1:])]
+    widths = {index: max(len(row[index]) for row in rows) for index in used}
+    lines = [f"{name}:"]
+    for row, argument in zip(rows, [None, *found], strict=True):
+        lines.append("  " + "  ".join(row[index].ljust(widths[index]) for index in used).rstrip())
+        if argument is not None and argument.help:
+            lines.append(f"  {'':{widths[0]}}  {argument.help}")
+    return lines
+
+
+def _row(argument: Argument) -> tuple[str, ...]:
+    default = "(required)" if argument.required else argument.default
+    allowed = ", ".join(argument.allowed)
+    return (argument.name, argument.type, allowed, default, argument.value, _place(argument.span))
+
+
+def _place(span: Span) -> str:
+    return f"{span.source.path}:{span.line}:{span.column}"
+
+
+def _object(argument: Argument) -> dict[str, Any]:
+    """Return an argument as plain JSON; values are the texts that are written, ``value`` only where one is given."""
+    made: dict[str, Any] = {
+        "name": argument.name,
+        "type": argument.type,
+        "allowed": list(argument.allowed),
+        "required": argument.required,
+        "default": None if argument.required else argument.default,
+        "help": argument.help,
+        **_where(argument.span),
+    }
+    if argument.value:
+        made["value"] = {"text": argument.value, **(_where(argument.set_at) if argument.set_at else {})}
+    return made
+
+
+def _where(span: Span) -> dict[str, Any]:
+    return {"file": span.source.path, "line": span.line, "column": span.column}

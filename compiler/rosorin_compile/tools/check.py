@@ -1,0 +1,260 @@
+"""rosorin-compile check: compile each robot and compare with what is committed.
+
+With --every-argument a robot is compiled with every combination of the arguments that have a list of values.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice, product
+from math import prod
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..diagnostics.registry import PACKAGES, WRITING, Rule
+from ..diagnostics.wording import counted
+from ..project import Description
+from .shared import (
+    FINE,
+    PROBLEMS,
+    Run,
+    WrongUsage,
+    compile_one,
+    count,
+    for_each,
+    format_options,
+    given_arguments,
+    nothing_written,
+    one,
+    output_options,
+    robot_options,
+)
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from ..frontend.arguments import Argument
+    from ..frontend.expand.included_robots import Tell
+    from .package.checking import Checked
+
+RULES = (
+    Rule(
+        "outputs-differ",
+        "The committed artifacts are not those of the description (in the forms for programs).",
+        "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "deployed-differs",
+        "A copy is not the compiled one (in the forms for programs).",
+        "`rosorin-compile deploy`",
+        PACKAGES,
+    ),
+)
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    robot_options(command)
+    command.add_argument(
+        "--deployed", metavar="FOLDER", help="compare with the copies in a package, an install space or any folder"
+    )
+    command.add_argument(
+        "--every-argument",
+        action="store_true",
+        help="compile with every combination of the arguments that have a list of values; nothing is compared",
+    )
+    command.add_argument("--full", action="store_true", help="show text differences in full")
+    output_options(command)
+    format_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile each robot and compare with what is committed."""
+    if options.every_argument:
+        if options.deployed is not None:
+            raise WrongUsage("--every-argument and --deployed do not go together")
+
+        return for_each(options, check_every)
+    if options.deployed is None:
+        return for_each(options, check_one)
+    if not Path(options.deployed).is_dir():
+        raise WrongUsage(f'there is no folder "{options.deployed}"')
+    names = given_arguments(options, options.words)[1]
+    if not names:
+        one("", "rosorin-compile check ROBOT --deployed FOLDER")
+    return for_each(options, _check_deployed)
+
+
+def check_one(run: Run, description: Description) -> int:
+    """Compile one robot in memory and compare with its outputs folder."""
+    from ..diagnostics import error, has_errors
+    from ..meaning.agreement import agreement
+    from ..meaning.golden import compare, lines
+    from ..output import OutputError, read_set
+
+    compiled = compile_one(run.given, description, run.console)
+    run.console.show(compiled.diagnostics)
+    if compiled.robot is None or has_errors(compiled.diagnostics):
+        return nothing_written(run.console, description.name, compiled.diagnostics)
+    try:
+        committed = read_set(description.outputs)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    disagreements = agreement(compiled.robot, compiled.artifacts)
+    run.console.show(disagreements)
+    comparison = compare(compiled.robot, compiled.artifacts, committed)
+    differences = lines(comparison, full=getattr(run.options, "full", False))
+    if run.console.for_people:
+        for line in differences:
+            print(line)
+    elif differences:
+        help = "rosorin-compile all writes them anew"
+        run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
+    if not comparison.same or disagreements:
+        return PROBLEMS
+    run.console.say(f"{description.name}: {count(compiled.artifacts)} as committed in {description.outputs}")
+    return FINE
+
+
+def _check_deployed(run: Run, description: Description) -> int:
+    """Compile one robot in memory and compare with the copies that are deployed in a folder."""
+    from ..diagnostics import error, has_errors
+    from ..frontend.load import LoadError
+    from .package import naming
+    from .package.checking import check
+    from .package.finding import files_below
+
+    compiled = compile_one(run.given, description, run.console)
+    run.console.show(compiled.diagnostics)
+    if compiled.robot is None or has_errors(compiled.diagnostics):
+        return nothing_written(run.console, description.name, compiled.diagnostics)
+    folder = Path(run.options.deployed)
+    try:
+        files = files_below(folder, skip_built=False)
+        told = naming.read(folder, compiled.robot.name)
+        checked = check(compiled.robot, compiled.artifacts, folder, files, told, run.options.full)
+    except LoadError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    except OSError as problem:
+        message = f"cannot read {folder}: {problem.strerror or problem}"
+        run.console.show([error("deploy-unreadable", message, None, "name another folder")])
+        return PROBLEMS
+    return _said(run, description, checked)
+
+
+def _said(run: Run, description: Description, checked: Checked) -> int:
+    """Say what became of a comparison with copies, and return the exit code."""
+    from ..diagnostics import error, has_errors
+
+    if run.console.for_people:
+        for line in checked.lines:
+            print(line)
+    elif checked.differing:
+        help = "rosorin-compile deploy writes them anew"
+        run.console.show([error("deployed-differs", "\n".join(checked.lines), None, help)])
+    run.console.show(checked.diagnostics)
+    total = len(checked.same) + len(checked.differing)
+    run.console.say(f"{description.name}: {len(checked.same)} of {total} copies in {run.options.deployed} as compiled")
+    return PROBLEMS if checked.differing or has_errors(checked.diagnostics) else FINE
+
+
+MAX_COMBINATIONS = 256
+
+Choice = tuple[str, tuple[str, ...]]  # an argument and its values, that of the default first
+Combination = tuple[str, ...]  # one value for each argument
+
+
+def check_every(run: Run, description: Description) -> int:
+    """Compile one robot in memory with every combination; each problem is said once, with the arguments it comes by."""
+    from ..diagnostics import arrange, has_errors
+    from ..frontend.arguments import declared
+    from ..frontend.load import LoadError
+    from ..pipeline import compile_robot
+
+    try:
+        given = run.given.values()
+    except LoadError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    arguments, wrong = declared(description.path, given)
+    if has_errors(wrong):
+        run.console.show(wrong)
+        return PROBLEMS
+    varied = choices(arguments, given)
+    tried = list(islice(combinations(varied), MAX_COMBINATIONS))
+    found: dict[Diagnostic, list[Combination]] = {}
+    tell: Tell = run.console.ahead
+    for combination in tried:
+        texts = dict(zip((name for name, _ in varied), combination, strict=True))
+        for diagnostic in compile_robot(description.path, {**given, **texts}, tell).diagnostics:
+            if diagnostic.severity != "note":
+                found.setdefault(diagnostic, []).append(combination)
+        tell = _already_told
+    said = [d._replace(message=d.message + _with(varied, tried, where)) for d, where in found.items()]
+    run.console.show(arrange(said))
+    failed = {one for diagnostic, where in found.items() if diagnostic.severity == "error" for one in where}
+    run.console.say(f"{description.name}: {_summary(varied, len(tried), len(failed))}")
+    return PROBLEMS if failed else FINE
+
+
+def _already_told(_diagnostic: Diagnostic) -> None:
+    """Take what has to be said before anything is run: the first combination said it."""
+
+
+def choices(arguments: Sequence[Argument], given: Mapping[str, Any]) -> list[Choice]:
+    """Return the arguments with a list of values, those of one_of or true and false, that a run leaves open."""
+    found = []
+    for argument in arguments:
+        values = argument.allowed or (("true", "false") if argument.type == "boolean" else ())
+        if values and argument.name not in given and argument.set_at is None:
+            first = [value for value in values if value == argument.default]
+            found.append((argument.name, tuple(dict.fromkeys([*first, *values]))))
+    return found
+
+
+def combinations(varied: Sequence[Choice]) -> Iterator[Combination]:
+    """Yield all combinations: the defaults, those in which one argument differs from them, then all others."""
+    defaults = tuple(values[0] for _, values in varied)
+    near = [defaults]
+    for index, (_, values) in enumerate(varied):
+        near += [(*defaults[:index], value, *defaults[index + 1 :]) for value in values[1:]]
+    yield from near
+    seen = set(near)
+    yield from (one for one in product(*(values for _, values in varied)) if one not in seen)
+
+
+def _with(varied: Sequence[Choice], tried: Sequence[Combination], where: Sequence[Combination]) -> str:
+    """Return the arguments that a problem comes by, as the end of a sentence; empty if it always comes."""
+    if len(where) == len(tried):
+        return ""
+    seen = [[value for value in values if value in column] for (_, values), column in _columns(varied, where)]
+    told = [
+        f"{name}={' or '.join(values)}"
+        for (name, every), values in zip(varied, seen, strict=True)
+        if len(values) < len(every)
+    ]
+    if prod(map(len, seen)) == len(where) and told:
+        return f" (with {', '.join(told)})"
+    first = ", ".join(f"{name}={value}" for (name, _), value in zip(varied, where[0], strict=True))
+    more = f", and in {counted(len(where) - 1, 'other combination')}" if len(where) > 1 else ""
+    return f" (with {first}{more})"
+
+
+def _columns(varied: Sequence[Choice], where: Sequence[Combination]) -> Iterator[tuple[Choice, set[str]]]:
+    for index, choice in enumerate(varied):
+        yield choice, {combination[index] for combination in where}
+
+
+def _summary(varied: Sequence[Choice], tried: int, failed: int) -> str:
+    """Return how many combinations were tried and how many of them have errors."""
+    if not varied:
+        return "no argument with a list of values is left open; compiled once, " + ("with errors" if failed else "fine")
+    count = prod(len(values) for _, values in varied)
+    names = ", ".join(name for name, _ in varied)
+    result = f"{failed:,} with errors" if failed else "all fine"
+    if tried < count:
+        return f"{tried:,} of {count:,} combinations of {names} compiled, {result}; set some of them for the others"
+    return f"{counted(count, 'combination')} of {names} compiled, {result}"

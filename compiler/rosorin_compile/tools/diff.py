@@ -1,0 +1,150 @@
+"""rosorin-compile diff: compare two robots by meaning, whatever they were written in."""
+
+from __future__ import annotations
+
+import argparse
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..diagnostics.console import Console
+from .shared import (
+    FINE,
+    MARK,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    json_option,
+    package_option,
+    packages_of,
+)
+
+if TYPE_CHECKING:
+    from ..meaning.item import Side
+    from .sides import Read
+
+_SIDES = ("A", "B")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="+",
+        metavar="A B",
+        help="two robots: each the name, folder or file of a description, or a URDF, xacro, MJCF or driver's JSON",
+    )
+    for side in _SIDES:
+        command.add_argument(
+            f"--{side.lower()}-arg",
+            action="append",
+            default=[],
+            metavar="NAME=VALUE",
+            help=f"set an argument of {side} alone",
+        )
+    command.add_argument(
+        "--prefix",
+        metavar="TEXT",
+        help="what the names of B begin with; default: found out where all of them do; empty: nothing",
+    )
+    command.add_argument(
+        "--tolerance",
+        type=_tolerance,
+        metavar="NUMBER",
+        help="what is no difference, besides the digits of a file: metres, radians, parts of other numbers; "
+        "default: 1e-9",
+    )
+    command.add_argument("--full", action="store_true", help="show every difference")
+    package_option(command)
+    json_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compare two robots; say what differs."""
+    from ..frontend.load import LoadError
+    from ..meaning.item import DEFAULT_TOLERANCE
+    from ..meaning.robots import as_json, compare_robots, lines
+
+    given, words = given_arguments(options, options.words)
+    if len(words) != 2:
+        raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        Console("text").show([problem.diagnostic])
+        return PROBLEMS
+    own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
+    packages = packages_of(options)
+    read = [_read(word, values, packages) for word, values in zip(words, own, strict=True)]
+    sides = _sides(read, words)
+    if sides is None:
+        return PROBLEMS
+    _check_arguments(options, read, words, bool(arguments))
+    tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
+    found = compare_robots(*sides, tolerance, options.prefix)
+    each = options.full or options.format == "json"
+    left = [line for word, one in zip(words, read, strict=True) for line in one.lines(word, each)]
+    found = found._replace(not_compared=(*found.not_compared, *left))
+    if options.format == "json":
+        import json
+
+        print(json.dumps(as_json(found), indent=2))
+    else:
+        print("\n".join(lines(found, options.full)))
+    return FINE if found.same else PROBLEMS
+
+
+def _tolerance(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value >= 0):
+        raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
+    return value
+
+
+def _pairs(texts: list[str]) -> dict[str, str]:
+    """Return NAME=VALUE texts by name. Raises WrongUsage."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition(MARK if MARK in text else "=")
+        if not equals or not name:
+            raise WrongUsage(f'"{text}" is not NAME=VALUE')
+        found[name] = value
+    return found
+
+
+def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path]) -> Read:
+    from ..project import NoDescription
+    from .sides import read_side
+
+    try:
+        return read_side(word, arguments, packages)
+    except NoDescription as problem:
+        raise WrongUsage(str(problem)) from None
+
+
+def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[str], both: bool) -> None:
+    """Refuse an argument of a file that has none: only a description and a xacro have. Raises WrongUsage."""
+    deaf = [one.deaf for one in read]
+    for is_deaf, word, own, side in zip(deaf, words, (options.a_arg, options.b_arg), _SIDES, strict=True):
+        if is_deaf and own:
+            raise WrongUsage(
+                f"--{side.lower()}-arg {own[0]}: {word} has no arguments; only a description and a xacro do"
+            )
+    if all(deaf) and both:
+        raise WrongUsage("neither of the two has arguments; only a description and a xacro do")
+
+
+def _sides(read: list[Read], words: list[str]) -> tuple[Side, Side] | None:
+    """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
+    console = Console("text")
+    for word, one in zip(words, read, strict=True):
+        console.show(one.diagnostics)
+        if one.side is None:
+            console.warn(f"{word}: cannot be compared")
+    first, second = read[0].side, read[1].side
+    return (first, second) if first is not None and second is not None else None

@@ -1,0 +1,101 @@
+"""Explain: where a frame sits, and where each number that puts it there was written."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ...diagnostics import did_you_mean, nearest
+from ...frontend.expand import Expanded
+from ...frontend.lower import Built
+from ...model import Robot
+from .frames import Frames, of_joint, of_mass, of_shapes
+from .origins import Origins
+from .values import Explanation
+
+__all__ = ["Explanation", "NotThere", "explain"]
+
+
+class NotThere(Exception):
+    """There is nothing of that name; the message says what there is."""
+
+
+def explain(
+    expanded: Expanded, built: Built, given: Mapping[str, Any], names: Sequence[str], pose: str = ""
+) -> list[Explanation]:
+    """Return what is known of each frame, link, joint or sensor, of a description without errors.
+
+    ``given`` are the arguments of the run, ``pose`` is a named pose to show the frames in beside all joints at zero.
+    Raises NotThere.
+    """
+    if expanded.tree is None or expanded.scope is None or built.robot is None:
+        raise ValueError("a description with errors has no meaning to explain")
+    origins = Origins(expanded.tree, expanded.scope, dict(given))
+    frames = Frames(built.robot, built.places, origins)
+    if pose and all(known.name != pose for known in built.robot.poses):
+        raise NotThere(_missing("pose", pose, [known.name for known in built.robot.poses]))
+    targets: dict[str, None] = {}
+    for name in names:
+        targets |= dict.fromkeys(_targets(frames, name))
+    return [_explanation(frames, target, pose) for target in targets]
+
+
+def _targets(frames: Frames, name: str) -> list[str]:
+    """Return the frames that a name means: its own, that of a sensor, or the one that a joint holds."""
+    robot = frames.robot
+    found = [name] if name in frames.names() else []
+    found += [sensor.frame for sensor in robot.sensors if sensor.name == name]
+    found += [joint.child for joint in robot.joints if joint.name == name]
+    if not found:
+        known = {*frames.names(), *(sensor.name for sensor in robot.sensors), *robot.joint}
+        raise NotThere(_missing("frame, link, joint or sensor", name, sorted(known)))
+    return list(dict.fromkeys(found))
+
+
+def _missing(what: str, name: str, known: Sequence[str]) -> str:
+    if len(known) > 40 and nearest(name, known) is None:
+        return f'there is no {what} "{name}"'
+    return f'there is no {what} "{name}"; {did_you_mean(name, known) or "there is none at all"}'
+
+
+def _explanation(frames: Frames, name: str, pose: str) -> Explanation:
+    robot, chain = frames.robot, frames.chain(name)
+    joint, link = robot.joint_to.get(name), robot.link.get(name)
+    where, stack = frames.origins.at(frames.places["link", name]) if link is not None else (None, ())
+    placed = [frames.placed(name, chain, "")]
+    if pose:
+        placed.append(frames.placed(name, chain, pose))
+    return Explanation(
+        name=name,
+        roles=tuple(_roles(robot, name)),
+        where=where,
+        stack=stack,
+        chain=chain,
+        others=frames.others(name),
+        placed=tuple(placed),
+        children=frames.children(name),
+        joint=tuple(of_joint(frames, joint)) if joint is not None else (),
+        inertial=tuple(of_mass(frames, link)) if link is not None else (),
+        shapes=tuple(of_shapes(frames, link)) if link is not None else (),
+    )
+
+
+def _roles(robot: Robot, name: str) -> list[str]:
+    """Return what a frame is, in words."""
+    roles = []
+    if name in robot.link:
+        link = robot.link[name]
+        body = link.inertial is not None or link.visual or link.collision
+        roles.append("link" if body else "frame")
+    else:
+        roles.append("frame of other nodes")
+    for sensor in robot.sensors:
+        if sensor.frame == name:
+            roles.append(f'frame of the sensor "{sensor.name}" ({sensor.type})')
+        if sensor.optical_frame == name:
+            roles.append(f'optical frame of the sensor "{sensor.name}" ({sensor.type})')
+    if name in robot.joint_to:
+        roles.append(f'child of the joint "{robot.joint_to[name].name}"')
+    elif name in robot.link:
+        roles.append("root")
+    return roles

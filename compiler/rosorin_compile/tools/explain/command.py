@@ -1,0 +1,103 @@
+"""rosorin-compile explain: say where a frame sits, and where each of its numbers was written."""
+
+from __future__ import annotations
+
+import argparse
+from typing import TYPE_CHECKING, Any
+
+from ...diagnostics.console import Console
+from ...project import Description, NoDescription, all_here, find
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    Given,
+    WrongUsage,
+    argument_options,
+    descriptions,
+    given_arguments,
+    json_option,
+    named_robot,
+)
+
+if TYPE_CHECKING:
+    from .values import Explanation
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="+",
+        metavar="[ROBOT] NAME",
+        help="frames, links, joints or sensors; before them the robot, where there are several",
+    )
+    command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
+    named_robot(command)
+    json_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Explain frames of one robot."""
+    given, words = given_arguments(options, options.words)
+    description, names = _asked(words, options.robot)
+    found = _explained(given, description, names, options.pose, Console("text"))
+    if found is None:
+        return PROBLEMS
+    if options.format == "json":
+        import json
+
+        from .values import as_json
+
+        print(json.dumps([as_json(explanation) for explanation in found], indent=2))
+    else:
+        from .text import lines
+
+        for explanation in found:
+            print("\n".join(lines(explanation)))
+    return FINE
+
+
+def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
+    """Return the robot and the names that are meant: of several words the first is the robot if it can be."""
+    if robot:
+        return descriptions([robot])[0], words
+    if len(words) > 1:
+        try:
+            return find(words[:1], None)[0], words[1:]
+        except NoDescription as problem:
+            if not all_here():
+                raise WrongUsage(str(problem)) from None
+    try:
+        found = find([], None)
+    except NoDescription as problem:
+        raise WrongUsage(str(problem)) from None
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"there are several robots here: {robots}; write explain ROBOT {' '.join(words)}")
+    return found[0], words
+
+
+def _explained(
+    given: Given, description: Description, names: list[str], pose: str, console: Console
+) -> list[Explanation] | None:
+    """Return the explanations of the names; None, after saying what is wrong, of a description with errors."""
+    from ...diagnostics import has_errors
+    from ...frontend.load import LoadError
+    from ...pipeline import understand
+    from .answer import NotThere, explain
+
+    try:
+        arguments: dict[str, Any] = given.values()
+    except LoadError as problem:
+        console.show([problem.diagnostic])
+        return None
+    expanded, built, diagnostics = understand(description.path, arguments, console.ahead)
+    if built is None or built.robot is None or has_errors(diagnostics):
+        console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
+        console.warn(f"{description.name}: a description with errors has no meaning to explain")
+        return None
+    try:
+        return explain(expanded, built, arguments, names, pose)
+    except NotThere as problem:
+        raise WrongUsage(f"{description.name}: {problem}") from None

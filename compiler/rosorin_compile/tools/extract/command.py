@@ -1,0 +1,264 @@
+"""rosorin-compile extract: take numbers out of meshes."""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shlex
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics.console import Console
+from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place
+
+if TYPE_CHECKING:
+    from ...diagnostics import Source
+    from ...model import HeightMap
+    from .factory import Factory
+    from .into import Block
+
+_KINDS = ("box", "oriented_box", "cylinder", "capsule", "stack", "smallest")
+_STATUSES = ("calculated", "measured", "factory")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    ways = command.add_subparsers(required=True, metavar="WHAT", dest="what")
+    for name, words, help, more in (
+        (
+            "boxes",
+            "SOURCE ...",
+            "a box, an oriented box, a cylinder, a capsule and a stack of boxes around each part",
+            _boxes_options,
+        ),
+        ("heightmap", "SOURCE ...", "the top surface of a mesh as heights on a grid", _heightmap_options),
+        (
+            "factory",
+            "PACKAGE -o FOLDER",
+            "all numbers of a ROS description package: joints, boxes, height map",
+            _factory_options,
+        ),
+    ):
+        way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
+        more(way)
+        package_option(way)
+        argument_options(way)
+        way.usage = f"rosorin-compile extract {name} [options] {words}"
+
+
+def _boxes_options(way: argparse.ArgumentParser) -> None:
+    way.add_argument(
+        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: URDF, xacro, MJCF, description"
+    )
+    way.add_argument("--link", action="append", default=[], help="only this link of the robot; may be given again")
+    _section_option(way)
+    way.add_argument("--shape", choices=_KINDS, default="box", help="the shape to write; default: box")
+    way.add_argument("--stack", type=int, default=4, metavar="N", help="boxes of a stack; default: 4")
+    way.add_argument(
+        "--axis", choices=("x", "y", "z", "auto"), default="auto", help="the axis of the stack; default: auto, the best"
+    )
+    way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
+    way.add_argument("--digits", type=int, default=5, metavar="N", help="decimals of metres; default: 5")
+    _output_options(way)
+
+
+def _heightmap_options(way: argparse.ArgumentParser) -> None:
+    way.add_argument("words", nargs="+", metavar="SOURCE", help="mesh files, or one robot with --link")
+    way.add_argument("--link", help="the link of the robot whose meshes are taken")
+    _section_option(way)
+    way.add_argument("--frame", help="the link that the map is given in; of a robot, its meshes are moved there")
+    _grid_options(way)
+    way.add_argument("--xyz", default="0,0,0", metavar="X,Y,Z", help="where the mesh is in the frame, such as 0,0,25mm")
+    way.add_argument("--rpy", default="0,0,0", metavar="R,P,Y", help="how it is turned there: radians, or 90deg")
+    way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
+    way.add_argument(
+        "--into", metavar="FILE", help="replace the height map in this file of a description; grid as there"
+    )
+    way.add_argument("--status", choices=_STATUSES, default="calculated", help="status of its source")
+    way.add_argument("--note", help="note of its source; default: the names of the meshes")
+    _output_options(way)
+
+
+def _factory_options(way: argparse.ArgumentParser) -> None:
+    way.add_argument("words", nargs="+", metavar="PACKAGE", help="the folder of a ROS description package")
+    way.add_argument("-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder for the files")
+    way.add_argument("--robot", metavar="FILE", help="the file of the robot in the package; default: the only one")
+    way.add_argument("--heightmap-link", metavar="LINK", help="the link whose meshes become the height map")
+    way.add_argument("--frame", metavar="LINK", help="the link that the height map is given in; default: the same")
+    way.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    _section_option(way)
+    _grid_options(way)
+
+
+def _section_option(way: argparse.ArgumentParser) -> None:
+    way.add_argument(
+        "--from",
+        choices=("auto", "collision", "visual"),
+        default="auto",
+        dest="section",
+        help="meshes of which shapes; default: those of collision, and of visual where there are none",
+    )
+
+
+def _grid_options(way: argparse.ArgumentParser) -> None:
+    way.add_argument("--cell", metavar="LENGTH", help="edge of a cell, such as 1cm; default: 10 mm")
+    way.add_argument("--origin", metavar="X,Y", help="corner of the first cell; default: that of the mesh")
+    way.add_argument("--cells", metavar="NXxNY", help="how many cells along x and y; default: to the end of the mesh")
+    way.add_argument("--size", metavar="X,Y", help="the same as lengths")
+    way.add_argument("--spacing", metavar="LENGTH", help="largest distance of samples; default: a third of a cell")
+    way.add_argument("--exact", action="store_true", help="calculate the highest point in each cell, sample nothing")
+    way.add_argument("--below", metavar="Z", help="leave out all surface above this height")
+    way.add_argument("--map-digits", type=int, default=4, metavar="N", help="decimals of heights; default: 4")
+    way.add_argument("--step", metavar="LENGTH", help="heights of the boxes are multiples of this; default: a cell")
+
+
+def _output_options(way: argparse.ArgumentParser) -> None:
+    way.add_argument("-o", "--output", type=place, metavar="FILE", help="write a file instead of standard output")
+    way.add_argument("--force", action="store_true", help="overwrite a file that extract did not make")
+    way.add_argument("--json", action="store_true", help="JSON instead of YAML")
+
+
+def run(options: argparse.Namespace) -> int:
+    """Do what is asked for; a problem is said and is exit code 1. Raises WrongUsage for a name of nothing."""
+    from .meshes import need_trimesh
+    from .options import say
+    from .parts import SourceProblem
+    from .problems import ExtractProblem, NotThere
+
+    ways: dict[str, Callable[[argparse.Namespace, Console], int]] = {
+        "boxes": _boxes,
+        "heightmap": _heightmap,
+        "factory": _factory,
+    }
+    console = Console("text")
+    try:
+        need_trimesh()
+        return ways[options.what](options, console)
+    except SourceProblem as problem:
+        say(console, problem.diagnostics)
+    except NotThere as problem:
+        said = problem.diagnostic
+        raise WrongUsage(f"{said.message}; {said.help}" if said.help else said.message) from None
+    except ExtractProblem as problem:
+        console.show([problem.diagnostic])
+    return PROBLEMS
+
+
+def _boxes(options: argparse.Namespace, console: Console) -> int:
+    from . import boxes
+    from .fits import KINDS
+    from .options import digits, parts
+
+    if not 1 <= options.stack <= 100:
+        raise WrongUsage("--stack takes 1 to 100 boxes")
+    decimals = digits(options.digits, "--digits")
+    fitted = boxes.fit_parts(parts(options, console), decimals, options.stack, options.axis)
+    lines = boxes.table(fitted, KINDS)
+    if options.json:
+        text = json.dumps(boxes.json_values(fitted, KINDS), indent=1) + "\n"
+    else:
+        text = _head(options) + boxes.yaml_text(fitted, options.shape)
+    return _give(options, text, lines)
+
+
+def _heightmap(options: argparse.Namespace, console: Console) -> int:
+    from . import into, writing
+    from .heightmap import make_map, summary
+    from .options import surface, wanted, wanted_there
+
+    if options.into and (options.output or options.json):
+        raise WrongUsage("--into edits a file; it goes with neither -o nor --json")
+    asked = wanted(options)
+    source = block = None
+    if options.into:
+        source = into.read(Path(options.into))
+        block = into.find_block(source, options.frame)
+        asked = wanted_there(options, asked, block)
+    triangles, meshes, frame = surface(options, console, block.link if block else options.frame)
+    made, said = make_map(triangles, asked, frame)
+    console.show(said)
+    note = options.note or f"top of {', '.join(meshes)}"
+    if source is not None and block is not None:
+        return _replace(options, source, block, made, note)
+    if options.json:
+        return _give(options, json.dumps(writing.driver_height_map(frame, made)) + "\n", [summary(made)])
+    text = "\n".join(writing.height_map(frame, made, options.status, note)) + "\n"
+    return _give(options, _head(options) + text, [summary(made)])
+
+
+def _replace(options: argparse.Namespace, source: Source, block: Block, made: HeightMap, note: str) -> int:
+    """Put a height map into a description, and say what that changed."""
+    from . import into, writing
+
+    text = into.replaced(source, block, made, options.status, note)
+    if text == source.text:
+        print(f"{options.into}:{block.line}: height map of {block.link} unchanged")
+        return FINE
+    writing.replace(Path(options.into), text)
+    print(f"{options.into}:{block.line}: height map of {block.link} replaced")
+    for line in into.changes(block, made, options.status):
+        print(f"  {line}")
+    return FINE
+
+
+def _factory(options: argparse.Namespace, console: Console) -> int:
+    from ...diagnostics import has_errors
+    from ...output import OutputError, write_set
+    from . import factory
+    from .options import reading, say, wanted
+    from .parts import read_source
+
+    read, packages, words = reading(options, console)
+    if len(words) != 1:
+        raise WrongUsage(f"extract factory takes one PACKAGE, not {len(words)}")
+    if options.frame and not options.heightmap_link:
+        raise WrongUsage("--frame is that of the height map; say of which link: --heightmap-link LINK")
+    package = Path(words[0])
+    path = factory.robot_file(package, options.robot)
+    name = factory.name_of(package)
+    packages.setdefault(name, package)
+    asked = factory.Asked(options.heightmap_link, options.frame, wanted(options), options.section)
+    made = factory.extract(read_source(str(path), read), name, asked)
+    say(console, made.diagnostics)
+    try:
+        write_set(Path(options.output), made.files)
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    _tell(made, options.output)
+    return PROBLEMS if has_errors(made.diagnostics) else FINE
+
+
+def _tell(made: Factory, folder: str) -> None:
+    """Say what came of a package."""
+    from .heightmap import summary
+
+    for what, names in (("joints", made.joints), ("boxes", list(made.boxes))):
+        print(f"{what} ({len(names)}): {', '.join(names) or 'none'}")
+    if made.height_map is not None:
+        print(f"height map in {made.frame}: {summary(made.height_map)}")
+    print(f"written: {', '.join(str(Path(folder, file)) for file in sorted(made.files))}")
+
+
+def _head(options: argparse.Namespace) -> str:
+    """Return the first line of a file: by which words it was made."""
+    from .writing import MARK
+
+    return f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ") + "\n"
+
+
+def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
+    """Write a result to the file that is asked for, else to standard output, and say on the other what it is."""
+    from .writing import save
+
+    if options.output is None:
+        sys.stdout.write(text)
+        sys.stderr.write("".join(f"{line}\n" for line in said))
+        return FINE
+    save(Path(options.output), text, options.force)
+    for line in said:
+        print(line)
+    print(f"written: {options.output}")
+    return FINE

@@ -1,0 +1,236 @@
+"""Meshes: a file becomes triangles in metres. trimesh reads the formats; nothing but the triangles is taken from it.
+
+Files are foreign: one that is broken, empty or hostile gives an ``ExtractProblem``, never a traceback. Side
+files are not read, except the buffers of a .gltf that stand beside it; a .dae with a DTD is not even parsed.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...diagnostics import WARNING, Diagnostic
+from ...diagnostics.registry import MESHES, Rule
+from ...diagnostics.wording import counted
+from .problems import ExtractProblem, fail, missing
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
+
+RULES = (
+    Rule(
+        "mesh-unreadable",
+        "A mesh cannot be read: it is not there, broken, or of a format that `extract` does not know. A warning where "
+        "a robot names it.",
+        "Export it anew; [which meshes](numbers-from-meshes.md#which-meshes).",
+        MESHES,
+    ),
+    Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", MESHES),
+    Rule(
+        "mesh-looks-like-millimetres",
+        "A warning: a mesh is longer than any part of a robot.",
+        "`--scale 0.001`.",
+        MESHES,
+    ),
+)
+
+FORMATS = ("stl", "obj", "dae", "gltf", "glb")
+MAX_BYTES = 2_000_000_000
+# No part of a robot is longer, in metres; one that is was drawn in millimetres.
+LONGEST_PART = 20.0
+_INSTALL = "pip install 'rosorin-compile[import]' brings what reads meshes"
+
+
+@dataclass(frozen=True)
+class Mesh:
+    """Triangles of a mesh: ``triangles`` is (n, 3, 3), corners in metres, counter-clockwise seen from outside."""
+
+    name: str
+    triangles: Floats
+
+
+def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mesh:
+    """Return the triangles of a mesh file: all geometries of its scene where the scene places them, times ``scale``.
+
+    STL, OBJ and glTF have no unit that differs from file to file: their numbers times ``scale`` are metres. A DAE names
+    its unit, which is applied; its up axis is not: what the file has along z is height.
+    Raises NotThere if there is no such file, else ExtractProblem.
+    """
+    need_trimesh()
+    import numpy as np
+
+    kind = _format(path)
+    data = _read(path)
+    if kind == "dae":
+        _refuse_dtd(path, data)
+    pieces = [piece for piece in _parsed(path, kind, data) if len(piece)]
+    if not pieces:
+        raise fail("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
+    triangles = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
+    factors = np.asarray(scale, dtype=np.float64) * (_unit(data) if kind == "dae" else 1.0)
+    if not (factors == 1.0).all():
+        triangles = triangles * factors
+        if factors.prod() < 0:  # a mirrored mesh is inside out until its corners go round the other way
+            triangles = triangles[:, ::-1]
+    if not np.isfinite(triangles).all():
+        raise fail("mesh-unreadable", f"{path} has corners that are not finite numbers", "export it anew")
+    return Mesh(path.name, triangles)
+
+
+def need_trimesh() -> None:
+    """Raise ExtractProblem unless the packages that read meshes are installed."""
+    try:
+        import numpy  # noqa: F401
+        import scipy  # type: ignore[import-untyped,unused-ignore]  # noqa: F401
+        import trimesh  # noqa: F401
+    except ImportError as problem:
+        message = f"numbers out of meshes need the package {problem.name}, which is not installed"
+        raise fail("extra-missing", message, _INSTALL) from None
+
+
+def too_large(mesh: Mesh) -> list[Diagnostic]:
+    """Return a warning if a mesh is longer than any part of a robot: then it was drawn in millimetres."""
+    lower, upper = bounds(mesh.triangles)
+    longest = float((upper - lower).max())
+    if longest <= LONGEST_PART:
+        return []
+    message = f"{mesh.name} is {longest:g} m long; that looks like millimetres"
+    help = "--scale 0.001 turns millimetres into metres"
+    return [Diagnostic("mesh-looks-like-millimetres", WARNING, message, None, (), help)]
+
+
+def bounds(triangles: Floats) -> tuple[Floats, Floats]:
+    """Return the lower and the upper corner (3,) of the axis-aligned box around triangles (n, 3, 3)."""
+    return triangles.min(axis=(0, 1)), triangles.max(axis=(0, 1))
+
+
+def placed(triangles: Floats, rows: Sequence[Sequence[float]], xyz: Sequence[float]) -> Floats:
+    """Return triangles (n, 3, 3) turned by the rotation matrix ``rows`` and moved by ``xyz`` (metres)."""
+    import numpy as np
+
+    rotation = np.asarray(rows, dtype=np.float64)
+    moved = triangles if (rotation == np.eye(3)).all() else triangles @ rotation.T
+    offset = np.asarray(xyz, dtype=np.float64)
+    return moved + offset if offset.any() else moved
+
+
+def _format(path: Path) -> str:
+    kind = path.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        message = f"{path} is none of {', '.join(f'.{name}' for name in FORMATS)}"
+        raise fail("mesh-unreadable", message, "convert it; the ending of the name says the format")
+    return kind
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.is_file() and path.stat().st_size > MAX_BYTES:
+            help = "reduce the number of triangles"
+            raise fail("mesh-unreadable", f"{path} is larger than {MAX_BYTES:,} bytes", help)
+        data = path.read_bytes()
+    except (FileNotFoundError, NotADirectoryError):
+        raise missing("mesh-unreadable", f'there is no file "{path}"', "check the name") from None
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or str(problem)
+        help = "check the name and the permissions"
+        raise fail("mesh-unreadable", f"cannot read {path}: {reason}", help) from None
+    if not data:
+        raise fail("mesh-empty", f"{path} is an empty file", "export it anew")
+    return data
+
+
+def _refuse_dtd(path: Path, data: bytes) -> None:
+    """Raise ExtractProblem for a DTD: entities can make a small file endless or read other files."""
+    text = data.replace(b"\0", b"")  # of UTF-16 this leaves the letters that matter
+    if re.search(rb"<!\s*(DOCTYPE|ENTITY)", text, re.IGNORECASE):
+        raise fail("mesh-unreadable", f"{path} has a DTD, which no mesh needs", "remove the <!DOCTYPE ...>")
+
+
+def _unit(data: bytes) -> float:
+    """Return the unit of a DAE in metres (COLLADA 1.4.1, <unit meter="...">, default 1)."""
+    match = re.search(rb"<unit\b[^>]*\bmeter\s*=\s*[\"']\s*([^\"']+?)\s*[\"']", data[:100_000])
+    try:
+        unit = float(match[1]) if match else 1.0
+    except ValueError:
+        return 1.0
+    return unit if math.isfinite(unit) and unit > 0 else 1.0
+
+
+def _parsed(path: Path, kind: str, data: bytes) -> list[Floats]:
+    """Return the triangles of each geometry of a file. Raises ExtractProblem."""
+    import trimesh
+
+    options: dict[str, Any] = {"process": False}
+    if kind in ("obj", "gltf", "glb"):
+        options["skip_materials"] = True
+    resolver: Any = _Beside(path) if kind == "gltf" else None
+    try:
+        return list(_pieces(path, trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, **options)))
+    except ExtractProblem:
+        raise
+    except ImportError as problem:
+        message = f"{path} needs the package {problem.name}, which is not installed"
+        raise fail("extra-missing", message, _INSTALL) from None
+    except Exception as problem:  # whatever a reader stumbles over in a broken file
+        reason = " ".join(str(problem).split())[:200] or type(problem).__name__
+        message = f"{path} is not a mesh that can be read as {kind.upper()}: {reason}"
+        raise fail("mesh-unreadable", message, "export it anew; the ending says the format") from None
+
+
+def _pieces(path: Path, loaded: Any) -> Iterator[Floats]:
+    """Yield the triangles of each geometry of what trimesh loaded, where the scene puts it; lines have none."""
+    import numpy as np
+    import trimesh
+
+    if isinstance(loaded, trimesh.Trimesh):
+        yield _triangles(path, loaded)
+    elif isinstance(loaded, trimesh.Scene):
+        for node in sorted(loaded.graph.nodes_geometry):
+            matrix, name = loaded.graph[node]
+            geometry = loaded.geometry.get(name)
+            if isinstance(geometry, trimesh.Trimesh):
+                matrix = np.asarray(matrix, dtype=np.float64)
+                moved = placed(_triangles(path, geometry), matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
+                yield moved[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else moved
+
+
+def _triangles(path: Path, mesh: Any) -> Floats:
+    """Return the triangles (n, 3, 3) of a Trimesh; a file that names corners it does not have has no such triangle."""
+    import numpy as np
+
+    corners = np.asarray(mesh.vertices, dtype=np.float64).reshape(-1, 3)
+    faces = np.asarray(mesh.faces).reshape(-1, 3)
+    if len(corners) == faces.size and (faces.ravel() == np.arange(faces.size)).all():
+        return corners.reshape(-1, 3, 3)  # an STL: each corner stands once for each triangle
+    legal = ((faces >= 0) & (faces < len(corners))).all(axis=1)
+    if not legal.all():
+        what = counted(int((~legal).sum()), "triangle")
+        message = f"{path} has {what} with a corner that the file does not have"
+        raise fail("mesh-unreadable", message, "export it anew")
+    triangles: Floats = corners[faces]
+    return triangles
+
+
+class _Beside:
+    """Gives trimesh the buffers that a .gltf names, if they stand in its folder or below, and nothing else."""
+
+    def __init__(self, path: Path) -> None:
+        self.folder = path.parent
+
+    def get(self, name: str) -> bytes:
+        """Return the bytes of a side file. Raises FileNotFoundError for one that is elsewhere."""
+        inside = (self.folder / name).resolve()
+        if not inside.is_relative_to(self.folder.resolve()) or not inside.is_file():
+            raise FileNotFoundError(f'the buffer "{name}" is not beside it')
+        return inside.read_bytes()
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)

@@ -1,0 +1,230 @@
+"""rosorin-compile import: make a description of a robot that exists as URDF, xacro or MJCF."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import shlex
+import stat
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics.console import Console
+from ...diagnostics.wording import counted, plural
+from ...project import DESCRIPTIONS, nearest_file
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    format_options,
+    given_arguments,
+    package_option,
+    packages_of,
+    place,
+)
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...formats.imported import Imported
+    from ...frontend.tree import Map
+    from ...output import Written
+    from .round_trip import RoundTrip
+
+_NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument("words", nargs="+", metavar="SOURCE", help="a .urdf, .xacro or .xml file")
+    command.add_argument(
+        "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
+    )
+    command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
+    command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
+    command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
+    command.add_argument(
+        "--meshes",
+        metavar="FOLDER",
+        help="put before relative names of meshes: a folder as seen from the artifacts, or package://NAME",
+    )
+    package_option(command)
+    format_options(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Read the source, check the description that is made of it, and write it."""
+    from ...formats.imported import ReadOptions
+    from ...formats.reading import read_robot
+
+    source, arguments = _source(options)
+    packages = packages_of(options)
+    if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
+        raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
+    if options.meshes is not None and not _can_begin(options.meshes):
+        raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
+    console = Console(options.format)
+    expanded: list[Diagnostic] = []
+
+    def tell(said: Diagnostic) -> None:
+        expanded.append(said)
+        _show(console, [said])
+
+    imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
+    if arguments and not expanded and imported.tree is not None:
+        raise WrongUsage(f"{source} takes no arguments: only a xacro does")
+    if options.strict:
+        imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
+    _show(console, imported.diagnostics)
+    code = _describe(options, console, source, imported)
+    console.finish()
+    return code
+
+
+def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
+    """Return the file to import, and the arguments for it as texts. Raises WrongUsage."""
+    from ...frontend.expression.functions import FUNCTIONS
+    from ...frontend.load import LoadError
+
+    given, names = given_arguments(options, options.words)
+    if len(names) != 1:
+        raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
+    path = Path(names[0])
+    kind = _kind(path)
+    if kind == "folder":
+        raise WrongUsage(f"{path} is a folder; name the file of the robot in it")
+    if not kind:
+        raise WrongUsage(f"{path} is not there{_alike(path)}")
+    try:
+        values = given.values()
+    except LoadError as problem:
+        raise WrongUsage(problem.diagnostic.message) from None
+    return path, {name: str(FUNCTIONS["str"](value)) for name, value in values.items()}
+
+
+def _can_begin(folder: str) -> bool:
+    """Say whether the name of a file can begin so."""
+    return folder.isprintable() and bool(folder.strip()) and not folder.endswith("://")
+
+
+def _kind(path: Path) -> str:
+    """Return whether a path is a folder or another file; empty if it is not there, or no file can be called so."""
+    try:
+        return "folder" if stat.S_ISDIR(path.stat().st_mode) else "file"
+    except (OSError, ValueError):
+        return ""
+
+
+def _alike(path: Path) -> str:
+    """Return a file of the same folder whose name is nearly that, in words."""
+    close = nearest_file(path)
+    return f'; did you mean "{close}"?' if close else ""
+
+
+def _show(console: Console, diagnostics: list[Diagnostic]) -> None:
+    from ...diagnostics import arrange
+
+    console.show(arrange(diagnostics))
+
+
+def _strictly(diagnostic: Diagnostic) -> Diagnostic:
+    from ...diagnostics import ERROR
+
+    carried = diagnostic.rule != "import-cannot-carry"
+    return diagnostic if carried else diagnostic._replace(severity=ERROR)
+
+
+def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
+    """Write what became of a source and say so; or say how many errors keep it from being written."""
+    from ...diagnostics import ERROR
+    from .description import safe
+    from .round_trip import check_round_trip
+    from .telling import renamed
+
+    errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
+    if imported.tree is None or errors:
+        return _refused(console, source, errors)
+    tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
+    folder = Path(options.output) if options.output else Path(DESCRIPTIONS, safe(tree["robot"]))
+    _check_folder(folder, options.force)
+    named = renamed(tree, source, folder, options.meshes)
+    _show(console, named.diagnostics)
+    imported = imported._replace(tree=named.tree)
+    try:
+        trip = check_round_trip(imported, folder)
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
+        return PROBLEMS
+    errors = sum(diagnostic.severity == ERROR for diagnostic in trip.diagnostics)
+    if errors:
+        _show(console, trip.diagnostics)
+        return _refused(console, source, errors)
+    written = _write(console, folder, trip)
+    if written is None:
+        return PROBLEMS
+    _report(console, folder, imported, trip, written)
+    return FINE
+
+
+def _refused(console: Console, source: Path, errors: int) -> int:
+    console.warn(f"{source}: {counted(errors, 'error')}, nothing written")
+    return PROBLEMS
+
+
+def _renamed(tree: Map, name: str) -> Map:
+    """Return a tree with another name of the robot."""
+    from ...frontend.tree import Map
+
+    made = Map(tree.span, tree.via)
+    for key, value in tree.items():
+        made.put(key, name if key == "robot" else value, tree.key_spans[key], tree.value_spans[key])
+    return made
+
+
+def _check_folder(folder: Path, force: bool) -> None:
+    """Raise WrongUsage if a folder is taken."""
+    if _kind(folder) == "file":
+        raise WrongUsage(f"{folder} is no folder; name a new one with -o")
+    with suppress(OSError):  # a folder that nobody may look into is no place to write either: that is said there
+        if not force and any(folder.iterdir()):
+            raise WrongUsage(f"{folder} is not empty; name a new folder with -o, or write into this one with --force")
+
+
+def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
+    from ...output import OutputError, write_set
+
+    try:
+        return write_set(folder, trip.files)
+    except OutputError as problem:
+        _show(console, [problem.diagnostic])
+        return None
+
+
+def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written) -> None:
+    """Say what was made, what was compared, what is kept as it was, and what comes next."""
+    from ...formats import FORMATS
+    from .description import tree_of
+    from .telling import accepted, kept, sizes
+
+    tree = tree_of(imported)
+    console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")
+    console.say(
+        f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
+        f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}"
+    )
+    for name, reason in trip.outputs.left_out.items():
+        console.say(f"no {name} among its outputs: {reason}")
+    for line in (*kept(tree), *accepted(tree)):
+        console.say(line)
+    for name, remark in trip.outputs.remarks.items():
+        console.say(f"its {FORMATS[name].word} is {remark}")
+    if imported.left_out:
+        count = len(imported.left_out)
+        console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
+    if written.kept:
+        console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
+    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

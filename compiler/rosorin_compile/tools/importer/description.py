@@ -1,0 +1,298 @@
+"""Writing: the plain tree of a robot as the files of a description, as a person would have written them.
+
+Files are named by the robot; values of a description that repeat get a name.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+from ...diagnostics import Span
+from ...formats import FORMATS
+from ...formats.imported import Imported
+from ...frontend.expression.functions import functions
+from ...frontend.load import plain_scalar
+from ...frontend.tree import Map, Path, Seq
+from ...project import ROOT_FILE
+from ...units import UNITS
+from .layout import Expression, Verbatim, angle_of, layout, number, placed
+
+MAX_LINES = 150  # a longer description is split into files
+LINKS, JOINTS, EXTENSIONS = "links.yaml", "joints.yaml", "extensions.yaml"
+
+_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
+_TAIL = ("poses", "disabled_contacts", "accept", "outputs")
+_FILES = {LINKS: ("materials", "links"), JOINTS: ("joints",), EXTENSIONS: ("urdf_elements",)}
+_ABOUT = {
+    LINKS: "The links: masses, what they look like, what they collide with.",
+    JOINTS: "The joints: how the links hang together.",
+    EXTENSIONS: "What the language has no word for, as it stood in the source.",
+}
+_NAMED_SECTIONS = ("positions", "pulses")  # of a pose: their keys are names of joints
+
+# The order in which a person says things; what is not here comes after, in the order of the source.
+_ORDER = (
+    "name type parent child frame box cylinder capsule sphere mesh height_map file mass size radius length xyz "
+    "rpy inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit lower upper effort velocity mimic "
+    "joint multiplier offset dynamics damping friction armature calibration safety_controller material rgba "
+    "texture actuator publisher optical source urdf_elements"
+)
+_RANK = {key: rank for rank, key in enumerate(_ORDER.split())}
+
+# What the language takes when nothing is said, by the last two keys of a path.
+_DEFAULTS: dict[tuple[str, str], Any] = {
+    ("inertia", "ixy"): 0,
+    ("inertia", "ixz"): 0,
+    ("inertia", "iyz"): 0,
+    ("mimic", "multiplier"): 1,
+    ("mimic", "offset"): 0,
+    ("mesh", "scale"): [1, 1, 1],
+    ("dynamics", "damping"): 0,
+    ("dynamics", "friction"): 0,
+    ("dynamics", "armature"): 0,
+}
+_POSED = ("links", "joints")  # where xyz and rpy are zero by default
+
+
+class Outputs(NamedTuple):
+    """The artifacts that a description asks for: entries of its section, and by format what is not usual in it.
+
+    ``left_out`` are the formats that it does not ask for, each with the reason.
+    """
+
+    entries: dict[str, Mapping[str, str]]
+    remarks: dict[str, str]
+    left_out: dict[str, str]
+
+    @property
+    def lines(self) -> list[str]:
+        """The remarks as comments of the section."""
+        return [*self.remarks.values(), *(f"no {name}: {reason}" for name, reason in self.left_out.items())]
+
+
+def tree_of(imported: Imported) -> Map:
+    """Return the tree of a source. Raises ValueError for a broken one, which has none."""
+    if imported.tree is None:
+        raise ValueError("a broken source has no tree")
+    return imported.tree
+
+
+def outputs(imported: Imported, why: str = "") -> Outputs:
+    """Return what the description of a robot asks for; ``why`` it is to go without optional formats."""
+    tree = tree_of(imported)
+    made = Outputs({}, {}, {})
+    for format in FORMATS.values():
+        if format.asked is None:
+            continue
+        if format.optional and why:
+            made.left_out[format.name] = why
+            continue
+        asked = format.asked(tree, imported.version, safe(tree["robot"]))
+        made.entries[format.name] = asked.entry
+        if asked.remark:
+            made.remarks[format.name] = asked.remark
+    return made
+
+
+def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, str]:
+    """Return the files of a description, text by name; the first is ``robot.yaml``.
+
+    The tree has to be there. ``schema`` is where editors find the schema, from the folder of the files. The result is
+    the same for the same tree, whatever the machine.
+    """
+    document = _Document(tree_of(imported)).made(wanted)
+    head = [f"yaml-language-server: $schema={schema}"] if schema else []
+    if sum(len(value) for value in document.values() if isinstance(value, dict)) <= MAX_LINES:
+        whole = _file(ROOT_FILE, document, imported, wanted, head)
+        if whole.count("\n") <= MAX_LINES:
+            return {ROOT_FILE: whole}
+    parts = {name: {key: document.pop(key) for key in keys if key in document} for name, keys in _FILES.items()}
+    parts = {name: part for name, part in parts.items() if part}
+    document["include"] = list(parts)
+    files = {ROOT_FILE: _file(ROOT_FILE, _sorted(document), imported, wanted, head)}
+    for name, part in parts.items():
+        source = {"source": document["source"]} if "source" in document else {}
+        files[name] = _file(name, {**source, **part}, imported, wanted, head)
+    return files
+
+
+def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outputs, head: list[str]) -> str:
+    """Return the text of one file."""
+    root = name == ROOT_FILE
+    said = placed(imported.comments, document, head if root else [*head, _ABOUT[name]], root)
+    if root and wanted.lines:
+        inside = {**said.inside, ("outputs",): wanted.lines}
+        said = said._replace(inside=inside)
+    return layout(document, said)
+
+
+def _sorted(document: dict[str, Any]) -> dict[str, Any]:
+    """Return the sections of a file in the order of a description."""
+    rank = {key: place for place, key in enumerate((*_HEAD, *(k for keys in _FILES.values() for k in keys)))}
+    rank |= {key: 1000 + place for place, key in enumerate(_TAIL)}
+    return dict(sorted(document.items(), key=lambda item: rank.get(item[0], 500)))
+
+
+class _Document:
+    """Turns a tree into the values of a document."""
+
+    def __init__(self, tree: Map) -> None:
+        self.tree = tree
+        self.named: Named = named(tree)
+
+    def made(self, wanted: Outputs) -> dict[str, Any]:
+        """Return the document of the whole description."""
+        body = {key: self.value(value, (key,), span) for key, value, span in _items(self.tree) if value}
+        lets: dict[str, Any] = dict(self.named.folders)
+        if self.named.scale is not None:
+            lets["mesh_scale"] = self.value(self.named.scale, ("let", "mesh_scale"), None)
+        document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
+        if lets:
+            document["let"] = lets
+        document["outputs"] = {name: dict(entry) for name, entry in wanted.entries.items()}
+        return _sorted(document)
+
+    def value(self, value: Any, path: Path, span: Span | None) -> Any:
+        """Return one value as ``layout`` takes it."""
+        if isinstance(value, Map):
+            return self.mapping(value, path)
+        if isinstance(value, Seq):
+            if path[-2:] == ("mesh", "scale") and self.named.scale is not None:
+                return Expression("${mesh_scale}")
+            return [self.value(v, (*path, i), s) for i, (v, s) in enumerate(zip(value, value.value_spans, strict=True))]
+        if isinstance(value, str):
+            file = self.named.file(value) if path[-2:] == ("mesh", "file") else None
+            return Expression(file) if file else str(value)
+        if isinstance(value, (int, float)) and not isinstance(value, bool):
+            return number(value, span, angle_of(self.tree, path))
+        return value
+
+    def mapping(self, value: Map, path: Path) -> dict[str, Any]:
+        """Return a mapping without what is said by default, in the order in which a person would say it."""
+        made: dict[str, Any] = {}
+        for key, item, span in _items(value):
+            here = (*path, key)
+            if not _is_default(here, item):
+                found = self.value(item, here, span)
+                if found or key != "dynamics":
+                    made[key] = found
+        if len(path) > 1 and path[-1] not in _NAMED_SECTIONS:
+            made = dict(sorted(made.items(), key=lambda entry: _RANK.get(entry[0], len(_RANK))))
+        return made
+
+
+def _items(value: Map) -> Iterator[tuple[str, Any, Span | None]]:
+    for key, item in value.items():
+        yield key, item, value.value_spans.get(key)
+
+
+def _is_default(path: Path, value: Any) -> bool:
+    """Say whether a value is what the language takes when nothing is said."""
+    if path[0] not in _POSED or len(path) < 3:
+        return False
+    if path[-1] in ("xyz", "rpy"):
+        return isinstance(value, list) and not any(value)
+    default = _DEFAULTS.get((str(path[-2]), str(path[-1])))
+    return default is not None and not isinstance(value, bool) and bool(value == default)
+
+
+MAX_NAME = 60
+_FEW = 3  # fewer references to a folder are written out
+_LONG = 20  # shorter folders are written out
+_WORTH = 50  # so many letters less, at least, where a name stands for a folder
+_SHAPES = ("visual", "collision")
+
+
+class Named(NamedTuple):
+    """What is named: mesh folders by name (without the slash at their end), and the scale of all meshes, if any."""
+
+    folders: dict[str, str]
+    scale: Seq | None
+
+    def file(self, name: str) -> str | None:
+        """Return a mesh file as an expression with the name of its folder, None if that has none."""
+        for key, folder in self.folders.items():
+            rest = name.removeprefix(f"{folder}/")
+            if rest != name and "${" not in rest:
+                return f"${{{key}}}/{rest}"
+        return None
+
+
+def safe(name: str) -> str:
+    """Return the name of a robot as that of a file or folder: ASCII letters, digits, "_", "-" and ".".
+
+    >>> safe("My Robot (v2)"), safe("../x"), safe("机器人")
+    ('My_Robot_v2', 'x', 'robot')
+    """
+    made = re.sub(r"[^A-Za-z0-9._-]+", "_", name)[:MAX_NAME].strip("._-")
+    if not made or not isinstance(plain_scalar(made), str):
+        made = f"robot_{made}".strip("_")
+    return made
+
+
+def named(tree: Map) -> Named:
+    """Return the values of a robot that are worth a name."""
+    meshes = list(_meshes(tree))
+    groups: dict[str, list[str]] = {}
+    for mesh in meshes:
+        file = mesh.get("file")
+        if isinstance(file, str):
+            groups.setdefault(_package(file), []).append(file)
+    folders = {key: folder for key, files in groups.items() if (folder := _common_folder(files))}
+    names: dict[str, str] = {}
+    for key, folder in folders.items():
+        wanted = "meshes" if len(folders) == 1 else f"{_identifier(key)}_meshes"
+        names[_free(wanted, names)] = folder
+    return Named(names, _common_scale(meshes))
+
+
+def _meshes(tree: Map) -> Iterator[Map]:
+    """Yield every mesh of a robot."""
+    for link in (tree.get("links") or {}).values():
+        for purpose in _SHAPES if isinstance(link, Map) else ():
+            for shape in link.get(purpose) or ():
+                if isinstance(shape, Map) and isinstance(shape.get("mesh"), Map):
+                    yield shape["mesh"]
+
+
+def _package(file: str) -> str:
+    """Return the package of a mesh reference, empty for a path or another address."""
+    scheme, mark, rest = file.partition("://")
+    return rest.partition("/")[0] if mark and scheme in ("package", "model") else ""
+
+
+def _common_folder(files: list[str]) -> str:
+    """Return the longest folder that all files stand in; empty if that is none, or too short or rare for a name."""
+    if len(files) < _FEW or len(set(files)) < 2:
+        return ""
+    first, last = min(files), max(files)
+    length = next((i for i, (a, b) in enumerate(zip(first, last, strict=False)) if a != b), min(len(first), len(last)))
+    folder = first[:length].rpartition("/")[0]
+    saved = (len(folder) - len("${meshes}")) * len(files)
+    worth = len(folder) >= _LONG and saved >= _WORTH and not folder.endswith((":", ":/"))
+    return folder if worth and "${" not in folder else ""
+
+
+def _common_scale(meshes: list[Map]) -> Seq | None:
+    """Return the scale that all meshes have, None if they have different ones, none, or are few."""
+    scales = [mesh.get("scale") for mesh in meshes]
+    first: Any = scales[0] if len(scales) >= _FEW else None
+    same = isinstance(first, Seq) and all(scale == first for scale in scales) and list(first) != [1, 1, 1]
+    return first if same else None
+
+
+def _identifier(text: str) -> str:
+    """Return a name for expressions that is like a text."""
+    made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
+    return made if made and not made[0].isdigit() else f"other_{made}".strip("_")
+
+
+def _free(wanted: str, taken: dict[str, str]) -> str:
+    """Return a name that no other value, unit or function has."""
+    name, count = wanted, 1
+    while name in taken or name in UNITS or name in functions():
+        count += 1
+        name = f"{wanted}_{count}"
+    return name

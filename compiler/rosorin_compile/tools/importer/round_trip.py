@@ -1,0 +1,161 @@
+"""Round trip: the description is compiled before it is written, and its URDF held against the source by meaning."""
+
+from __future__ import annotations
+
+import random
+import tempfile
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
+from ...diagnostics.registry import READING, Rule
+from ...diagnostics.wording import and_more
+from ...formats import published
+from ...formats.imported import Imported, ReadOptions
+from ...formats.reading import read_robot
+from ...frontend.lower import build
+from ...meaning.sameness import different
+from ...model import Joint, Robot, Transform
+from ...pipeline import Compiled, compile_robot
+from ...project import ROOT_FILE
+from ..init import SCHEMA
+from .description import Outputs, outputs, tree_of, write
+
+RULES = (
+    Rule(
+        "import-differs",
+        "The description that import would write is not the same robot; nothing is written.",
+        "That is a fault of the tool: please report it with the file.",
+        READING,
+    ),
+)
+
+STATES = 20
+TOLERANCE = 1e-12  # between numbers of the source and of the compiled URDF; poses add up the rounding of a chain
+POSE_TOLERANCE = 1e-9
+_SEED = 20
+_MAX_SAID = 300
+_MAX_TOLD = 20
+
+
+class RoundTrip(NamedTuple):
+    """How a description came through: its files (text by name), and how it was held against the source.
+
+    ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
+    compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
+    poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being compared, or
+    what differs.
+    """
+
+    files: dict[str, str]
+    outputs: Outputs
+    diagnostics: list[Diagnostic]
+    frames: int = 0
+    states: int = 0
+    largest: float = 0.0
+    word: str = ""
+
+
+def check_round_trip(imported: Imported, folder: Path) -> RoundTrip:
+    """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
+
+    ``folder`` is where it is going to stand, for messages and for the schema beside it.
+    """
+    schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+        stage = Path(name)
+        wanted = outputs(imported)
+        files, compiled = _compiled(imported, stage, schema, wanted)
+        if has_errors(compiled.diagnostics):
+            # Most often only MuJoCo asks for more than the source says, a mass for instance.
+            wanted = outputs(imported, _first_error(compiled.diagnostics))
+            files, compiled = _compiled(imported, stage, schema, wanted)
+        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
+        return trip if trip.diagnostics else _compared(imported, compiled, stage, trip)
+
+
+def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
+    """Return the files of a description and what becomes of them."""
+    files = write(imported, wanted, schema)
+    for name, text in files.items():
+        (stage / name).write_text(text, "utf-8")
+    return files, compile_robot(stage / ROOT_FILE)
+
+
+def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip) -> RoundTrip:
+    """Return the round trip with what the comparison of the source with the description and with its artifact says."""
+    tree, format = tree_of(imported), published()
+    source = build(tree).robot
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(next(one.text for one in compiled.artifacts if one.backend == format.name), "utf-8")
+    back = read_robot(file, ReadOptions(lenient=True, checked=False))
+    if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
+        back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
+    again = build(back.tree).robot if back.tree is not None else None
+    made = compiled.robot
+    if source is None or again is None or made is None:
+        broken = [d.message for d in back.diagnostics if d.severity == ERROR]
+        return trip._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
+    found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
+    what = f"compiled {format.word}"
+    found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
+    largest = 0.0 if found else largest_difference(source, again)
+    if largest > POSE_TOLERANCE:
+        found.append(f"{what}: frames differ by {largest:.2g}")
+    if found:
+        return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
+    return trip._replace(frames=len(source.links), states=STATES, largest=largest)
+
+
+def largest_difference(one: Robot, other: Robot) -> float:
+    """Return the largest difference between the poses of all frames, at zero and at random states of the joints."""
+    generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
+    largest = 0.0
+    for number in range(STATES + 1):
+        state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
+        first, second = one.poses_in_root(state), other.poses_in_root(state)
+        largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
+    return largest
+
+
+def _somewhere(joint: Joint, generator: random.Random) -> float | Sequence[float]:
+    """Return a position of a joint, whatever its limits; the orientation of a floating one is not normalised."""
+    numbers = [generator.uniform(-3.0, 3.0) for _ in joint.coordinates]
+    return numbers if len(numbers) > 1 else sum(numbers)
+
+
+def _apart(one: Transform, other: Transform) -> float:
+    """Return the largest difference between the numbers of two transforms."""
+    if one == other:
+        return 0.0
+    rows = (*zip(one.rows, other.rows, strict=True), (one.xyz, other.xyz))
+    return max(abs(a - b) for first, second in rows for a, b in zip(first, second, strict=True))
+
+
+def _first_error(diagnostics: Sequence[Diagnostic]) -> str:
+    message = next(" ".join(d.message.split()) for d in diagnostics if d.severity == ERROR)
+    return message if len(message) <= _MAX_SAID else f"{message[:_MAX_SAID]}..."
+
+
+def _relocated(diagnostics: Sequence[Diagnostic], folder: Path) -> list[Diagnostic]:
+    """Return errors whose places are those in the folder where the description would have stood."""
+
+    def moved(span: Span | None) -> Span | None:
+        if span is None:
+            return None
+        return span._replace(source=Source(str(folder / Path(span.source.path).name), span.source.text))
+
+    return [
+        d._replace(span=moved(d.span), related=tuple(Related(r.message, moved(r.span)) for r in d.related))
+        for d in diagnostics
+        if d.severity == ERROR
+    ]
+
+
+def _failed(what: str, found: Sequence[str]) -> Diagnostic:
+    """Return the error about a round trip that failed."""
+    more = [and_more(len(found) - _MAX_TOLD).strip()] if len(found) > _MAX_TOLD else []
+    related = [Related(text, None) for text in [*found[:_MAX_TOLD], *more]]
+    help = "this is a fault of rosorin-compile; please report it with the file"
+    return error("import-differs", what, None, help, related)

@@ -1,0 +1,132 @@
+"""rosorin-compile package: write a ROS 2 package that is ready to build."""
+
+from __future__ import annotations
+
+import argparse
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics.console import Console
+from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, compiled_one, format_options, one_robot, place
+
+if TYPE_CHECKING:
+    from ...formats import Artifact
+    from ...model import Robot
+    from ...project import Description
+    from .package import Options
+
+_HOW = "rosorin-compile package ROBOT -o FOLDER"
+_PERSON = re.compile(r"\s*([^<>]+?)\s*<\s*([^<>\s@]+@[^<>\s@]+\.[^<>\s@]+)\s*>\s*")
+_VERSION = re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)")
+
+_TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    command.add_argument(
+        "-o", "--output", required=True, type=place, metavar="FOLDER", help="the folder of the package"
+    )
+    command.add_argument("--name", metavar="NAME", help="name of the package; default: ROBOT_description")
+    command.add_argument("--build-type", choices=("ament_cmake", "ament_python"), help="default: ament_cmake")
+    command.add_argument("--package-version", metavar="X.Y.Z", help="default: 0.1.0")
+    command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="who answers for the package")
+    command.add_argument("--license", metavar="SPDX", help="such as Apache-2.0")
+    command.add_argument(
+        "--topic",
+        action="append",
+        default=[],
+        dest="topics",
+        metavar="SENSOR=TOPIC",
+        help="where a sensor publishes, for the view in RViz",
+    )
+    format_options(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile a robot and write its package."""
+    from ...output import OutputError
+
+    console, description, compiled = compiled_one(options, "a package is for one robot", _HOW)
+    code = PROBLEMS
+    if compiled is not None and compiled.robot is not None:
+        robot = compiled.robot
+        asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
+        try:
+            code = _write(console, asked, robot, compiled.artifacts, description, Path(options.output))
+        except OutputError as problem:
+            console.show([problem.diagnostic])
+    console.finish()
+    return code
+
+
+def _write(
+    console: Console,
+    asked: Options,
+    robot: Robot,
+    artifacts: tuple[Artifact, ...],
+    description: Description,
+    target: Path,
+) -> int:
+    """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
+    from . import placing
+    from .deploying import refused
+    from .package import make
+
+    package = make(robot, artifacts, asked, [description.path.parent, description.outputs], target)
+    problem = refused(target, package.files)
+    console.show([*package.diagnostics, *([problem] if problem else [])])
+    if problem or not package.files:
+        return PROBLEMS
+    fresh = placing.place(target, package.files)
+    written = f"{len(fresh)} written" if fresh else "unchanged"
+    console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
+    return FINE
+
+
+def _asked(options: argparse.Namespace, robot: str, sensors: list[str]) -> Options:
+    """Return what the command line says of the package, and what it was told before. Raises WrongUsage."""
+    from .deploying import told_before
+    from .naming import OF_A_NAME, is_legal, package_name
+    from .package import Options
+
+    asked = told_before(Path(options.output), Options(package_name(robot)), sensors)
+    asked = replace(asked, name=options.name or asked.name, build_type=options.build_type or asked.build_type)
+    if not is_legal(asked.name):
+        raise WrongUsage(f'"{asked.name}" is no name for a ROS 2 package: {OF_A_NAME}')
+    if options.package_version is not None:
+        if not _VERSION.fullmatch(options.package_version):
+            message = f'"{options.package_version}" is no version of a ROS 2 package, which has three numbers: 1.2.3'
+            raise WrongUsage(message)
+        asked = replace(asked, version=options.package_version)
+    if options.maintainer is not None:
+        person = _PERSON.fullmatch(options.maintainer)
+        if person is None or not options.maintainer.isprintable():
+            raise WrongUsage(f"\"{options.maintainer}\" is not a name and an address: --maintainer 'NAME <MAIL>'")
+        asked = replace(asked, maintainer=person[1], email=person[2])
+    if options.license is not None:
+        asked = replace(asked, license=_line(options.license, "license"))
+    return replace(asked, topics={**asked.topics, **_topics(options.topics, sensors)})
+
+
+def _topics(texts: list[str], sensors: list[str]) -> dict[str, str]:
+    """Return topics by sensor. Raises WrongUsage."""
+    found = {}
+    for text in texts:
+        sensor, equals, topic = text.partition("=")
+        if not equals or not _TOPIC.fullmatch(topic):
+            raise WrongUsage(f'"{text}" is not SENSOR=TOPIC, such as laser=/scan')
+        if sensor not in sensors:
+            raise WrongUsage(f'the robot has no sensor "{sensor}"; it has {", ".join(sensors) or "none"}')
+        found[sensor] = topic
+    return found
+
+
+def _line(text: str, what: str) -> str:
+    if not text.strip() or not text.isprintable():
+        raise WrongUsage(f"the {what} is one line of text")
+    return text.strip()

@@ -1,0 +1,84 @@
+"""Holding copies against what is compiled: by meaning first, then as text."""
+
+from __future__ import annotations
+
+import dataclasses
+import posixpath
+from collections.abc import Iterable, Sequence
+from typing import NamedTuple
+
+from ...diagnostics.wording import printable
+from ...formats import FORMATS, Artifact, feeds, names_meshes
+from ...formats.templating import Templates
+from ...meaning.golden import CHANGED, NOT_TEXT, compare, shorten
+from ...model import ROBOT_STATE_PUBLISHER, Output, Robot
+from .meshes import settle
+
+_SAME = "same meaning, different text"
+
+
+class Difference(NamedTuple):
+    """How a file differs from what is compiled: changes of meaning in words, and the lines of a unified diff."""
+
+    meaning: tuple[str, ...]
+    lines: tuple[str, ...]
+
+    def told(self, place: str, full: bool) -> list[str]:
+        """Return the difference as lines of plain text, each change with the place of the file before it."""
+        lines = [f"{printable(place)}: {line}" for line in self.meaning]
+        return lines + list(self.lines if full else shorten(self.lines))
+
+
+def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
+    """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
+    if not FORMATS[artifact.backend].located or not urdf:
+        return artifact._replace(file=place)
+    moved = tuple(_moved(output, artifact, place, urdf) for output in robot.outputs)
+    there = dataclasses.replace(robot, outputs=moved)
+    output = next(output for output in moved if output.name == artifact.output)
+    text = FORMATS[artifact.backend].written(there, output, Templates())[0]
+    return artifact._replace(file=place, text=text)
+
+
+def _moved(output: Output, artifact: Artifact, place: str, urdf: str) -> Output:
+    if output.name == artifact.output:
+        return dataclasses.replace(output, file=place)
+    return dataclasses.replace(output, file=urdf) if feeds(output.backend, ROBOT_STATE_PUBLISHER) else output
+
+
+def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:
+    """Return every form in which a copy at ``place`` is as compiled, the most likely one first.
+
+    A launch file may look for any of the ``urdfs``; a URDF may name its meshes in ``package``.
+    """
+    near = sorted(urdfs, key=lambda urdf: (len(posixpath.relpath(urdf, posixpath.dirname(place) or ".")), urdf))
+    copies = [placed(robot, artifact, place, urdf) for urdf in near] if FORMATS[artifact.backend].located else []
+    if names_meshes(artifact) and package:
+        from pathlib import Path
+
+        settled = settle(artifact.text, package, (), Path(posixpath.dirname(place) or "."))
+        if settled.text != artifact.text:
+            copies.append(artifact._replace(file=place, text=settled.text))
+    return [*copies, artifact._replace(file=place)]
+
+
+def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | None:
+    """Return how the bytes of a copy differ from an artifact; None if they do not."""
+    if old == artifact.text.encode():
+        return None
+    comparison = compare(robot, [artifact], {artifact.file: old})
+    meaning = [change.text + (f" ({change.remark})" if change.remark else "") for change in comparison.changes]
+    lines: tuple[str, ...] = ()
+    for text in comparison.texts:
+        if text.kind == NOT_TEXT:
+            meaning.append("no UTF-8 text")
+        elif text.kind == CHANGED:
+            remark = text.remark.replace("the committed file", "the file")
+            meaning += [remark] if remark else []
+            lines = _headed(text.lines)
+    return Difference(tuple(meaning) or (_SAME,), lines)
+
+
+def _headed(lines: Sequence[str]) -> tuple[str, ...]:
+    """Return a diff whose first line says that the old text is the deployed one."""
+    return tuple(line.replace("--- committed/", "--- deployed/", 1) if i == 0 else line for i, line in enumerate(lines))

@@ -1,0 +1,149 @@
+"""rosorin-compile deploy: write the artifacts into a ROS 2 package that exists."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics.console import Console
+from ...diagnostics.registry import PACKAGES, Rule
+from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, compiled_one, format_options, one_robot, place
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...formats import Artifact
+    from ...model import Robot
+    from .deploying import Plan
+
+RULES = (
+    Rule(
+        "deploy-unreadable",
+        "The folder cannot be read, or holds more than 50,000 files.",
+        "Name the folder of the package.",
+        PACKAGES,
+    ),
+    Rule("deploy-changes", "A note: what was changed (in the forms for programs).", topic=PACKAGES),
+)
+
+_HOW = "rosorin-compile deploy ROBOT --to FOLDER"
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    command.add_argument("--to", required=True, type=place, metavar="FOLDER", help="the package, or any other folder")
+    command.add_argument(
+        "--map",
+        action="append",
+        default=[],
+        metavar="OUTPUT=PLACE",
+        help="where an output goes in FOLDER (none: nowhere); remembered there",
+    )
+    command.add_argument(
+        "--install", type=place, metavar="FOLDER", help="the install space; default: the one beside, if any"
+    )
+    command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
+    command.add_argument("--full", action="store_true", help="show text differences in full")
+    format_options(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile a robot and put its artifacts into a folder."""
+    from ...frontend.load import LoadError
+    from ...output import OutputError
+
+    folder = Path(options.to)
+    if not folder.is_dir():
+        raise WrongUsage(f'there is no folder "{folder}"; rosorin-compile package makes a new package')
+    console, _, compiled = compiled_one(options, "one robot is deployed at a time", _HOW)
+    code = PROBLEMS
+    if compiled is not None and compiled.robot is not None:
+        try:
+            code = _deploy(options, console, compiled.robot, compiled.artifacts)
+        except (LoadError, OutputError) as problem:
+            console.show([problem.diagnostic])
+        except OSError as problem:
+            console.show([_unreadable(folder, problem)])
+    console.finish()
+    return code
+
+
+def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifacts: tuple[Artifact, ...]) -> int:
+    """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
+    from ...diagnostics import has_errors
+    from ...formats import FORMATS
+    from . import naming
+    from .checking import launch_files
+    from .deploying import afterwards, plan, told
+    from .finding import files_below
+    from .placing import check_way
+
+    folder = Path(options.to)
+    files = files_below(folder, skip_built=True)
+    wanted = naming.read(folder, robot.name) | _mapped(options.map, artifacts)
+    planned = plan(robot, artifacts, folder, files, wanted)
+    console.show(planned.diagnostics)
+    if has_errors(planned.diagnostics):
+        return PROBLEMS
+    for copy in planned.copies:
+        check_way(folder.resolve(), copy.place)
+    _tell(console, told(planned.copies, options.full))
+    _write(options, console, robot, planned, wanted)
+    ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
+    problems = list(launch_files(robot, folder, files, ours))
+    problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
+    console.show(problems)
+    changes = options.dry_run and any(not copy.is_same for copy in planned.copies)
+    return PROBLEMS if changes or has_errors(problems) else FINE
+
+
+def _write(options: argparse.Namespace, console: Console, robot: Robot, planned: Plan, wanted: dict[str, str]) -> None:
+    """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
+    from . import naming, placing
+
+    folder = Path(options.to)
+    same = sum(copy.is_same for copy in planned.copies)
+    summary = f"{robot.name}: {len(planned.copies) - same} of {len(planned.copies)} files in {folder}"
+    if options.dry_run:
+        console.say(f"{summary} would be written")
+        return
+    files = {copy.place: copy.artifact.text.encode() for copy in planned.copies}
+    if options.map:
+        files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
+    placing.place(folder, files)
+    every = f"all {same} files" if same > 1 else "the one file" if same else "no file"
+    console.say(f"{summary} written" if same < len(planned.copies) else f"{robot.name}: {every} as compiled")
+
+
+def _mapped(texts: list[str], artifacts: tuple[Artifact, ...]) -> dict[str, str]:
+    """Return the places of outputs that are told; a folder gets the name of the file. Raises WrongUsage."""
+    names = {artifact.output: artifact.file.rpartition("/")[2] for artifact in artifacts}
+    found = {}
+    for text in texts:
+        output, equals, place = text.partition("=")
+        if not equals or not place:
+            raise WrongUsage(f'"{text}" is not OUTPUT=PLACE, such as urdf=urdf/robot.urdf')
+        if output not in names:
+            raise WrongUsage(f'the robot has no output "{output}"; it has {", ".join(names)}')
+        found[output] = place + names[output] if place.endswith("/") else place
+    return found
+
+
+def _tell(console: Console, lines: list[str]) -> None:
+    """Print what changes; a program gets it as a note."""
+    from ...diagnostics import NOTE, Diagnostic
+
+    if console.for_people:
+        for line in lines:
+            print(line)
+    elif lines:
+        console.show([Diagnostic("deploy-changes", NOTE, "\n".join(lines))])
+
+
+def _unreadable(folder: Path, problem: OSError) -> Diagnostic:
+    from ...diagnostics import error
+
+    message = f"cannot read {folder}: {problem.strerror or problem}"
+    return error("deploy-unreadable", message, None, "name another folder")

@@ -1,0 +1,310 @@
+"""Deploying: where the artifacts go in a package that people already have, and what that changes there.
+
+A package that stands there already may be one of ours, which was told what it is made of.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
+from ...diagnostics.bounded import yaml_of
+from ...diagnostics.registry import PACKAGES, Rule
+from ...formats import FORMATS, Artifact, feeds, names_meshes
+from ...model import ROBOT_STATE_PUBLISHER, Robot
+from ...xml.markup import Element, MarkupError, parse
+from .copies import Difference, difference, forms, placed
+from .finding import copies, other_robot, package_of
+from .installing import install_space, missing, share_folder, undeclared
+from .meshes import settle
+from .naming import NOWHERE
+from .package import Options
+
+RULES = (
+    Rule(
+        "deploy-other-robot",
+        "Where an artifact would go, that of another robot stands.",
+        "`--map OUTPUT=PLACE`",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-ambiguous",
+        "The folder has several copies of an artifact, or two outputs would go to one place.",
+        "`--map OUTPUT=PLACE`",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-nowhere",
+        "A note: outputs that go nowhere, for there is no copy of them yet.",
+        "`--map OUTPUT=PLACE`, or `none`",
+        PACKAGES,
+    ),
+    Rule("deploy-no-package", "A note: the folder is in no ROS package.", topic=PACKAGES),
+    Rule(
+        "deploy-not-installed",
+        "A warning: `setup.py` or `CMakeLists.txt` does not install a file.",
+        "Add the line that is given.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-not-depended",
+        "A warning: `package.xml` does not name a package whose nodes the launch files start.",
+        "Add the line that is given.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-not-built",
+        "A warning: the install space has older copies, or none.",
+        "`colcon build`, after every deploy.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-no-install",
+        "The folder that `--install` names does not have the package.",
+        "Name the install folder of the workspace.",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-install-space",
+        "A warning: the folder is an install space, which the next build writes over.",
+        "Deploy into the sources.",
+        PACKAGES,
+    ),
+    Rule(
+        "package-exists",
+        "The folder has files of a package that the tool did not make.",
+        "A new folder, or `rosorin-compile deploy`.",
+        PACKAGES,
+    ),
+)
+
+
+class Copy(NamedTuple):
+    """An artifact and its place in the folder; the bytes there now, None if there are none, and how they differ."""
+
+    place: str
+    artifact: Artifact
+    old: bytes | None
+    difference: Difference | None
+
+    @property
+    def is_same(self) -> bool:
+        """Whether the place holds exactly this artifact."""
+        return self.old is not None and self.difference is None
+
+
+class Plan(NamedTuple):
+    """What deploying would write; nothing if the diagnostics hold an error."""
+
+    copies: tuple[Copy, ...]
+    diagnostics: list[Diagnostic]
+
+
+def plan(
+    robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], told: Mapping[str, str]
+) -> Plan:
+    """Return where each artifact goes: as ``told`` (place by output), else where a copy is, else by its kind."""
+    places: dict[str, str] = {}
+    diagnostics: list[Diagnostic] = []
+    for artifact in artifacts:
+        place = told.get(artifact.output)
+        if place is None:
+            there = copies(folder, files, robot.name, artifact)
+            place = _only(artifact, there, diagnostics)
+            diagnostics += _others(robot, artifact, folder, place)
+        if place != NOWHERE:
+            places[artifact.output] = place
+    diagnostics += _clashes(places)
+    if any(one.severity == "error" for one in diagnostics):
+        return Plan((), diagnostics)
+    main = next((places[a.output] for a in artifacts if _is_main(a) and a.output in places), "")
+    going = [placed(robot, a, places[a.output], main) for a in artifacts if a.output in places]
+    package = package_of(folder)
+    if package is not None and package[0] == folder.resolve():
+        going = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in going]
+    left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
+    if left:
+        message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
+        help = f"--map OUTPUT=PLACE puts one there; --map OUTPUT={NOWHERE} keeps it quiet"
+        diagnostics.append(Diagnostic("deploy-nowhere", NOTE, message, None, (), help))
+    return Plan(tuple(_copy(robot, artifact, folder) for artifact in going), diagnostics)
+
+
+def _is_main(artifact: Artifact) -> bool:
+    """Say whether an artifact is what robot_state_publisher reads."""
+    return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
+
+
+def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
+    """Return the one place of an artifact; where there is none yet, that of its kind."""
+    name = artifact.file.rpartition("/")[2]
+    if not places:
+        format = FORMATS[artifact.backend]
+        return f"{format.folder}/{name}" if format.deploys else NOWHERE
+    if len(places) > 1:
+        message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
+        help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"
+        diagnostics.append(error("deploy-ambiguous", message, None, help))
+    return places[0]
+
+
+def _others(robot: Robot, artifact: Artifact, folder: Path, place: str) -> Iterator[Diagnostic]:
+    """Yield an error where a place that nobody told holds the artifact of another robot."""
+    other = other_robot(folder / place, robot.name) if place != NOWHERE else ""
+    if other:
+        message = f"{place} is there for the robot {other}, not for {robot.name}"
+        help = f"say another place with --map {artifact.output}=PLACE, or this one to write over it"
+        yield error("deploy-other-robot", message, None, help)
+
+
+def _with_meshes(artifact: Artifact, package: str, folder: Path, diagnostics: list[Diagnostic]) -> Artifact:
+    """Return a URDF whose meshes are in the package, if they are there; else say what is missing."""
+    if not names_meshes(artifact):
+        return artifact
+    settled = settle(artifact.text, package, (), folder)
+    diagnostics += settled.diagnostics
+    return artifact if settled.diagnostics else artifact._replace(text=settled.text)
+
+
+def _clashes(places: Mapping[str, str]) -> Iterator[Diagnostic]:
+    taken: dict[str, str] = {}
+    for output, place in places.items():
+        other = taken.setdefault(place, output)
+        if other != output:
+            message = f"the outputs {other} and {output} would both go to {place}"
+            yield error("deploy-ambiguous", message, None, f"say --map {output}=PLACE")
+
+
+def _copy(robot: Robot, artifact: Artifact, folder: Path) -> Copy:
+    path = folder / artifact.file
+    old = path.read_bytes() if path.is_file() else None
+    return Copy(artifact.file, artifact, old, None if old is None else difference(robot, artifact, old))
+
+
+def told(copies_: Sequence[Copy], full: bool) -> list[str]:
+    """Return what changes, as lines of plain text."""
+    lines: list[str] = []
+    for copy in copies_:
+        if copy.old is None:
+            lines.append(f"{copy.place}: new")
+        elif copy.difference is not None:
+            lines += copy.difference.told(copy.place, full)
+    return lines
+
+
+def afterwards(robot: Robot, plan: Plan, folder: Path, install: Path | None) -> Iterator[Diagnostic]:
+    """Yield what keeps the written files from the robot: not installed, or an install space with older copies."""
+    package = package_of(folder)
+    if package is None:
+        message = f"{folder} is in no ROS package: nothing here says how the files get to the robot"
+        yield Diagnostic("deploy-no-package", NOTE, message, None, (), "rosorin-compile package writes a package")
+        return
+    root, name = package
+    inside = folder.resolve().relative_to(root).as_posix()
+    names = [copy.place if inside == "." else f"{inside}/{copy.place}" for copy in plan.copies]
+    if root.parent.name == "share":
+        message = f"{folder} is an install space: the next colcon build writes over what is deployed here"
+        yield Diagnostic("deploy-install-space", WARNING, message, None, (), "deploy into the sources, and build")
+        return
+    for file, build in missing(root, name, names):
+        message = f"{build.decided_by} of {name} does not install {file}"
+        yield Diagnostic("deploy-not-installed", WARNING, message, None, (), f"add: {build.line}")
+    yield from _undeclared(plan, root, name)
+    share = install_space(root, name) if install is None else share_folder(install, name)
+    if share is None and install is not None:
+        message = f"there is no package {name} in {install}"
+        yield error("deploy-no-install", message, None, "name the install folder of the workspace")
+    if share is not None:
+        yield from _stale(robot, plan, names, share, name)
+
+
+def _undeclared(plan: Plan, root: Path, name: str) -> Iterator[Diagnostic]:
+    texts = [path.read_text("utf-8", "replace") for path in sorted(root.glob("launch/*")) if path.is_file()]
+    texts += [copy.artifact.text for copy in plan.copies if FORMATS[copy.artifact.backend].located]
+    for needed in undeclared(root, texts):
+        message = f"package.xml of {name} does not name {needed}, which its launch files start"
+        yield Diagnostic("deploy-not-depended", WARNING, message, None, (), f"add: <exec_depend>{needed}</exec_depend>")
+
+
+def _stale(robot: Robot, plan: Plan, names: Sequence[str], share: Path, package: str) -> Iterator[Diagnostic]:
+    """Yield which files of an install space are not those that the sources hold now."""
+    stale = []
+    urdfs = [copy.place for copy in plan.copies if names_meshes(copy.artifact)]
+    for copy, name in zip(plan.copies, names, strict=True):
+        path = share / name
+        texts = [form.text.encode() for form in forms(robot, copy.artifact, copy.place, urdfs, package)]
+        if not path.is_file() or path.read_bytes() not in texts:
+            stale.append(f"{name} ({'older' if path.is_file() else 'missing'})")
+    if stale:
+        message = f"{share} is what runs, and it is not what was deployed: {', '.join(stale)}"
+        help = f"colcon build --packages-select {package}; without --symlink-install, build after every deploy"
+        yield Diagnostic("deploy-not-built", WARNING, message, None, (), help)
+
+
+STAMP = "Generated by rosorin-compile"
+
+
+def refused(target: Path, names: Iterable[str]) -> Diagnostic | None:
+    """Return why a package may not be written into a folder: it would write over files of somebody else."""
+    manifest = target / "package.xml"
+    if manifest.is_file() and STAMP in _text(manifest):
+        return None
+    there = [name for name in ("package.xml", *sorted(names)) if (target / name).exists()]
+    if not there:
+        return None
+    message = f"{target} has a {there[0]} that this tool did not make"
+    help = "name a new folder; rosorin-compile deploy puts the artifacts into a package that you have"
+    return error("package-exists", message, None, help)
+
+
+def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Options:
+    """Return ``options`` with what the package in ``target`` was told when it was made, if it is one of ours."""
+    manifest = target / "package.xml"
+    text = _text(manifest) if manifest.is_file() else ""
+    if STAMP not in text:
+        return options
+    try:
+        root = parse(Source(str(manifest), text)).root
+    except MarkupError:
+        return options
+    elements = {child.tag: child for child in root.iter()}
+    changes: dict[str, Any] = {
+        field: elements[tag].text.strip()
+        for field, tag in (
+            ("name", "name"),
+            ("version", "version"),
+            ("license", "license"),
+            ("maintainer", "maintainer"),
+        )
+        if tag in elements
+    }
+    changes |= {"build_type": elements["build_type"].text.strip()} if "build_type" in elements else {}
+    changes |= _email(elements)
+    return dataclasses.replace(options, **changes, topics=_topics(target, set(sensors)))
+
+
+def _email(elements: dict[str, Element]) -> dict[str, str]:
+    email = elements["maintainer"].get("email") if "maintainer" in elements else ""
+    return {"email": email} if email else {}
+
+
+def _topics(target: Path, sensors: set[str]) -> dict[str, str]:
+    """Return the topics by sensor of the view that was made for RViz; none if it cannot be read."""
+    topics: dict[str, str] = {}
+    for path in sorted(target.glob("rviz/*.rviz")):
+        try:
+            view = yaml_of(_text(path))
+            for display in view["Visualization Manager"]["Displays"]:
+                topic = display.get("Topic", {}).get("Value")
+                if display.get("Name") in sensors and isinstance(topic, str) and topic:
+                    topics[display["Name"]] = topic
+        except (ValueError, AttributeError, KeyError, TypeError):
+            continue
+    return topics
+
+
+def _text(path: Path) -> str:
+    return path.read_bytes().decode("utf-8", "replace")

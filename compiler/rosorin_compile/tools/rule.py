@@ -1,0 +1,89 @@
+"""rosorin-compile rule: say what the id of a message means, and what to do; or list all ids."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import textwrap
+from collections.abc import Iterable
+
+from ..diagnostics import Diagnostic, did_you_mean, has_errors
+from ..diagnostics.console import Console
+from ..diagnostics.registry import PLUGINS, Rule, every_rule, find
+from .shared import FINE, PROBLEMS, WrongUsage, json_option
+
+_LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
+_WIDTH = 100
+_IMPORTED = {"always": "import writes that entry by itself.", "lenient": "import --lenient writes that entry.", "": ""}
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    what = "what a message has in brackets: axis-zero for error[axis-zero]; default: list all"
+    command.add_argument("words", nargs="*", metavar="ID", help=what)
+    json_option(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print the entries of rules."""
+    of_plugins, diagnostics = _of_plugins()
+    rules = {**of_plugins, **(find(options.words) if options.words else every_rule())}
+    for id in options.words:
+        if id not in rules:
+            raise WrongUsage(f'there is no rule "{id}"; {did_you_mean(id, {**every_rule(), **of_plugins})}')
+    chosen = [rules[id] for id in dict.fromkeys(options.words or sorted(rules))]
+    if options.format == "json":
+        import json
+
+        print(json.dumps([rule._asdict() for rule in chosen], indent=2))
+    elif options.words:
+        print("\n\n".join("\n".join(entry(rule)) for rule in chosen))
+    else:
+        print("\n".join(_listed(chosen)))
+    Console("text").show(diagnostics)
+    return PROBLEMS if has_errors(diagnostics) else FINE
+
+
+def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:
+    """Return the rules of plug-ins by id, and what is wrong with plug-ins."""
+    from ..rules import plugged
+
+    return {rule.id: rule for _, check in plugged().checks for rule in check.rules}, plugged().diagnostics
+
+
+def entry(rule: Rule) -> list[str]:
+    """Return what the page of rules says of one, as lines for a terminal."""
+    lines = [rule.id, *_wrapped(rule.what)]
+    if rule.help:
+        lines += _wrapped(f"What to do: {rule.help}")
+    if rule.accept:
+        lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}, of: [NAME], reason: WHY}}]")
+        lines += _wrapped(_IMPORTED[rule.imported])
+    return lines
+
+
+def _wrapped(text: str) -> list[str]:
+    plain = _LINK.sub(lambda link: f"{link[1]} ({_from_here(link[2])})", text)
+    return textwrap.wrap(plain, _WIDTH, initial_indent="  ", subsequent_indent="  ", break_on_hyphens=False)
+
+
+def _from_here(target: str) -> str:
+    """Return the target of a link on the page of rules as seen from the folder of the project."""
+    if "://" in target:
+        return target
+    return f"docs/rules.md{target}" if target.startswith("#") else f"docs/{target}"
+
+
+def _listed(rules: Iterable[Rule]) -> list[str]:
+    """Return rules by topic, a line each."""
+    topics: dict[str, list[Rule]] = {}
+    for rule in rules:
+        topics.setdefault(rule.topic or PLUGINS, []).append(rule)
+    width = max(len(rule.id) for own in topics.values() for rule in own)
+    lines: list[str] = []
+    for topic in sorted(topics):
+        lines += ["", f"{topic}:"]
+        for rule in topics[topic]:
+            what = textwrap.shorten(_LINK.sub(lambda link: link[1], rule.what), _WIDTH, placeholder=" ...")
+            lines.append(f"  {rule.id:<{width}}  {what}")
+    return lines[1:]

@@ -1,0 +1,152 @@
+"""Reading: one side of a comparison from whatever it was named as: a description, or a file of another format."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ..diagnostics import ERROR, Diagnostic, error, has_errors
+from ..formats import FORMATS, endings
+from ..frontend import asked
+from ..meaning.item import DEFAULT_TOLERANCE, YAML, Difference, Side, several
+from ..meaning.robots import compare_robots
+from ..meaning.tolerance import printing_of
+from ..model import Robot
+from ..plugins import PluginFailed
+from ..project import NoDescription, find, is_file
+
+# What a person is to know before a foreign file is opened.
+_XACRO = "xacro-runs-code"
+_TOLD = (_XACRO,)
+
+
+class Read(NamedTuple):
+    """One side (None if it could not be read), what there is to say, and what of the file is not part of it."""
+
+    side: Side | None
+    diagnostics: list[Diagnostic]
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def expanded(self) -> bool:
+        """Whether the file is a xacro, which takes arguments."""
+        return any(said.rule == _XACRO for said in self.diagnostics)
+
+    @property
+    def deaf(self) -> bool:
+        """Whether there is a robot that takes no arguments: neither a description nor a xacro."""
+        return self.side is not None and self.side.format is not YAML and not self.expanded
+
+    def lines(self, label: str, each: bool) -> list[str]:
+        """Return the lines on what of the file is not part of the robot: all of it, or the first ones."""
+        left = list(dict.fromkeys(self.left_out))
+        return [f"{label}: {what}" for what in (left if each or not left else [several(left)])]
+
+
+def diff(
+    a: str | os.PathLike[str] | Robot,
+    b: str | os.PathLike[str] | Robot,
+    tolerance: float = DEFAULT_TOLERANCE,
+    prefix: str | None = None,
+    *,
+    arguments: Mapping[str, Any] | None = None,
+    a_arguments: Mapping[str, Any] | None = None,
+    b_arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+) -> Difference:
+    """Return how two robots differ by meaning: files of any format, descriptions as ``compile`` takes them, or Robots.
+
+    ``tolerance`` and ``prefix`` as in ``compare_robots``. ``arguments`` are for both sides, ``a_arguments`` and
+    ``b_arguments`` for one. A Robot counts as a description, which has a word for everything. What is wrong with the
+    input is no exception: it is in the ``diagnostics`` of the result, which then has no sides.
+    """
+    wrong = _wrong_options(tolerance, prefix)
+    reads = [_asked_side(*one, packages) for one in ((a, [arguments, a_arguments]), (b, [arguments, b_arguments]))]
+    first, second = reads
+    diagnostics = [*wrong, *first.diagnostics, *second.diagnostics]
+    if first.side is None or second.side is None or has_errors(diagnostics):
+        return Difference(None, None, (), (), (), tolerance, tuple(dict.fromkeys(diagnostics)))
+    try:
+        difference = compare_robots(first.side, second.side, tolerance, prefix)
+    except PluginFailed as problem:
+        diagnostics.append(problem.diagnostic)
+        return Difference(None, None, (), (), (), tolerance, tuple(diagnostics))
+    left = [line for read in (first, second) if read.side for line in read.lines(read.side.label, each=True)]
+    return difference._replace(not_compared=(*difference.not_compared, *left), diagnostics=tuple(diagnostics))
+
+
+def _wrong_options(tolerance: object, prefix: object) -> list[Diagnostic]:
+    """Return what is wrong with the options of a comparison."""
+    diagnostics = []
+    if isinstance(tolerance, bool) or not (isinstance(tolerance, (int, float)) and 0 <= tolerance < math.inf):
+        message = f"the tolerance is a number from zero upwards, not {tolerance!s:.60}"
+        diagnostics.append(error("bad-argument", message, None))
+    if not (prefix is None or isinstance(prefix, str)):
+        diagnostics.append(error("bad-argument", f"the prefix is text, not {prefix!s:.60}", None))
+    return diagnostics
+
+
+def _asked_side(robot: object, arguments: list[Mapping[str, Any] | None], packages: object) -> Read:
+    """Return one side of a comparison that a program asks for: a Robot, or the name of one on disk."""
+    if isinstance(robot, Robot):
+        return Read(Side(robot.name, YAML, robot), [])
+    both, own = (asked.ask(robot, some, packages) for some in arguments)
+    if both.diagnostics or own.diagnostics:
+        return Read(None, list(dict.fromkeys([*both.diagnostics, *own.diagnostics])))
+    values: Mapping[str, Any] = {**both.arguments, **own.arguments}
+    file, _ = asked.file_of(own.name)
+    if file is not None and not asked.is_description(file):
+        values, wrong = asked.as_texts(values)
+        if wrong:
+            return Read(None, wrong)
+    try:
+        read = read_side(own.name, values, own.packages)
+    except NoDescription as problem:
+        return Read(None, [error("file-unreadable", str(problem), None)])
+    if own.arguments and read.deaf:
+        return read._replace(diagnostics=[*read.diagnostics, asked.deaf(Path(own.name))])
+    return read
+
+
+def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+    """Return the robot that a word names: file of any format, folder or name of a description.
+
+    ``arguments`` are those of a description or a xacro file. Raises project.NoDescription if there is no such robot.
+    """
+    path = Path(word)
+    if is_file(path) and path.suffix.lower() not in YAML.endings:
+        return _foreign(path, word, arguments, packages)
+    if path.suffix.lower() in endings():
+        raise NoDescription(f'there is no file "{word}"')
+    return _description(find([word], None)[0].path, word, arguments, packages)
+
+
+def _description(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+    from ..pipeline import understand
+
+    _, built, diagnostics = understand(path, arguments, packages=packages)
+    errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
+    if errors or built is None or built.robot is None:
+        return Read(None, errors)
+    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD]
+    return Read(Side(word, YAML, built.robot, folder=path.parent), said)
+
+
+def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+    from ..formats.imported import ReadOptions
+    from ..formats.reading import read_robot
+    from ..frontend.lower import build
+
+    texts = {name: str(value) for name, value in arguments.items()}
+    imported = read_robot(path, ReadOptions(texts, packages, lenient=True))
+    said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in _TOLD]
+    if imported.tree is None or has_errors(said):
+        return Read(None, said)
+    built = build(imported.tree)
+    if built.robot is None:
+        return Read(None, [*said, *built.diagnostics])
+    side = Side(word, FORMATS[imported.format], built.robot, printing_of(imported.tree), path.parent)
+    return Read(side, said, tuple(left.what for left in imported.left_out))

@@ -1,0 +1,1 @@
+"""Transforms and servo pulses, as commands answer them."""

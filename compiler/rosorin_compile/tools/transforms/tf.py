@@ -1,0 +1,268 @@
+"""rosorin-compile tf: say where one frame sits in another, as tf2_echo does."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...diagnostics.console import Console
+from ...diagnostics.registry import ASKING, Rule
+from ...diagnostics.wording import listed
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    Known,
+    WrongUsage,
+    argument_options,
+    beyond_limit,
+    edge_index,
+    given_arguments,
+    mode_option,
+    mode_states,
+    named_robot,
+    one,
+    package_option,
+    understood,
+)
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...model import Robot
+    from ...model.kinematics.graph import NoWay
+    from ...model.kinematics.lookup import Answer
+    from ...model.kinematics.quaternions import Position
+
+RULES = (
+    Rule(
+        "transform-not-known",
+        "On the way between two frames there is a transform whose numbers another node alone knows, or one that "
+        "depends on the mode; or the frames are in trees that do not meet.",
+        "Ask the running robot; give the edge `xyz` and `rpy`; `--mode NAME`.",
+        ASKING,
+    ),
+    Rule(
+        "transform-unpublished",
+        "A note: nobody publishes a transform of the way.",
+        "The answer is that of the description; tf2 has none there.",
+        ASKING,
+    ),
+    Rule(
+        "transform-sometimes",
+        "A note: a transform of the way is published in some modes only.",
+        "`--mode NAME` asks about one of them.",
+        ASKING,
+    ),
+)
+
+_HOW = "rosorin-compile tf SOURCE TARGET ROBOT"
+_MOST_DIGITS = 17
+# Options that may come several times: option, destination, form, help.
+_STATE = (
+    ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
+    ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; planar: 1,2,30deg; over pose and pulses"),
+    ("--sweep", "sweeps", "JOINT=FROM:TO:COUNT", "an answer for each of COUNT positions; several: all combinations"),
+)
+
+
+class Asked(NamedTuple):
+    """The states of the joints that are asked for, and the joints that differ in them, with their units."""
+
+    states: list[dict[str, Position]]
+    swept: dict[str, str]
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="*",
+        metavar="SOURCE TARGET [ROBOT]",
+        help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
+    )
+    named_robot(command)
+    state = command.add_argument_group("state of the joints; those that are not named are at zero")
+    state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
+    for option, dest, form, help in _STATE:
+        state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
+    state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
+    mode_option(command, "off, where one is named")
+    answer = command.add_mutually_exclusive_group()
+    answer.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    answer.add_argument("--table", action="store_true", help="one line a state: x y z in m, roll pitch yaw in degrees")
+    answer.add_argument("--csv", action="store_true", help="one line a state: numbers in full, in m and rad")
+    command.add_argument(
+        "--distro",
+        choices=("humble", "jazzy"),
+        default="humble",
+        help="whose tf2_echo; jazzy says (xyzw); default: humble",
+    )
+    command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print where a frame sits in another."""
+    given, words = given_arguments(options, options.words)
+    value = next((word for word in words if "=" in word), None)
+    if value is not None:
+        raise WrongUsage(f"write --joint {value} for a position, --pulse {value} for a pulse")
+    if not 2 <= len(words) <= 3 or (len(words) == 3 and options.robot):
+        raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
+    if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
+        raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
+    console = Console("text")
+    known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
+    if known is None:
+        return PROBLEMS
+    from ...model.pulses import NoPulse
+
+    try:
+        asked = _asked(known, options)
+    except NoPulse as problem:
+        console.warn(f"rosorin-compile: {problem}")
+        return PROBLEMS
+    code = _limits(known, asked, options.strict, console)
+    return code or _answer(known, words[0], words[1], asked, options, console)
+
+
+def _asked(known: Known, options: argparse.Namespace) -> Asked:
+    """Return the states that the options ask for. Raises WrongUsage, NoPulse."""
+    from ...model.pulses import NoServo
+    from .states import NoState, given, states, sweep_of
+
+    try:
+        start = given(known.robot, options.pose, options.joints, options.pulses)
+        sweeps = [sweep_of(known.robot, text) for text in options.sweeps]
+        slides = {sweep.joint: known.robot.joint[sweep.joint].type == "prismatic" for sweep in sweeps}
+        return Asked(list(states(start, sweeps)), {name: "m" if slide else "rad" for name, slide in slides.items()})
+    except (NoState, NoServo) as problem:
+        raise WrongUsage(str(problem.args[0])) from None
+
+
+def _limits(known: Known, asked: Asked, strict: bool, console: Console) -> int:
+    """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
+    from ...diagnostics import ERROR, WARNING
+    from .states import beyond
+
+    found: dict[tuple[str, str], Diagnostic] = {}
+    for state in asked.states:
+        for one_beyond in beyond(known.robot, state):
+            key = (one_beyond.joint.name, one_beyond.side)
+            if key not in found:
+                found[key] = beyond_limit(known, one_beyond, ERROR if strict else WARNING)
+    console.show(list(found.values()))
+    return PROBLEMS if found and strict else FINE
+
+
+def _answer(known: Known, source: str, target: str, asked: Asked, options: argparse.Namespace, console: Console) -> int:
+    """Print the answer for each state."""
+    from ...model.kinematics.graph import Graph, NoWay
+    from ...model.kinematics.lookup import lookup
+
+    every, graph = Graph(known.robot), Graph(_in_modes(known, options.modes))
+    for frame in (source, target):
+        if frame not in every.moves:
+            from ...diagnostics import did_you_mean
+
+            raise WrongUsage(f'there is no frame "{frame}"; {did_you_mean(frame, every.frames)}')
+        if frame not in graph.moves:
+            console.warn(f'rosorin-compile: in these modes nobody publishes the frame "{frame}"')
+            return PROBLEMS
+    try:
+        answers = [lookup(graph, source, target, state) for state in asked.states]
+    except NoWay as problem:
+        console.show([_no_way(known, problem)])
+        return PROBLEMS
+    console.show(_remarks(known, answers[0]))
+    print(_form(answers, asked, options))
+    return FINE
+
+
+def _form(answers: Sequence[Answer], asked: Asked, options: argparse.Namespace) -> str:
+    """Return the answers in the form that is asked for."""
+    from . import echo
+
+    digits = echo.DIGITS if options.digits is None else options.digits
+    if options.json:
+        import json
+
+        made = [echo.as_json(answer, state) for answer, state in zip(answers, asked.states, strict=True)]
+        return json.dumps(made if asked.swept else made[0], indent=2)
+    if options.csv:
+        return echo.csv(list(asked.swept), asked.states, answers)
+    if options.table:
+        return echo.table(asked.swept, asked.states, answers, digits)
+    blocks = []
+    for answer, state in zip(answers, asked.states, strict=True):
+        head = [f"# {', '.join(f'{joint} = {state[joint]:.6g}' for joint in asked.swept)}"] if asked.swept else []
+        blocks.append("\n".join([*head, *echo.text(answer, digits, options.distro)]))
+    return "\n".join(blocks)
+
+
+def _in_modes(known: Known, modes: list[str]) -> Robot:
+    """Return the robot with the edges of some modes only; of all if none are named. Raises WrongUsage."""
+    from dataclasses import replace
+
+    from ...rules import conditions
+
+    robot = known.robot
+    if not modes:
+        return robot
+    combination = {**dict.fromkeys(robot.modes, False), **mode_states(robot, modes)}
+    return replace(robot, edges=tuple(edge for edge in robot.edges if conditions.holds(edge.when, combination)))
+
+
+def _no_way(known: Known, problem: NoWay) -> Diagnostic:
+    """Return why the description has no answer: which edges are missing, who publishes them, and when."""
+    from ...diagnostics import error
+    from .echo import who
+
+    source, target = problem.source, problem.target
+    if not problem.missing:
+        help = "declare the transform that joins them under edges, with who publishes it"
+        return error("transform-not-known", f"{source} and {target} are in trees that do not meet", None, help)
+    related = []
+    for step in problem.missing:
+        for edge in step.edges:
+            words = "a pose of its own" if edge.pose is not None else "known to that node alone"
+            said = f"{edge.parent} -> {edge.child}: {who(edge.publisher)} publishes it {_when(edge.when)}, {words}"
+            related.append(known.case.related(said, ("edges", edge_index(known.robot, edge))))
+    edges = listed(f"{step.parent} -> {step.child}" for step in problem.missing)
+    message = f"the description has no numbers for {edges}, on the way from {source} to {target}"
+    help = f"ask the running robot, ros2 run tf2_ros tf2_echo {source} {target}; or give the edge xyz and rpy"
+    if all(edge.pose is not None for step in problem.missing for edge in step.edges):
+        message = f"{edges}, on the way from {source} to {target}, depends on the mode"
+        help = "say which mode is on: --mode NAME"
+    first = problem.missing[0].edges[0]
+    path = ("edges", edge_index(known.robot, first))
+    return known.case.problem("transform-not-known", message, path, help, related=related)
+
+
+def _when(when: str) -> str:
+    return f"when {when}" if when else "always"
+
+
+def _remarks(known: Known, answer: Answer) -> list[Diagnostic]:
+    """Return notes on transforms of the way that the running robot has only sometimes, or not at all."""
+    from ...diagnostics import NOTE
+
+    notes = []
+    for move in answer.way:
+        step = move.step
+        path: tuple[str | int, ...]
+        if step.joint is not None:
+            path = known.case.joint(step.joint)
+        else:
+            path = ("edges", edge_index(known.robot, step.edges[0]))
+        if not step.publishers:
+            why = step.joint.publisher.about if step.joint is not None else ""
+            said = f"nobody publishes {step.parent} -> {step.child}{f': {why}' if why else ''}"
+            help = "the answer is that of the description; tf2 on the robot may have none, or another one"
+            notes.append(known.case.problem("transform-unpublished", said, path, help, severity=NOTE))
+        elif all(when for _, when in step.publishers):
+            whens = " or ".join(dict.fromkeys(when for _, when in step.publishers))
+            said = f"{step.parent} -> {step.child} is published when {whens}"
+            notes.append(known.case.problem("transform-sometimes", said, path, "", severity=NOTE))
+    return notes

@@ -1,0 +1,465 @@
+"""Bags: rosbag2 recordings, read raw in batches by rosbags and decoded here, many messages at once.
+
+Which topics are looked at comes first; times of arrival are brought into the clock of the stamps, where the recorder
+had another one.
+"""
+
+from __future__ import annotations
+
+import struct
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...diagnostics import NOTE, WARNING, Diagnostic
+from ...diagnostics.registry import RECORDINGS, Rule
+from ...diagnostics.wording import counted
+from . import cdr, cut_bags
+from .arrays import SECOND, Samples, Times
+from .findings import problem
+from .joints import in_order
+from .recording import MAX_DESCRIPTIONS, Batch, Recording
+
+RULES = (
+    Rule(
+        "recording-damaged",
+        "A recording breaks off, or messages of a topic are cut short. What came before is compared all the same.",
+        "Record again, or recover it.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-cut-off",
+        "A warning: the end of a file is missing, because the recorder was killed, or a copy broke off. What came "
+        "before is read and compared.",
+        "End a recording with Ctrl-C.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-type",
+        "A topic has the name of one that is looked at, and another type.",
+        "Rename it.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-other-clock",
+        "A warning, or a note with `/clock`: all stamps are of another clock than that of the recorder, as in a "
+        "simulation or in a bag that was played. Ages are told by the clock of the stamps.",
+        "`ros2 bag record --use-sim-time`; or set the clocks of the computers.",
+        RECORDINGS,
+    ),
+)
+
+
+BATCH = 16_384
+BATCH_BYTES = 32 << 20
+FAR = 2**62  # ns; no clock is there
+_STAMP_AND_LENGTH = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}
+
+Progress = Callable[[int, int], None]
+
+
+class Unreadable(Exception):
+    """A recording cannot be read at all; the text says why, ``help`` what to do."""
+
+    def __init__(self, message: str, help: str = "") -> None:
+        super().__init__(message)
+        self.help = help
+
+
+class _Damage(Exception):
+    """The reader gave up in the middle of a recording; the text says why."""
+
+
+def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
+    """Read rosbag2 folders or files, one after the other, into a recording. Raises Unreadable."""
+    clock = Clock(recording)
+    for path in paths:
+        for file in _files(path):
+            with _opened(file, recording) as reader:
+                _read_one(reader, file, recording, clock, progress)
+    recording.finish()
+
+
+def _files(path: Path) -> Sequence[Path]:
+    """Return a folder as it is, or its files if one of them is cut: rosbags opens all of a folder or nothing."""
+    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3")) if path.is_dir() else ()
+    return files if any(map(cut_bags.is_cut, files)) else [path]
+
+
+def _opened(path: Path, recording: Recording) -> Any:
+    """Return an open reader; of a file whose end is missing one of what is left. Raises Unreadable."""
+    try:
+        from rosbags.rosbag2 import Reader
+    except ImportError:
+        help = "pip install 'rosorin-compile[verify]'"
+        raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
+    left = cut_bags.opened(path) if path.is_file() and cut_bags.is_cut(path) else None
+    if left is not None:
+        recording.troubles.append(_cut_off(path, left))
+        return _Closing(left)
+    try:
+        reader = Reader(path)
+        reader.open()
+    except Exception as wrong:
+        raise Unreadable(f"{path} cannot be read: {_reason(wrong)}", _help(path)) from None
+    return _Closing(reader)
+
+
+def _cut_off(path: Path, left: cut_bags.CutReader) -> Diagnostic:
+    """Return the finding for a file whose end is missing."""
+    until = (left.end_time - left.start_time) / SECOND
+    how = f"it ends {until:.1f} s after its begin, with {counted(left.message_count, 'message')}"
+    message = f"{path.name} is cut off: {how if left.message_count else 'it ends before its first message'}"
+    help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
+    numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}
+    return problem("recording-cut-off", "the recording", message, help, severity=WARNING, numbers=numbers)
+
+
+class _Closing:
+    """An open reader that is closed at the end, whatever state it is in."""
+
+    def __init__(self, reader: Any) -> None:
+        self.reader = reader
+
+    def __enter__(self) -> Any:
+        return self.reader
+
+    def __exit__(self, *_: object) -> None:
+        self.reader.close()
+
+
+def _reason(problem: BaseException) -> str:
+    """Return what a library says about a problem, on one line."""
+    text = " ".join(str(problem).split()) or type(problem).__name__
+    return text[:300].rstrip(".")
+
+
+def _help(path: Path) -> str:
+    if path.suffix == ".mcap" or any(path.glob("*.mcap")):
+        return "if the recorder was stopped hard, mcap recover writes what can be saved"
+    return "if the recorder was stopped hard, ros2 bag reindex FOLDER may help"
+
+
+def _read_one(reader: Any, path: Path, recording: Recording, clock: Clock, progress: Progress) -> None:
+    topics = topics_of(reader, recording)
+    options = recording.description.options
+    number, first = int(reader.message_count), int(reader.start_time)
+    if not number:
+        return
+    start = first if options.since is None else first + int(options.since * SECOND)
+    stop = None if options.until is None else first + int(options.until * SECOND)
+    recording.span(start, start)
+    wanted = [connection for connection in reader.connections if connection.id in topics]
+    if not wanted:
+        return
+    latched = [connection for connection in wanted if topics[connection.id].kind in (TF_STATIC, ROBOT)]
+    decoder = _Decoder(recording, clock)
+    try:
+        if start > first and latched:
+            _take_all(reader.messages(latched, stop=start), topics, decoder, progress, number)
+            recording.begin_at(start)
+        late = None if start == first else start
+        _take_all(reader.messages(wanted, start=late, stop=stop), topics, decoder, progress, number)
+    except _Damage as wrong:
+        text = f"{path} is damaged: after {recording.messages:,} messages, {wrong}"
+        help = f"what came before is compared all the same; {_help(path)}"
+        recording.troubles.append(problem("recording-damaged", "the recording", text, help))
+
+
+def _whole(messages: Iterator[tuple[Any, int, bytes]]) -> Iterator[tuple[Any, int, bytes]]:
+    """Yield the messages of a reader. Raises _Damage for whatever it raises: bad files make it fail in many ways."""
+    try:
+        for message in messages:
+            if type(message[2]) is not bytes or type(message[1]) is not int or not -FAR < message[1] < FAR:
+                raise _Damage("a message is none, or has no time")
+            yield message
+    except _Damage:
+        raise
+    except Exception as problem:
+        raise _Damage(_reason(problem)) from None
+
+
+def _take_all(
+    messages: Iterator[tuple[Any, int, bytes]],
+    topics: dict[int, Topic],
+    decoder: _Decoder,
+    progress: Progress,
+    count: int,
+) -> None:
+    """Read messages in batches. Raises _Damage, after the messages before have been taken."""
+    waiting: dict[int, tuple[list[int], list[bytes], list[int]]] = {key: ([], [], []) for key in topics}
+    number = size = 0
+    try:
+        for connection, received, raw in _whole(messages):
+            times, raws, order = waiting[connection.id]
+            times.append(received)
+            raws.append(raw)
+            order.append(number)
+            number += 1
+            size += len(raw)
+            if number >= BATCH or size >= BATCH_BYTES:
+                decoder.take(waiting, topics, number)
+                progress(decoder.recording.messages, count)
+                number = size = 0
+    except _Damage:
+        decoder.take(waiting, topics, number)
+        raise
+    decoder.take(waiting, topics, number)
+
+
+class _Decoder:
+    """Decodes batches of raw messages into a recording."""
+
+    def __init__(self, recording: Recording, clock: Clock) -> None:
+        self.recording = recording
+        self.clock = clock
+        self.transforms = cdr.Reader(cdr.transforms)
+        self.states = cdr.Reader(cdr.joint_state)
+        self.frames: dict[bytes, str] = {}
+
+    def take(self, waiting: dict[int, Any], topics: dict[int, Topic], number: int) -> None:
+        """Decode what waits, and forget it."""
+        batch = Batch()
+        self.recording.messages += number
+        self.clock.put(waiting, topics)
+        came = [times for times, _, _ in waiting.values() if times]
+        if came:
+            self.recording.came(np.concatenate(came), len(topics))
+        for key, (times, raws, order) in waiting.items():
+            if not raws:
+                continue
+            topic = topics[key]
+            self.recording.span(times[0], times[-1])
+            broken: list[str] = []
+            if topic.kind in (TF, TF_STATIC):
+                self._transforms(batch, topic.kind == TF_STATIC, (times, raws, order), broken)
+            elif topic.kind == JOINTS:
+                self._states(times, raws, broken)
+            elif topic.kind == ROBOT:
+                self._robot(raws, broken)
+            elif topic.kind != CLOCK:
+                self._headers(batch, topic, times, raws, broken)
+            if broken:
+                self._broken(topic, broken)
+            times.clear(), raws.clear(), order.clear()
+        self.recording.take(batch)
+
+    def _transforms(self, batch: Batch, still: bool, messages: Any, broken: list[str]) -> None:
+        times, raws, order = messages
+        received, places = np.array(times, np.int64), np.array(order, np.int64)
+        for group in self.transforms.groups(raws, broken):
+            frame = self.recording.frame
+            for item in group.layout.items:
+                numbers = group.doubles(item.numbers, 7)
+                stamps = group.stamps(item.stamp)
+                samples = Samples(received[group.places], stamps, numbers[:, :3], numbers[:, 3:])
+                batch.add_edge((still, frame(item.parent), frame(item.child)), places[group.places], samples)
+
+    def _states(self, times: list[int], raws: list[bytes], broken: list[str]) -> None:
+        """Take joint states: the times of all, then the positions of those that name the same joints, as they came."""
+        received, joints = np.array(times, np.int64), self.recording.joints
+        places: dict[tuple[tuple[str, ...], int], list[Any]] = {}
+        stamps = np.zeros(len(raws), np.int64)
+        for group in self.states.groups(raws, broken):
+            item = group.layout.items[0]
+            stamps[group.places] = group.stamps(item.stamp)
+            names, positions = in_order(item.names, group.doubles(item.numbers, item.size))
+            places.setdefault((names, item.size), []).append((group.places, positions))
+        if places:
+            good = np.sort(np.concatenate([part[0] for parts in places.values() for part in parts]))
+            joints.pace.add(received[good], stamps[good], self.recording.start or 0)
+        for (names, _), parts in places.items():
+            at = np.concatenate([part[0] for part in parts])
+            order = np.argsort(at)
+            positions = np.concatenate([part[1] for part in parts])[order]
+            joints.add(names, received[at[order]], stamps[at[order]], positions)
+
+    def _robot(self, raws: list[bytes], broken: list[str]) -> None:
+        for raw in raws:
+            try:
+                text = cdr.Cursor(raw).bytes()
+            except cdr.CdrError as wrong:
+                broken.append(str(wrong))
+                continue
+            known = self.recording.descriptions
+            if text not in known and len(known) < MAX_DESCRIPTIONS:
+                known.append(text)
+
+    def _headers(self, batch: Batch, topic: Topic, times: list[int], raws: list[bytes], broken: list[str]) -> None:
+        for received, raw in zip(times, raws, strict=True):
+            layout = _STAMP_AND_LENGTH.get(raw[1] if len(raw) >= 16 else 9)
+            if layout is None:
+                broken.append("the message is not in CDR")
+                continue
+            seconds, nanoseconds, length = layout.unpack_from(raw, 4)
+            name = raw[16 : 16 + length]
+            if len(name) < length:
+                broken.append(f"the message ends after {len(raw)} bytes, within the name of its frame")
+                continue
+            frame = self.frames.get(name)
+            if frame is None:
+                frame = self.recording.frame(name.rstrip(b"\0").decode("utf-8", "replace"))
+                if len(self.frames) < 10_000:
+                    self.frames[name] = frame
+            key = (topic.name, topic.type, frame)
+            batch.headers.setdefault(key, []).append((received, seconds * SECOND + nanoseconds))
+
+    def _broken(self, topic: Topic, broken: list[str]) -> None:
+        text = f"{topic.name}: {broken[0]}"
+        help = "the file was damaged, or another type was recorded under this name"
+        self.recording.troubles.append(problem("recording-damaged", topic.name, text, help))
+
+
+TF, TF_STATIC, JOINTS, ROBOT, HEADER, CLOCK = range(6)
+TYPES = {
+    TF: "tf2_msgs/msg/TFMessage",
+    TF_STATIC: "tf2_msgs/msg/TFMessage",
+    JOINTS: "sensor_msgs/msg/JointState",
+    ROBOT: "std_msgs/msg/String",
+    CLOCK: "rosgraph_msgs/msg/Clock",
+}
+TOPICS = {"tf": TF, "tf_static": TF_STATIC, "joint_states": JOINTS, "robot_description": ROBOT, "clock": CLOCK}
+# Their frame_id, if there is one, is no place.
+NOT_PLACED = {
+    f"sensor_msgs/msg/{name}" for name in ("JointState", "Joy", "BatteryState", "TimeReference", "Temperature")
+}
+NOT_PLACED |= {"diagnostic_msgs/msg/DiagnosticArray"}
+
+
+class Topic(NamedTuple):
+    """What is done with the messages of a connection."""
+
+    kind: int
+    name: str
+    type: str
+
+
+def topics_of(reader: Any, recording: Recording) -> dict[int, Topic]:
+    """Return what is done with each connection that matters, by its id."""
+    from rosbags.typesys import Stores, get_typestore
+
+    known = get_typestore(Stores.ROS2_HUMBLE).fielddefs
+    namespace = recording.description.options.namespace.strip("/")
+    names = {f"/{name}": kind for name, kind in TOPICS.items()}
+    if namespace:
+        names |= {f"/{namespace}/{name}": kind for name, kind in TOPICS.items()}
+    topics: dict[int, Topic] = {}
+    for connection in reader.connections:
+        topic, kind = connection.topic, names.get(connection.topic, HEADER)
+        recording.topics[topic] = connection.msgtype
+        if kind != HEADER and connection.msgtype != TYPES[kind]:
+            text = f"{topic} is of type {connection.msgtype}, not {TYPES[kind]}"
+            help = "something else uses the name of this topic: rename it"
+            recording.troubles.append(problem("recording-type", topic, text, help))
+        elif kind != HEADER or _has_header(connection, known):
+            topics[connection.id] = Topic(kind, topic, connection.msgtype)
+    return topics
+
+
+def _has_header(connection: Any, known: Any) -> bool:
+    """Say whether the messages of a connection begin with a std_msgs/Header."""
+    if connection.msgtype in NOT_PLACED:
+        return False
+    if connection.msgtype in known:
+        fields = known[connection.msgtype][1]
+        return bool(fields) and str(fields[0][1][1]) == "std_msgs/msg/Header"
+    for line in str(connection.msgdef.data).splitlines():
+        words = line.split("#")[0].split()
+        if len(words) >= 2 and "=" not in line:
+            return words[0] in ("std_msgs/Header", "std_msgs/msg/Header", "Header")
+    return False
+
+
+# Stamps and times of arrival that are all farther apart than this are of two clocks.
+APART = 60 * SECOND
+_STAMPS = {0: struct.Struct(">iI"), 1: struct.Struct("<iI")}
+# Where the first stamp of a message stands; of /tf behind the number of its transforms.
+_PLACES = {TF: 8, JOINTS: 4, HEADER: 4, CLOCK: 4}
+
+
+class Clock:
+    """Tells whether a recording has two clocks, and puts times of arrival into that of the stamps."""
+
+    def __init__(self, recording: Recording) -> None:
+        self.recording = recording
+        self.other: bool | None = None  # whether there are two; None as long as no stamp was seen
+        self._last: tuple[int, int] | None = None  # received, and the time of the stamps then
+
+    def put(self, waiting: Mapping[int, Any], topics: Mapping[int, Topic]) -> None:
+        """Put the times of arrival of a batch into the clock of its stamps, if that is another one."""
+        if self.other is False:
+            return
+        stamps = _stamps(waiting, topics)
+        if self.other is None and stamps:
+            self._decide(stamps)
+        if not self.other:
+            return
+        received, now = self._now(stamps, topics)
+        for times, _, _ in waiting.values():
+            times[:] = np.interp(times, received, now).astype(np.int64).tolist() if len(received) else times
+
+    def _decide(self, stamps: Mapping[int, tuple[Times, Times]]) -> None:
+        """Decide by the first stamps: each topic has to be far off, for one alone is a fault of its node."""
+        apart = {key: float(np.median(received - stamp)) for key, (received, stamp) in stamps.items()}
+        self.other = all(abs(far) > APART for far in apart.values())
+        if not self.other:
+            return
+        self.recording.start, self.recording.end = None, 0
+        simulated = "/clock" in self.recording.topics
+        far = f"{min(map(abs, apart.values())) / SECOND:,.0f} s"
+        message = (
+            f"the stamps are of another clock than the recorder's, {far} apart: ages are told by that of the stamps"
+        )
+        help = "a simulation or a bag that is played does that; computers whose clocks differ do, too"
+        if simulated:
+            help = "a simulation does that; ros2 bag record --use-sim-time records in its time"
+        severity = NOTE if simulated else WARNING
+        self.recording.troubles.append(
+            problem("recording-other-clock", "the recording", message, help, severity=severity)
+        )
+
+    def _now(self, stamps: Mapping[int, tuple[Times, Times]], topics: Mapping[int, Topic]) -> tuple[Times, Times]:
+        """Return times of arrival, ascending, and what the clock of the stamps was then (ns).
+
+        That is what /clock said; without it, the newest stamp of a message that is no transform: localisation stamps
+        transforms with times to come.
+        """
+        kinds = {topics[key].kind for key in stamps}
+        chosen = {CLOCK} if CLOCK in kinds else ({JOINTS, HEADER} & kinds or kinds)
+        parts = [pair for key, pair in stamps.items() if topics[key].kind in chosen]
+        if self._last is not None:
+            parts.append((np.array([self._last[0]]), np.array([self._last[1]])))
+        if not parts:
+            return np.empty(0, np.int64), np.empty(0, np.int64)
+        received, now = (np.concatenate(values) for values in zip(*parts, strict=True))
+        order = np.argsort(received, kind="stable")
+        received, now = received[order], now[order]
+        if CLOCK not in chosen:
+            if float(np.median(now)) < now[0] - SECOND:  # it began anew
+                received, now = received[1:], now[1:]
+            newest = np.maximum.accumulate(now)
+            grown = np.concatenate(([True], newest[1:] > newest[:-1]))
+            received, now = received[grown], newest[grown]
+        self._last = (int(received[-1]), int(now[-1]))
+        return received, now
+
+
+def _stamps(waiting: Mapping[int, Any], topics: Mapping[int, Topic]) -> dict[int, tuple[Times, Times]]:
+    """Return the times of arrival and the first stamps (ns) of the messages of each topic; those of zero are none."""
+    stamps = {}
+    for key, (times, raws, _) in waiting.items():
+        place = _PLACES.get(topics[key].kind)
+        if place is None:
+            continue
+        pairs = []
+        for received, raw in zip(times, raws, strict=True):
+            layout = _STAMPS.get(raw[1] if len(raw) >= place + 8 else 9)
+            if layout is not None:
+                whole, rest = layout.unpack_from(raw, place)
+                pairs += [(received, whole * SECOND + rest)] if whole or rest else []
+        if pairs:
+            both = np.array(pairs, np.int64).T
+            stamps[key] = (both[0], both[1])
+    return stamps

@@ -1,0 +1,260 @@
+"""rosorin-compile verify: hold a recording of the running robot against its description."""
+
+from __future__ import annotations
+
+import argparse
+import re
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics.console import Console, Progress
+from ...diagnostics.registry import RECORDINGS, Rule
+from ...project import ROOT_FILE, Description, NoDescription, find
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    Given,
+    WrongUsage,
+    argument_options,
+    compile_one,
+    descriptions,
+    given_arguments,
+    is_foreign,
+    json_option,
+    mode_option,
+    mode_states,
+    package_option,
+    read,
+    texts,
+)
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...model import Robot
+    from ...pipeline import Compiled
+    from .expected import Choice, Options
+    from .judge import Verdict
+
+RULES = (
+    Rule(
+        "recording-unreadable",
+        "The source is no recording, or not a line of it can be read.",
+        "The message says why; `ros2 bag reindex` or `mcap recover` may help.",
+        RECORDINGS,
+    ),
+)
+
+_SOURCES = "a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
+_RECORDED = re.compile(r"\.mcap$|\.db3$|^metadata\.yaml$")  # files of a rosbag2 folder
+_INSTALL = "rosorin-compile verify needs numpy, and rosbags for recordings: pip install 'rosorin-compile[verify]'"
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="+",
+        metavar="SOURCE [ROBOT]",
+        help="a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text on standard input; then the robot",
+    )
+    mode_option(command, "as fits best")
+    command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
+    command.add_argument("--pose", default="", metavar="NAME", help="the pose of the joints while tf2_echo was asked")
+    command.add_argument("--frames", nargs=2, metavar=("SOURCE", "TARGET"), help="what tf2_echo was asked for")
+    command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
+    command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
+    command.add_argument(
+        "--stale", type=float, default=1.0, metavar="S", help="age in seconds that is too old; default: 1"
+    )
+    command.add_argument("--namespace", default="", metavar="NS", help="namespace of the topics, such as robot1")
+    command.add_argument("--prefix", default="", metavar="TEXT", help="prefix of the recorded frames, such as robot1/")
+    command.add_argument("--strict", action="store_true", help="take warnings for errors")
+    command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
+    command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+    json_option(command)
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Hold one recording against one robot."""
+    given, words = given_arguments(options, options.words)
+    source, description = _asked(words)
+    if source != "-" and not Path(source).exists():
+        raise WrongUsage(f"there is no {source}; name {_SOURCES}")
+    console = Console("text")
+    compiled = _compiled(given, description, console)
+    if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
+        console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
+        console.warn(f"{description.name}: a description with errors is nothing to compare with")
+        return PROBLEMS
+    try:
+        from .bags import Unreadable
+        from .sources import verify
+    except ModuleNotFoundError as problem:
+        if problem.name != "numpy":
+            raise
+        raise WrongUsage(_INSTALL) from None
+    said = _options(options, compiled.robot)
+    bar = Progress("reading")
+    try:
+        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar, sys.stdin.buffer.read)
+    except Unreadable as problem:
+        from ...diagnostics import error
+
+        console.show([error("recording-unreadable", str(problem), None, problem.help)])
+        return PROBLEMS
+    finally:
+        bar.end()
+    verdict = verdict._replace(findings=_placed(verdict, given, description, console))
+    _show(verdict, options, source, description.name, console)
+    _write(verdict, options)
+    return PROBLEMS if verdict.fails(options.strict) else FINE
+
+
+def _compiled(given: Given, description: Description, console: Console) -> Compiled:
+    """Return a description, or a robot in another format, with its artifacts."""
+    if not is_foreign(description.path):
+        return compile_one(given, description, console)
+    from ...frontend.load import LoadError
+    from ...pipeline import Compiled
+    from ..foreign import compile_foreign
+
+    try:
+        return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead)
+    except LoadError as problem:
+        return Compiled(None, (), [problem.diagnostic], ())
+
+
+def _asked(words: list[str]) -> tuple[str, Description]:
+    """Return the source and the robot that are meant. Raises WrongUsage."""
+    if not words or len(words) > 2:
+        raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+    if _is_robot(words[0]):
+        how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
+        raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
+    found = descriptions(words[1:])
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")
+    return words[0], found[0]
+
+
+def _is_robot(source: str) -> bool:
+    """Say whether the word for the recording is a robot: a description, or a file in another format."""
+    from ...formats import endings
+
+    path = Path(source)
+    try:
+        if path.is_dir():
+            files = {file.name for file in path.iterdir()}
+            return ROOT_FILE in files and not any(_RECORDED.search(file) for file in files)
+        found = path if path.is_file() else find([source], None)[0].path
+    except (NoDescription, OSError, ValueError):
+        return False
+    # Messages may be pasted as JSON or as YAML of any name.
+    return found.name == ROOT_FILE or found.suffix.lower() in endings(include=True)
+
+
+def _options(options: argparse.Namespace, robot: Robot) -> Options:
+    """Return what the command line says about the recording. Raises WrongUsage."""
+    from ...diagnostics import did_you_mean
+    from .expected import Options
+
+    modes = mode_states(robot, options.modes)
+    owners = {joint.publisher.name for joint in robot.joints} | {edge.publisher.name for edge in robot.edges}
+    for name in options.without:
+        if name not in owners:
+            raise WrongUsage(f'{robot.name} has no publisher "{name}"; {did_you_mean(name, owners - {""})}')
+    for name in ("since", "until", "stale"):
+        value = getattr(options, name)
+        if value is not None and not 0 <= value < 1e9:
+            raise WrongUsage(f"--{name} {value:g} is no time in seconds")
+    if options.since is not None and options.until is not None and options.since >= options.until:
+        raise WrongUsage("--since is not before --until")
+    frames = (options.frames[0], options.frames[1]) if options.frames else None
+    return Options(
+        modes,
+        frozenset(options.without),
+        _pose(options.pose, robot),
+        frames,
+        options.since,
+        options.until,
+        options.namespace,
+        options.prefix,
+        options.stale,
+    )
+
+
+def _pose(name: str, robot: Robot) -> Choice | None:
+    from ...diagnostics import did_you_mean
+    from .expected import Choice
+
+    if not name:
+        return None
+    pose = next((pose for pose in robot.poses if pose.name == name), None)
+    if pose is None:
+        known = [pose.name for pose in robot.poses]
+        raise WrongUsage(f'{robot.name} has no pose "{name}"; {did_you_mean(name, known) or "it has none"}')
+    return Choice(pose.positions, name)
+
+
+def _placed(verdict: Verdict, given: Given, description: Description, console: Console) -> list[Diagnostic]:
+    """Return the findings with the places in the description of the edges that they are about."""
+    from ...frontend.tree import locate
+    from .findings import with_place
+
+    edges = {edge.name: edge for edge in verdict.description.edges}
+    expands = description.path.suffix == ".xacro"  # that runs code: once is enough
+    if expands or not any(finding.of[0] in edges for finding in verdict.findings):
+        return verdict.findings
+    expanded, built, _ = read(given, description, console)
+    if expanded.tree is None or built is None:
+        return verdict.findings
+    found = []
+    for finding in verdict.findings:
+        edge = edges.get(finding.of[0])
+        if edge is not None:
+            path = edge.place if edge.joint is None else built.places.get(("joint", edge.joint.name), ())
+            finding = with_place(finding, locate(expanded.tree, path, key=True).span)
+        found.append(finding)
+    return found
+
+
+def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
+    from .lines import summary, table
+
+    if options.format == "json":
+        from .machine import as_json
+
+        sys.stdout.write(as_json(verdict, source))
+        return
+    for line in table(verdict):
+        print(line)
+    sys.stdout.flush()
+    console.show(verdict.findings)
+    sys.stderr.flush()
+    print(summary(verdict, name, options.strict))
+
+
+def _write(verdict: Verdict, options: argparse.Namespace) -> None:
+    """Write the files that are asked for. Raises WrongUsage."""
+    if options.junit:
+        from .machine import as_junit
+
+        _save(options.junit, as_junit(verdict, options.strict))
+    if options.picture:
+        from .picture import as_svg
+
+        try:
+            _save(options.picture, as_svg(verdict))
+        except ValueError as problem:
+            raise WrongUsage(f"--picture: {problem}") from None
+
+
+def _save(name: str, text: str) -> None:
+    try:
+        Path(name).write_text(text, "utf-8")
+    except OSError as problem:
+        raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None

@@ -1,0 +1,545 @@
+"""Judge: all findings about a recording, the most serious first.
+
+Edges and the tree have modules of their own; joints, the description that the robot ran with, sensors and pasted text
+are judged here. ``Verdict`` is what comes out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, nearest
+from ...diagnostics.registry import RECORDINGS, Rule
+from ...diagnostics.wording import and_more, counted, first_of
+from ...formats import Artifact, feeds
+from ...meaning.golden import compare
+from ...meaning.wording import amount
+from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
+from . import judge_edges, judge_tree
+from .arrays import SECOND
+from .expected import Description, Expected
+from .findings import difference, half_turn_about, ordered, pose_text, problem, rate_text, seconds, share
+from .joints import JointLog, Range
+from .judge_edges import leaps_text, owner_of
+from .recording import Asked, FrameRow, FrameUse, Lookups, Reading, Recording, Refused, SensorLog
+
+RULES = (
+    Rule(
+        "recording-empty",
+        "There is not one message.",
+        "Record `/tf`, `/tf_static`, `/joint_states` and `/robot_description`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "recording-foreign",
+        "There is not one transform.",
+        "Record those topics; `--namespace` if they have one.",
+        RECORDINGS,
+    ),
+    Rule(
+        "not-compared",
+        "A note: something could not be compared, because a pose or the joint states are not known. An error if "
+        "nothing else was there.",
+        "`--pose NAME`; record `/joint_states`.",
+        RECORDINGS,
+    ),
+    Rule(
+        "joint-state-unknown",
+        "`/joint_states` names a joint that is not described.",
+        "Correct the driver, or the description.",
+        RECORDINGS,
+    ),
+    Rule(
+        "joint-state-missing",
+        "`/joint_states` leaves out a joint that robot_state_publisher moves.",
+        "Correct the driver.",
+        RECORDINGS,
+    ),
+    Rule("joint-state-short", "A joint state has fewer positions than names.", "Correct the driver.", RECORDINGS),
+    Rule(
+        "joint-states-two-values",
+        "Two nodes publish joint states of the same joints.",
+        "Stop one of them.",
+        RECORDINGS,
+    ),
+    Rule("joint-not-a-number", "A position is NaN or infinite.", "Mend the driver.", RECORDINGS),
+    Rule(
+        "joint-beyond-limit",
+        "A warning: a joint was beyond its limits.",
+        "Correct the limits, the zero of the servo, or what drives it there.",
+        RECORDINGS,
+    ),
+    Rule(
+        "other-robot-description",
+        "`/robot_description` is another robot than the compiled URDF.",
+        "Deploy what is compiled.",
+        RECORDINGS,
+    ),
+    Rule(
+        "robot-description-text",
+        "A note: it means the same, in another text.",
+        "Deploy what is compiled.",
+        RECORDINGS,
+    ),
+    Rule(
+        "robot-description-changed",
+        "A warning: there was more than one while the robot ran.",
+        "Start one robot_state_publisher, with one URDF.",
+        RECORDINGS,
+    ),
+    Rule(
+        "frame-unknown",
+        "A message names a frame that is neither described nor published.",
+        "Correct `frame_id` in the driver, or describe the frame.",
+        RECORDINGS,
+    ),
+    Rule(
+        "frame-late",
+        "The first messages of a sensor came before its frame was there.",
+        "Wait for the frame, or start its publisher first.",
+        RECORDINGS,
+    ),
+    Rule(
+        "lookup-fails",
+        "tf2 could not have answered at the exact stamps of messages when they came, because an edge comes too seldom.",
+        "Ask for the latest transform, wait with a timeout, or publish more often.",
+        RECORDINGS,
+    ),
+)
+
+
+def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
+    """Return what is wrong with a recording, held against the description and the compiled artifacts."""
+    findings = list(recording.troubles)
+    nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
+    if (
+        nothing
+        and (recording.timed or not recording.sensors)
+        and not recording.joints.pace.count
+        and not recording.descriptions
+    ):
+        return ordered([*findings, *([] if findings else [_foreign(recording)])])
+    findings += judge_edges.edges(recording)
+    findings += judge_tree.missing(recording)
+    findings += judge_tree.stale(recording)
+    findings += judge_tree.late(recording)
+    findings += judge_tree.clocks(recording)
+    findings += joints(recording)
+    findings += robot_description(recording, artifacts)
+    findings += sensors(recording)
+    findings += rows(recording)
+    findings += asked(recording)
+    if recording.too_many:
+        message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
+        findings.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
+    return ordered(findings)
+
+
+def _foreign(recording: Recording) -> Diagnostic:
+    """Return the finding for a recording without a transform."""
+    topics = sorted(recording.topics)
+    help = "record /tf, /tf_static, /joint_states and /robot_description"
+    if recording.messages == 0 and not topics:
+        return problem("recording-empty", "the recording", "the recording has no messages", help)
+    shown = f": it has {first_of(topics, 6)}" if topics else ""
+    namespaced = [topic for topic in topics if topic.endswith("/tf")]
+    if namespaced and not recording.description.options.namespace:
+        help = f"--namespace {namespaced[0].removesuffix('/tf')} reads {namespaced[0]}"
+    return problem("recording-foreign", "the recording", f"the recording has no transforms{shown}", help)
+
+
+class Verdict(NamedTuple):
+    """A recording, what it was held against, and the findings, the most serious first."""
+
+    recording: Recording
+    description: Description
+    findings: list[Diagnostic]
+
+    def count(self, severity: str) -> int:
+        """Return how many findings are of a severity."""
+        return sum(finding.severity == severity for finding in self.findings)
+
+    def fails(self, strict: bool = False) -> bool:
+        """Whether the robot that ran is not the one that is described; ``strict`` takes warnings for errors."""
+        return bool(self.count(ERROR) or (strict and self.count(WARNING)))
+
+
+_SHOWN, _FEW = 8, 3
+_TOPIC = "/joint_states"
+
+
+def joints(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the joint states, and what could not be compared without them."""
+    log = recording.joints
+    robot = recording.description.robot
+    moving = [series for series in recording.series.values() if not series.constant and series.reference is not None]
+    if not log.pace.count:
+        if moving:
+            message = (
+                f"there is no {_TOPIC}: {len(moving)} moving edges were compared only with what their joints can do"
+            )
+            yield problem("not-compared", _TOPIC, message, f"record {_TOPIC}, too", severity=NOTE)
+        return
+    yield from _unknown(recording, [name for name in log.names if name not in robot.joint])
+    absent = [joint.name for joint in robot.joints if joint.name in recording.description.joint_names - set(log.names)]
+    if absent:
+        message = f"{_TOPIC} never names {', '.join(absent)}: robot_state_publisher does not publish what hangs on it"
+        help = "the driver has to report every joint that robot_state_publisher moves"
+        yield problem("joint-state-missing", _TOPIC, message, help, numbers={"joints": absent})
+    if log.leaps.two:
+        message = f"{_TOPIC} has two values in turns: {leaps_text(log.leaps)}"
+        help = "two nodes publish joint states, such as joint_state_publisher beside the driver: stop one"
+        yield problem("joint-states-two-values", _TOPIC, message, help)
+    if log.too_short:
+        message = f"{share(log.too_short, log.pace.count)} messages of {_TOPIC} have fewer positions than names"
+        yield problem("joint-state-short", _TOPIC, message, "the driver has to give a position for each name")
+    for name, seen in log.ranges.items():
+        yield from _range(log, name, seen)
+    unmatched = [series for series in moving if series.values.compared and not series.values.by_state]
+    if unmatched and len(unmatched) == len(moving):
+        message = f"no transform has the stamp of a message of {_TOPIC}: compared only with what the joints can do"
+        help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
+        yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
+
+
+def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield the joints that are not described: each, or many of them in one finding."""
+    for name in names if len(names) <= _FEW else ():
+        help = did_you_mean(name, recording.description.joint_names)
+        message = f'{_TOPIC} names "{name}", a joint that is not described'
+        yield problem("joint-state-unknown", _TOPIC, message, help)
+    if len(names) > _FEW:
+        shown = first_of([f'"{name}"' for name in names], _SHOWN)
+        message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}"
+        help = "describe them, or look whether this is the recording of this robot"
+        yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
+
+
+def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:
+    if seen.not_numbers:
+        message = f"{name} is no number in {share(seen.not_numbers, seen.seen)} messages of {_TOPIC}"
+        yield problem("joint-not-a-number", _TOPIC, message, "mend the driver")
+    if seen.beyond:
+        lower, upper = log.limits(name)
+        excess = max(lower - seen.lowest, seen.highest - upper)
+        unit = "m" if log.description.robot.joint[name].type == "prismatic" else "rad"
+        often, most = share(seen.beyond, seen.seen), amount(excess, unit)
+        message = f"{name} is beyond its limits in {often} messages, by {most} at most"
+        evidence = [f"seen {_span(seen.lowest, seen.highest)} {unit}, described {_span(lower, upper)} {unit}"]
+        help = "correct the limits, the zero of the servo, or what drives it there"
+        yield problem(
+            "joint-beyond-limit", name, message, help, severity=WARNING, evidence=evidence, numbers={"excess": excess}
+        )
+
+
+def _span(lower: float, upper: float) -> str:
+    texts = [f"{value:.6g}" if math.isfinite(value) else "any" for value in (lower, upper)]
+    return f"{texts[0]} to {texts[1]}"
+
+
+def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
+    """Yield how the URDF that ran differs from the compiled one."""
+    compiled = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
+    if not recording.descriptions or compiled is None:
+        return
+    topic = "/robot_description"
+    if len(recording.descriptions) > 1:
+        message = f"{topic} carried {len(recording.descriptions)} different robots"
+        help = "two robot_state_publishers, or one that was given another URDF while it ran"
+        yield problem("robot-description-changed", topic, message, help, severity=WARNING)
+    for ran in recording.descriptions:
+        if ran.rstrip() == compiled.text.encode().rstrip():
+            continue
+        comparison = compare(recording.description.robot, [compiled], {compiled.file: ran})
+        evidence = [f"ran -> compiled: {change.line()}" for change in comparison.changes[:_SHOWN]]
+        if len(comparison.changes) > _SHOWN:
+            evidence.append(f"...{and_more(len(comparison.changes) - _SHOWN)}")
+        if comparison.changes:
+            many = counted(len(comparison.changes), "difference")
+            message = f"{topic} is not the compiled {compiled.file}: {many} of meaning"
+            help = "deploy what is compiled, and start robot_state_publisher again"
+            yield problem("other-robot-description", topic, message, help, evidence=evidence)
+        elif any("damaged" in difference.remark for difference in comparison.texts):
+            message = f"{topic} cannot be read as a URDF"
+            evidence = [text.remark.partition("(")[2].removesuffix(")") for text in comparison.texts if text.remark]
+            yield problem("other-robot-description", topic, message, "look what was given to it", evidence=evidence)
+        else:
+            message = f"{topic} means what the compiled {compiled.file} means, in another text"
+            help = "deploy what is compiled, so that the two stay the same"
+            yield problem("robot-description-text", topic, message, help, severity=NOTE)
+
+
+# From this share of lookups on that fail they are told of; one in a hundred is a message that was overtaken.
+FAILS = 0.05
+# What messages of these packages say is somewhere; a header of others may be a mere stamp.
+_PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
+
+
+def sensors(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the frames of stamped messages."""
+    failing: dict[str, list[tuple[SensorLog, FrameUse, Lookups]]] = {}
+    late: dict[str, list[tuple[SensorLog, FrameUse]]] = {}
+    for log in recording.sensors.values():
+        for use in log.frames.values():
+            finding = _unknown_frames(recording, log, use)
+            if finding is not None:
+                yield finding
+                continue
+            if use.early and use.ready is not None:
+                late.setdefault(use.frame, []).append((log, use))
+            lookups = use.lookups.get(recording.description.top(use.frame))
+            if lookups is not None and lookups.failed > max(2, FAILS * lookups.asked):
+                failing.setdefault(use.frame, []).append((log, use, lookups))
+    for frame, uses in late.items():
+        yield _late(recording, frame, uses)
+    for frame, asked in failing.items():
+        yield _failing(recording, frame, asked)
+
+
+def _unknown_frames(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic | None:
+    """Return the finding for a frame that is in no tree."""
+    known = recording.description.frames
+    recorded = use.frame in recording.parents or use.frame in recording.parents.values()
+    if use.frame in known or recorded or (not use.frame and not _is_sensor(log.kind)):
+        return None
+    if not use.frame:
+        message = f"{log.topic} is stamped with no frame"
+        return problem("frame-unknown", log.topic, message, "let the driver set frame_id", severity=WARNING)
+    many = counted(use.pace.count, "message")
+    message = f'{log.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
+    near = nearest(use.frame, known)
+    help = did_you_mean(use.frame, known) if near else "set frame_id in the driver, or describe the frame"
+    if use.frame in recording.description.robot.link:
+        help = "the description has this frame, but says that nobody publishes it"
+    placed = not log.kind or log.kind.split("/")[0] in _PLACED
+    return problem("frame-unknown", log.topic, message, help, severity=ERROR if placed else WARNING)
+
+
+def _is_sensor(kind: str) -> bool:
+    return kind.startswith("sensor_msgs/") or kind == ""
+
+
+def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse]]) -> Diagnostic:
+    log, use = max(uses, key=lambda both: both[1].early)
+    start = recording.start or 0
+    ready = start if use.ready is None else use.ready
+    wait = (ready - use.pace.first) / SECOND
+    first = (use.pace.first - start) / SECOND
+    message = (
+        f'the frame "{frame}" did not exist when the first message of {log.topic} came: {seconds(wait)} later it did'
+    )
+    evidence = [
+        f"first message {first:.2f} s into the recording, {use.waited_for} at {(ready - start) / SECOND:.2f} s",
+        f"{share(use.early, use.pace.count)} messages could not be placed",
+    ]
+    evidence += [f"also {other.topic}: {share(its.early, its.pace.count)}" for other, its in uses if other is not log]
+    help = "let whoever uses the sensor wait for its frame, or start the publisher of the frame first"
+    return problem(
+        "frame-late", log.topic, message, help, evidence=evidence, numbers={"seconds": wait, "messages": use.early}
+    )
+
+
+def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, FrameUse, Lookups]]) -> Diagnostic:
+    log, _, lookups = max(asked, key=lambda entry: entry[2].failed / entry[2].asked)
+    slowest = max(lookups.slowest, key=lambda name: lookups.slowest[name])
+    series = next(series for series in recording.series.values() if series.name == slowest and not series.still)
+    message = (
+        f"{log.topic}: {frame} in {lookups.target} could not be looked up at the exact stamp for "
+        f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
+        f"{seconds(lookups.lag_most)} at most"
+    )
+    why = f"slowest is {slowest}{owner_of(series)} at {rate_text(series.pace.rate)}"
+    if series.values.by_state:
+        why += f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
+    evidence = [why]
+    evidence += [f"also {o.topic}: {share(its.failed, its.asked)}" for o, _, its in asked if o is not log]
+    help = "ask for the latest transform where things move slowly, wait with a timeout, or publish the edge more often"
+    numbers = {"share": lookups.failed / lookups.asked, "lag": lookups.mean_lag, "lag_most": lookups.lag_most}
+    return problem("lookup-fails", log.topic, message, help, evidence=evidence, numbers=numbers)
+
+
+class _Step(NamedTuple):
+    """One step between two frames that hang together: over a joint, or over an edge of another node."""
+
+    frame: str
+    up: bool
+    joint: Joint | None
+    edge: Expected | None
+
+
+def _steps(description: Description) -> dict[str, list[_Step]]:
+    """Return the steps from each frame: also over joints that nobody publishes, which tf2_echo may not know."""
+    steps: dict[str, list[_Step]] = {}
+    pairs: list[tuple[str, str, Joint | None, Expected | None]] = []
+    pairs += [(joint.parent, joint.child, joint, None) for joint in description.robot.joints]
+    pairs += [(edge.parent, edge.child, None, edge) for edge in description.edges if edge.joint is None]
+    for parent, child, joint, edge in pairs:
+        steps.setdefault(parent, []).append(_Step(child, False, joint, edge))
+        steps.setdefault(child, []).append(_Step(parent, True, joint, edge))
+    return steps
+
+
+def _way(description: Description, source: str, target: str) -> list[_Step] | None:
+    """Return the steps from one frame to another; None if they do not hang together."""
+    steps = _steps(description)
+    came: dict[str, tuple[str, _Step]] = {}
+    waiting = [source]
+    for frame in waiting:
+        for step in steps.get(frame, ()):
+            if step.frame not in came and step.frame != source:
+                came[step.frame] = (frame, step)
+                waiting.append(step.frame)
+    way: list[_Step] = []
+    here = target
+    while here != source:
+        if here not in came:
+            return None
+        here, step = came[here]
+        way.append(step)
+    return way[::-1]
+
+
+def _placed(description: Description, way: list[_Step], positions: Mapping[str, float]) -> Transform:
+    """Return where the way leads; every edge of it has a value."""
+    result = Transform()
+    for step in way:
+        value = step.edge.transform if step.edge is not None and step.edge.transform is not None else Transform()
+        if step.joint is not None:
+            value = step.joint.transform(description.robot.position(step.joint, positions))
+        result = result.then(value.inverse() if step.up else value)
+    return result
+
+
+def asked(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the answers of tf2_echo that are not what the description gives."""
+    refused = {(question.source, question.target): question for question in recording.refused}
+    answers = []
+    for answer in recording.asked:
+        refused.pop((answer.source, answer.target), None)
+        answers.append(list(_answer(recording, answer)))
+    nothing = not recording.series and all(of and of[0].rule == "not-compared" for of in answers)
+    for finding in (finding for of in answers for finding in of):
+        yield finding._replace(severity=ERROR) if nothing else finding
+    for question in refused.values():
+        yield _refused(recording, question)
+
+
+def outcome(recording: Recording, answer: Asked) -> str:
+    """Return in a few words how an answer compares with the description."""
+    finding = next(_answer(recording, answer), None)
+    if finding is None:
+        return "as described"
+    return "not compared" if finding.rule == "not-compared" else "not as described"
+
+
+def _answer(recording: Recording, answer: Asked) -> Iterator[Diagnostic]:
+    description = recording.description
+    name = f"{answer.source} -> {answer.target}"
+    known = description.frames | set(description.robot.link)
+    for frame in (answer.source, answer.target):
+        if frame not in known:
+            message = f'tf2_echo was asked for "{frame}", a frame that is not described'
+            yield problem("frame-unknown", name, message, did_you_mean(frame, known))
+            return
+    way = _way(description, answer.source, answer.target)
+    unknown = [step.edge for step in way or () if step.edge is not None and step.edge.transform is None]
+    if way is None or unknown:
+        missing = ", ".join(f"{edge.name}, which {edge.owner} alone knows" for edge in unknown)
+        message = f"{name} cannot be compared: between them is {missing or 'nothing that is described'}"
+        yield problem("not-compared", name, message, "ask for frames of the robot itself", severity=NOTE)
+        return
+    needed = {description.leader(step.joint)[0] for step in way if step.joint is not None and step.joint.moves}
+    absent = [joint.name for joint in description.robot.joints if joint.name in needed - set(answer.positions)]
+    if absent:
+        message = f"{name} cannot be compared: where {', '.join(absent)} stood is not known"
+        yield problem("not-compared", name, message, "give --pose, or paste /joint_states above", severity=NOTE)
+        return
+    expected = _placed(description, way, answer.positions)
+    for reading in answer.readings:
+        finding = _reading(recording, name, answer, reading, expected)
+        if finding is not None:
+            yield finding
+            return
+
+
+def _reading(
+    recording: Recording, name: str, answer: Asked, reading: Reading, expected: Transform
+) -> Diagnostic | None:
+    """Return the finding for one of the forms of an answer; None if it fits as far as it is printed."""
+    printed = Transform(reading.rows or expected.rows, reading.xyz or expected.xyz)
+    _, radians, _ = difference(expected, printed)
+    moved = max(abs(a - b) for a, b in zip(expected.xyz, printed.xyz, strict=True)) > reading.metres
+    turned = radians > reading.radians
+    if not moved and not turned:
+        return None
+    # What is within the digits that were printed is no difference to speak of.
+    recorded = Transform(printed.rows if turned else expected.rows, printed.xyz if moved else expected.xyz)
+    metres, radians, words = difference(expected, recorded)
+    rule = "mounted-backwards" if half_turn_about(expected, recorded) == "z" else "edge-wrong-value"
+    evidence = [f"described: {pose_text(expected)}", f"printed:   {_printed(reading, printed)} (line {answer.line})"]
+    edge = next((edge for edge in recording.description.edges if edge.name == name), None)
+    help = "deploy what is compiled, or correct the description"
+    if edge is not None:
+        help = f"{edge.owner} publishes it: {help}"
+    message = f"{name} is {words} against the description"
+    return problem(rule, name, message, help, evidence=evidence, numbers={"metres": metres, "radians": radians})
+
+
+def _printed(reading: Reading, pose: Transform) -> str:
+    """Return a pose in words, of it only what was printed."""
+    place, turn = pose_text(pose).split(", ")
+    if reading.rows is None:
+        return place
+    return turn if reading.xyz is None else f"{place}, {turn}"
+
+
+def _refused(recording: Recording, question: Refused) -> Diagnostic:
+    name = f"{question.source} -> {question.target}"
+    message = f"tf2_echo got no answer for {name}: {question.why}"
+    owners = [
+        edge
+        for frame in (question.source, question.target)
+        if f'"{frame}"' in question.why
+        for edge in recording.description.by_child.get(frame, ())
+    ]
+    help = did_you_mean(question.target, recording.description.frames)
+    if owners:
+        help = f"{owners[0].owner} should publish {owners[0].name}"
+    return problem("edge-missing", name, message, help, evidence=[f"line {question.line}"])
+
+
+def rows(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the tree that view_frames saw."""
+    for row in recording.rows:
+        yield from _row(recording, row)
+
+
+def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
+    name = f"{row.parent} -> {row.child}"
+    expected = recording.description.by_child.get(row.child)
+    if expected is None:
+        message = f"{name} was published, but no such edge is described"
+        help = did_you_mean(row.child, recording.description.frames)
+        help = help if help.startswith("did you mean") else "declare it under edges, with the node that publishes it"
+        yield problem("edge-not-described", name, message, help, severity=WARNING)
+        return
+    edge = next((edge for edge in expected if edge.parent == row.parent), expected[0])
+    if edge.parent != row.parent:
+        message = f'the parent of "{row.child}" is "{row.parent}", described is "{edge.parent}"'
+        yield problem("edge-wrong-parent", name, message, f"{edge.owner} should publish {edge.name}")
+    if row.still and edge.moving:
+        message = f"{name} moves, but came on /tf_static: listeners take it for fixed"
+        yield problem("edge-not-moving", name, message, f"{edge.owner} should publish it on /tf, again and again")
+    elif not row.still and not edge.moving:
+        message = (
+            f"{name} never moves, but came on /tf at {row.rate:.1f} Hz: it can be late, which a static one never is"
+        )
+        yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
+    limit = recording.description.options.stale
+    if not row.still and row.age is not None and not math.isnan(row.age) and row.age > limit:
+        message = f"{name} went {seconds(row.age)} stale, when view_frames looked"
+        help = f"whoever asks then gets where things were {seconds(row.age)} ago: look why {edge.owner} stopped"
+        evidence = [f"average rate {row.rate:.1f} Hz"]
+        yield problem("edge-stale", name, message, f"{help} (--stale: {seconds(limit)})", evidence=evidence)

@@ -1,0 +1,114 @@
+"""Sources: what a recording is, told by its content, and the way from it to a verdict."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from ...formats import Artifact
+from ...model import Robot
+from .bags import Progress, Unreadable, read
+from .expected import Description, Options
+from .judge import Verdict, judge
+from .pasted import read_text
+from .recording import Recording
+
+STANDARD_INPUT = "-"
+MAX_TEXT = 64 << 20
+_MCAP, _SQLITE = b"\x89MCAP0\r\n", b"SQLite format 3\0"
+_FORMS = {".mcap": "mcap", ".db3": "sqlite3"}
+
+
+def verify(
+    robot: Robot,
+    artifacts: Sequence[Artifact],
+    source: str,
+    options: Options,
+    progress: Progress = lambda done, all: None,  # noqa: A006, ARG005
+    standard_input: Callable[[], bytes] = lambda: b"",
+) -> Verdict:
+    """Return how a recording compares with a robot and its compiled artifacts.
+
+    ``source`` is a rosbag2 folder, one of its files, a text file, or "-" for text on standard input. Raises Unreadable.
+    """
+    description = Description(robot, options)
+    with np.errstate(all="ignore"):  # a recording may hold any number; what is no number is told as such
+        if source == STANDARD_INPUT:
+            recording = _text(description, standard_input(), "standard input")
+        else:
+            recording = _file_or_folder(description, Path(source), progress)
+        return Verdict(recording, description, judge(recording, artifacts))
+
+
+def _file_or_folder(description: Description, path: Path, progress: Progress) -> Recording:
+    try:
+        if path.is_dir():
+            return _bag(description, _parts(path), f"rosbag2 folder {path}", progress)
+        with path.open("rb") as file:
+            head = file.read(16)
+            if head.startswith((_MCAP, _SQLITE)) or path.suffix in _FORMS:
+                return _bag(description, [_named(path, head)], f"{path}", progress)
+            data = head + file.read(MAX_TEXT + 1)
+    except FileNotFoundError:
+        raise Unreadable(
+            f"there is no {path}", "name a rosbag2 folder, a .mcap or .db3 file, a text file, or -"
+        ) from None
+    except OSError as wrong:
+        raise Unreadable(f"{path} cannot be read: {wrong.strerror}") from None
+    return _text(description, data, str(path))
+
+
+def _named(path: Path, head: bytes) -> Path:
+    """Return the path of a bag file. Raises Unreadable if its name does not say what its content is."""
+    if not head:
+        raise Unreadable(f"{path} is empty", "the recorder wrote nothing, or the copy did not arrive")
+    ending = ".mcap" if head.startswith(_MCAP) else ".db3" if head.startswith(_SQLITE) else ""
+    if not ending:
+        raise Unreadable(f"{path} is no {_FORMS[path.suffix]} file: its first bytes are others", "name a recording")
+    if path.suffix != ending:
+        raise Unreadable(f"{path} is a {_FORMS[ending]} file", f"rename it to {path.stem}{ending}")
+    return path
+
+
+def _parts(folder: Path) -> list[Path]:
+    """Return what is to be read of a folder: itself, or its files where metadata.yaml is missing. Raises Unreadable."""
+    if (folder / "metadata.yaml").is_file():
+        return [folder]
+    files = sorted(path for path in folder.iterdir() if path.suffix in _FORMS and path.is_file())
+    if files:
+        return [_named(path, _head(path)) for path in files]
+    inner = sorted(path.parent.name for path in folder.glob("*/metadata.yaml"))
+    if inner:
+        raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")
+    raise Unreadable(
+        f"{folder} is no recording: it has no metadata.yaml, no .mcap and no .db3", "name a rosbag2 folder"
+    )
+
+
+def _head(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(16)
+
+
+def _bag(description: Description, paths: Sequence[Path], form: str, progress: Progress) -> Recording:
+    recording = Recording(description, form)
+    recording.whole = True
+    read(paths, recording, progress)
+    return recording
+
+
+def _text(description: Description, data: bytes, name: str) -> Recording:
+    """Return what a text says. Raises Unreadable."""
+    if len(data) > MAX_TEXT:
+        raise Unreadable(f"{name} is larger than any pasted text ({MAX_TEXT >> 20} MiB)", "record a bag instead")
+    if b"\0" in data:
+        raise Unreadable(
+            f"{name} is neither a rosbag2 recording nor a text", "name a folder, a .mcap, a .db3 or a text"
+        )
+    recording = Recording(description, f"text in {name}")
+    recording.timed = False
+    read_text(data.decode("utf-8", "replace"), recording)
+    recording.finish()
+    return recording

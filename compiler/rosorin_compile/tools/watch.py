@@ -1,0 +1,146 @@
+"""rosorin-compile watch: compile on every change, and say what moved."""
+
+from __future__ import annotations
+
+import argparse
+import signal
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING
+
+from ..diagnostics.console import Console
+from ..diagnostics.wording import and_more, counted
+from ..output.watch import INTERVAL, Inputs
+from ..project import Description, NoDescription, find
+from .shared import FINE, Given, compile_one, count, descriptions, given_arguments, output_options, robot_options
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from ..meaning.golden import Comparison
+    from ..pipeline import Compiled
+
+MAX_SHOWN = 20  # changes of one run, one line each
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    robot_options(command)
+    output_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compile robots whenever one of their files changes, until Ctrl-C or SIGTERM."""
+    import gc
+
+    gc.enable()  # this run is a long one
+    given, names = given_arguments(options, options.words)
+    watched = {d.path: _Robot(d, given) for d in descriptions(names, options.outputs)}
+    stop = _Stop()
+    for robot in watched.values():
+        robot.compile()
+    _say(f"watching {', '.join(robot.description.name for robot in watched.values())}; Ctrl-C ends it")
+    while not stop.asked:
+        time.sleep(INTERVAL)
+        if not names:
+            _notice_new(watched, given, options.outputs)
+        for robot in watched.values():
+            if not stop.asked and robot.inputs.changed():
+                robot.inputs.settle()
+                robot.compile()
+    _say("watch ended")
+    return FINE
+
+
+class _Stop:
+    """Whether somebody asked for the end. The work at hand is finished first; a second Ctrl-C does not wait for it."""
+
+    def __init__(self) -> None:
+        self.asked = False
+        signal.signal(signal.SIGINT, self._ask)
+        signal.signal(signal.SIGTERM, self._ask)
+
+    def _ask(self, _number: int, _frame: FrameType | None) -> None:
+        self.asked = True
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _notice_new(watched: dict[Path, _Robot], given: Given, outputs: str | None) -> None:
+    """Compile descriptions that were not there before."""
+    try:
+        found = find([], outputs)
+    except NoDescription:
+        return
+    for description in found:
+        if description.path not in watched:
+            watched[description.path] = _Robot(description, given)
+            watched[description.path].compile()
+
+
+class _Robot:
+    """One robot that is watched."""
+
+    def __init__(self, description: Description, given: Given) -> None:
+        self.description = description
+        self.given = given
+        self.inputs = Inputs()
+        self.console = Console("text")
+        self.notes: set[tuple[str, str]] = set()
+
+    def compile(self) -> None:
+        """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
+        self.inputs.read(self._compile)
+
+    def _compile(self) -> Iterable[Path]:
+        """Compile, and return the files that were read; after an error also those that were read before it."""
+        compiled = compile_one(self.given, self.description, self.console)
+        errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
+        self._show(compiled.diagnostics)
+        name = self.description.name
+        if errors:
+            self.console.warn(f"{name}: {counted(errors, 'error')}; the artifacts stay as they are")
+        elif not compiled.artifacts:
+            _say(f"{name}: nothing to emit; say under outputs: what you want")
+        else:
+            self._write(compiled)
+        before = self.inputs.marks if errors else ()
+        return [self.description.path, *self.given.files, *compiled.inputs, *before]
+
+    def _show(self, diagnostics: list[Diagnostic]) -> None:
+        """Print errors and warnings; notes only when they are new."""
+        self.console.show([d for d in diagnostics if d.severity != "note" or (d.rule, d.message) not in self.notes])
+        self.notes |= {(d.rule, d.message) for d in diagnostics if d.severity == "note"}
+
+    def _write(self, compiled: Compiled) -> None:
+        from ..meaning.golden import compare
+        from ..output import OutputError, read_set, write_set
+
+        if compiled.robot is None:
+            return
+        files = {artifact.file: artifact.text for artifact in compiled.artifacts}
+        try:
+            before = read_set(self.description.outputs)
+            comparison = compare(compiled.robot, compiled.artifacts, before)
+            written = write_set(self.description.outputs, files).written
+        except OutputError as problem:
+            self.console.show([problem.diagnostic])
+            return
+        summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
+        _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
+        for line in _moved(comparison):
+            _say(f"  {line}")
+
+
+def _moved(comparison: Comparison) -> list[str]:
+    """Return what changed by its meaning, a line each."""
+    lines = [change.line() for change in comparison.changes]
+    if len(lines) > MAX_SHOWN:
+        lines[MAX_SHOWN:] = [f"...{and_more(len(lines) - MAX_SHOWN)}"]
+    return lines
+
+
+def _say(line: str) -> None:
+    print(line)
+    sys.stdout.flush()

@@ -1,0 +1,186 @@
+"""Elements of XML: how a text is parsed, whether elements are whole, how they look in a file, when two are the same.
+
+Names are names here: a prefix that nothing declares, as in <controller:foo>, is legal text of a URDF.
+
+``canonical`` is what two of them are compared by: without white space, comments and order.
+"""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+from xml.parsers import expat
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+    from xml.parsers.expat import XMLParserType
+
+
+_TOP = b"<robot>"
+_END = b"</robot>"
+
+
+def new_parser() -> XMLParserType:
+    """Return a parser of XML without namespaces, which gives text in one piece; texts are decoded already."""
+    parser = expat.ParserCreate("utf-8")
+    parser.buffer_text = True
+    return parser
+
+
+def tree_of(text: str) -> Element:
+    """Return the tree of an XML text. Raises ValueError if it is not well formed, or might declare entities."""
+    from xml.etree import ElementTree
+
+    if "<!DOCTYPE" in text or "<!ENTITY" in text:
+        raise ValueError("a generated artifact declares no entities")
+    if "xmlns" not in text:
+        try:
+            return ElementTree.fromstring(text)  # noqa: S314 - without entities there is nothing to expand
+        except ElementTree.ParseError as problem:
+            if expat.ErrorString(problem.code) != expat.errors.XML_ERROR_UNBOUND_PREFIX:
+                raise ValueError(str(problem)) from None
+    builder = ElementTree.TreeBuilder()
+    parser = new_parser()
+    parser.StartElementHandler = builder.start
+    parser.EndElementHandler = builder.end
+    parser.CharacterDataHandler = builder.data
+    try:
+        parser.Parse(text, True)
+    except (expat.ExpatError, UnicodeEncodeError) as problem:
+        raise ValueError(str(problem)) from None
+    return builder.close()
+
+
+def canonical(element: Element) -> str:
+    """Return an element in one spelling: what has the same differs in white space, comments and spelling alone.
+
+    Attributes are sorted, one space stands between words, numbers have no spare zeros. No depth of elements can exhaust
+    the interpreter.
+
+    >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
+    '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
+    """
+    found: list[str] = []
+    waiting: list[Element | str] = [element]
+    while waiting:
+        item = waiting.pop()
+        if isinstance(item, str):
+            found.append(item)
+            continue
+        start = f"<{item.tag}" + "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
+        text = _words(item.text or "")
+        if not text and not len(item):
+            found.append(f"{start}/>")
+            continue
+        found.append(f"{start}>{text}")
+        waiting.append(f"</{item.tag}>")
+        for child in reversed(item):
+            waiting += [_words(child.tail or ""), child]
+    return "".join(found)
+
+
+def _words(text: str) -> str:
+    words = " ".join(map(_word, text.split()))
+    return words.replace("&", "&amp;").replace("<", "&lt;").replace('"', "&quot;")
+
+
+def _word(word: str) -> str:
+    try:
+        return word if "_" in word else repr(float(word) + 0.0)
+    except ValueError:
+        return word
+
+
+def damage(text: str) -> str:
+    """Return what keeps a text from being elements of XML, in words; empty if nothing does."""
+    reader = _Reader()
+    try:
+        reader.read(text)
+    except expat.ExpatError as problem:
+        line = f" (line {problem.lineno} of the text)" if "\n" in text.strip() else ""
+        return f"{expat.errors.messages[problem.code]}{line}"
+    except UnicodeEncodeError:
+        return "a character that no file can hold"
+    return reader.wrong or ("" if reader.elements else "there is no element")
+
+
+def indented(text: str, indent: str) -> str:
+    """Return elements with the first line after ``indent`` and the others as far right as they were from it.
+
+    Where a line end or the space after it is part of what the elements say, the text stays as it is.
+    """
+    text = text.replace("\r\n", "\n").strip()
+    reader = _Reader()
+    reader.read(text)
+    first, *rest = text.split("\n")  # and at no other character that ends lines elsewhere
+    if not rest or not reader.loose:
+        return indent + text
+    margin = _margin([line for line in rest if line.strip(" \t")])
+    return "\n".join([indent + first, *(indent + line[len(margin) :] if line.strip(" \t") else "" for line in rest)])
+
+
+def _margin(lines: list[str]) -> str:
+    """Return the blanks that all lines begin with."""
+    margin = min((line[: len(line) - len(line.lstrip(" \t"))] for line in lines), key=len)
+    while not all(line.startswith(margin) for line in lines):
+        margin = margin[:-1]
+    return margin
+
+
+class _Reader:
+    """Reads elements. ``wrong``: what stands beside them; ``loose``: space between them means nothing."""
+
+    def __init__(self) -> None:
+        self.depth = 0
+        self.elements = 0
+        self.wrong = ""
+        self.loose = True
+        self.parser = new_parser()
+        self.parser.StartElementHandler = self._start
+        self.parser.EndElementHandler = self._end
+        self.parser.CharacterDataHandler = self._data
+        self.parser.CommentHandler = self._comment
+        self.parser.StartCdataSectionHandler = self._cdata
+
+    def read(self, text: str) -> None:
+        """Read a text. Raises expat.ExpatError if it is not well formed."""
+        for piece in (_TOP, text.encode(), _END):
+            self.parser.Parse(piece, False)
+        self.parser.Parse(b"", True)
+        # A tag that is written over several lines may have a line end in a value.
+        values = re.findall(r"=\s*(\"[^\"]*\"|'[^']*')", text)
+        self.loose = self.loose and not any("\n" in value for value in values)
+
+    def _start(self, name: str, attributes: dict[str, str]) -> None:  # noqa: ARG002
+        self.depth += 1
+        self.elements += self.depth == 2
+
+    def _end(self, name: str) -> None:  # noqa: ARG002
+        self.depth -= 1
+
+    def _data(self, text: str) -> None:
+        if text.strip():
+            if self.depth == 1:
+                self.wrong = self.wrong or f'"{text.strip()[:20]}" stands outside of an element'
+            self.loose = self.loose and "\n" not in text
+
+    def _comment(self, text: str) -> None:
+        self.loose = self.loose and "\n" not in text
+
+    def _cdata(self) -> None:
+        self.loose = False
+
+
+def fragments(texts: Sequence[str]) -> Counter[str]:
+    """Return each element of some texts in one spelling, and how often it is there; what is no XML as its words."""
+    found: Counter[str] = Counter()
+    for text in texts:
+        try:
+            root = tree_of(f"<all>{text}</all>")
+        except ValueError:
+            found[" ".join(text.split())] += 1
+        else:
+            found.update(map(canonical, root))
+    return found

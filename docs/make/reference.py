@@ -1,0 +1,251 @@
+"""The language reference, made from the JSON Schemas of descriptions, so that it cannot fall behind.
+
+    python docs/make/reference.py > docs/language.md
+
+run in the folder of the project. What a schema cannot say stands in ``docs/_language_head.md``, with marks such as
+``<!-- units -->`` where a table of the tool goes.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from authoring_sections import added_definitions, added_sections, definitions
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.frontend.expression import CONSTANTS
+from rosorin_compile.frontend.expression.functions import BUILT_IN
+from rosorin_compile.frontend.schema import with_formats
+from rosorin_compile.units import DIMENSIONS, UNITS, Dimension, describe
+
+HEAD = Path("docs/_language_head.md")
+_KEYS = ("key", "value", "unit", "needed", "meaning")
+_WORDS = {
+    "string": "text",
+    "number": "number",
+    "integer": "whole number",
+    "boolean": "true or false",
+    "array": "list",
+    "object": "mapping",
+}
+_TYPES = {
+    "any": "anything",
+    "text": "text",
+    "boolean": "`true` or `false`",
+    "integer": "a whole number",
+    "number": "a number without a unit",
+    "list": "a list",
+    "table": "a mapping",
+}
+
+Schema = Mapping[str, Any]
+
+
+def language() -> Schema:
+    """Return the schema of descriptions with what the plain tree has no more: parts, uses, named values, ..."""
+    plain = with_formats(FORMATS.values())
+    sections = plain["properties"]
+    added = added_definitions(sections, plain["$defs"]["arg"])
+    use, kind = added["use"], added["sensor_type"]
+    arguments = {**use["properties"]["with"], "type": "object"}
+    added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
+    mjcf = plain["$defs"]["sensor"]["properties"]["mjcf"]
+    added["sensor_type"] = {**kind, "properties": {**kind["properties"], "mjcf": mjcf}}
+    return {
+        **plain,
+        "properties": {**sections, **added_sections(sections)},
+        "$defs": {**definitions(plain), **added},
+    }
+
+
+def reference(schema: Schema, head: str = "") -> str:
+    """Return the reference of a description's schema in Markdown, after ``head``, whose marks are filled in.
+
+    The schema has its definitions in ``$defs`` and names the unit of a number in ``x-unit``.
+    """
+    return "\n".join([*_filled(head), *_Reference(schema).lines()]) + "\n"
+
+
+def _filled(head: str) -> Iterator[str]:
+    """Yield the lines of the head with the tables that its marks ask for."""
+    tables = {"<!-- units -->": _units, "<!-- functions -->": _functions, "<!-- constants -->": _constants}
+    tables["<!-- types -->"] = _types
+    for line in head.splitlines():
+        yield from tables[line]() if line in tables else (line,)
+
+
+def _units() -> Iterator[str]:
+    """Yield a table of the units by what they measure."""
+    by_dimension: dict[Dimension, list[str]] = {}
+    for name, (_, dimension) in UNITS.items():
+        by_dimension.setdefault(dimension, []).append(f"`{name}`")
+    rows = [(_escaped(describe(dimension)), ", ".join(names)) for dimension, names in by_dimension.items()]
+    yield from _table(("what it is (its SI unit)", "units"), rows)
+
+
+def _functions() -> Iterator[str]:
+    """Yield a table of the functions; those of which the same is said share a row."""
+    by_help: dict[str, list[str]] = {}
+    for function in BUILT_IN:
+        by_help.setdefault(function.help, []).append(f"`{function.name}`")
+    rows = [(", ".join(names), help) for help, names in by_help.items()]
+    yield from _table(("function", "result"), rows)
+
+
+def _types() -> Iterator[str]:
+    """Yield a table of the types that an argument or a parameter may have."""
+    rows = [(f"`{name}`", meaning) for name, meaning in _TYPES.items()]
+    rows += [(f"`{name}`", _escaped(describe(dimension))) for name, dimension in DIMENSIONS.items()]
+    yield from _table(("type", "what it takes"), rows)
+
+
+def _constants() -> Iterator[str]:
+    yield ", ".join(f"`{name}`" for name in CONSTANTS)
+
+
+def _table(headers: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """Yield a table without the columns in which no row says anything."""
+    used = [index for index in range(len(headers)) if any(row[index] for row in rows)]
+    yield f"| {' | '.join(headers[index] for index in used)} |"
+    yield f"|{'---|' * len(used)}"
+    for row in rows:
+        yield f"| {' | '.join(row[index].replace('|', chr(92) + '|') for index in used)} |"
+
+
+class _Reference:
+    """Walks a schema from its top; every entry that is met gets a section of its own, in the order of the walk."""
+
+    def __init__(self, schema: Schema) -> None:
+        self.top = schema
+        self.definitions: Schema = schema["$defs"]
+        self.waiting: list[tuple[str, Schema]] = []
+        self.titles: set[str] = set()
+
+    def lines(self) -> Iterator[str]:
+        """Yield the sections, then the values that are used in many of them."""
+        yield from ("## Sections of a description", "", _sentence(self.top["description"]), "")
+        yield from self.keys(self.top)
+        yield from ("", "## Entries")
+        values: list[tuple[str, str]] = []
+        while self.waiting:
+            title, fragment = self.waiting.pop(0)
+            if "properties" not in fragment:
+                values.append((title, _capital(f"{self.kind(fragment)}. {_sentence(fragment['description'])}")))
+                continue
+            later, self.waiting = self.waiting, []
+            yield from ("", f"### {title}", "", *self.entry(fragment))
+            self.waiting += later
+        yield from ("", "## Values", "", "What many entries use.")
+        for title, text in values:
+            yield from ("", f"### {title}", "", text)
+
+    def entry(self, fragment: Schema) -> Iterator[str]:
+        """Yield what an entry is for, its keys, and which of them go together."""
+        yield from (_sentence(fragment["description"]), "", *self.keys(fragment))
+        together = [(key, *others) for key, others in fragment.get("dependentRequired", {}).items()]
+        if together:
+            groups = dict.fromkeys(" and ".join(f"`{key}`" for key in sorted(group)) for group in together)
+            yield from ("", f"{', '.join(groups)} are given together.")
+        least, most = fragment.get("minProperties"), fragment.get("maxProperties")
+        if least and not fragment.get("required"):
+            yield from ("", f"It has {'one of these keys' if most == least else 'at least one of these keys'}.")
+
+    def keys(self, fragment: Schema) -> Iterator[str]:
+        """Yield the table of the keys of an entry: first those that are needed, then in the order of the schema."""
+        needed = fragment.get("required", [])
+        rows = []
+        for key in sorted(fragment["properties"], key=lambda key: key not in needed):
+            value = fragment["properties"][key]
+            meaning = _sentence(value.get("description") or self.resolved(value).get("description", ""))
+            kind = self.kind(value, f"{key} entry")
+            rows.append((f"`{key}`", kind, self.unit(value), _needed(key, value, needed), meaning))
+        yield from _table(_KEYS, rows)
+
+    def kind(self, fragment: Schema, title: str = "") -> str:
+        """Return what may stand as a value, with links to the sections of entries."""
+        if "$ref" in fragment:
+            name = fragment["$ref"].rsplit("/", 1)[1]
+            return self.link(name, self.definitions[name])
+        if "anyOf" in fragment:
+            return self.kind(fragment["anyOf"][0], title)
+        if "const" in fragment:
+            return f"`{fragment['const']}`"
+        if "enum" in fragment:
+            return ", ".join(f"`{option}`" for option in dict.fromkeys(map(str, fragment["enum"])))
+        types = fragment.get("type", [])
+        names = [types] if isinstance(types, str) else [name for name in types if name != "null"]
+        if "properties" in fragment and title:
+            return self.link(title, fragment)
+        if names == ["array"]:
+            return self.list_of(fragment, title)
+        if names == ["object"]:
+            inner = fragment.get("additionalProperties")
+            return f"name: {self.kind(inner, title)}" if isinstance(inner, dict) else "name: any value"
+        return " or ".join(_WORDS[name] for name in names) or "any value"
+
+    def link(self, title: str, fragment: Schema) -> str:
+        """Return a link to a section; the first to ask for the section has it written."""
+        if title not in self.titles:
+            self.titles.add(title)
+            self.waiting.append((title, fragment))
+        types = fragment.get("type", ())
+        also = "text or " if "properties" in fragment and "string" in types and types != "string" else ""
+        several = f" or {self.list_of(fragment, '')}" if {"properties", "items"} <= fragment.keys() else ""
+        return f"{also}[{title}](#{title.replace(' ', '-').lower()}){several}"
+
+    def list_of(self, fragment: Schema, title: str) -> str:
+        inner = self.kind(fragment["items"], title) if "items" in fragment else "any values"
+        least, most = fragment.get("minItems"), fragment.get("maxItems")
+        if least is not None and least == most:
+            return f"list of {least}: {inner}"
+        return f"list of {inner}"
+
+    def unit(self, fragment: Schema) -> str:
+        """Return the SI unit of a number, or of the numbers in a list or a mapping; two where it depends."""
+        fragment = self.resolved(fragment)
+        while "x-unit" not in fragment:
+            inner = fragment.get("items", fragment.get("additionalProperties"))
+            if not isinstance(inner, dict) or "properties" in self.resolved(inner):
+                return ""
+            fragment = self.resolved(inner)
+        units = fragment["x-unit"]
+        return " or ".join(f"`{unit}`" for unit in ([units] if isinstance(units, str) else units))
+
+    def resolved(self, fragment: Schema) -> Schema:
+        reference: str = fragment.get("$ref", "")
+        found: Schema = self.definitions[reference.rsplit("/", 1)[1]] if reference else fragment
+        return found
+
+
+def _needed(key: str, fragment: Schema, required: list[str]) -> str:
+    if key in required:
+        return "**required**"
+    if "default" in fragment:
+        return f"default `{fragment['default']}`"
+    return "optional"
+
+
+def _capital(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _sentence(text: str) -> str:
+    """Return a description with a full stop, so that it can stand in running text."""
+    return _escaped(text if text.endswith((".", ".)")) or not text else f"{text}.")
+
+
+def _escaped(text: str) -> str:
+    """Return text that Markdown shows as it is."""
+    return text.replace("<", "&lt;").replace("*", "\\*")
+
+
+def main() -> None:
+    """Print the reference of the language."""
+    head = HEAD.read_text("utf-8") if HEAD.is_file() else ""
+    sys.stdout.write(reference(language(), head))
+
+
+if __name__ == "__main__":
+    main()

@@ -25,16 +25,16 @@ if TYPE_CHECKING:
 # Each public name and the module that has it.
 _HOMES = {
     "Compiled": "pipeline",
-    "Diagnostic": "diagnostic",
-    "Difference": "difference",
-    "Format": "emit.record",
+    "Diagnostic": "diagnostics",
+    "Difference": "meaning.item",
+    "Format": "formats.format",
     "Reading": "pipeline",
     "Robot": "model",
     "compile": "pipeline",
-    "diff": "difference.reading",
-    "function": "expression.functions",
+    "diff": "tools.sides",
+    "function": "frontend.expression.functions",
     "read": "pipeline",
-    "rule": "registry",
+    "rule": "diagnostics.registry",
 }
 
 __all__ = [

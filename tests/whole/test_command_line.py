@@ -51,7 +51,8 @@ def test_help_lists_every_command_in_its_group(capsys: Shown) -> None:
 
 
 def test_every_module_of_a_command_is_listed() -> None:
-    modules = {path.stem for path in COMMANDS_FOLDER.glob("*.py") if "\ndef options(" in path.read_text("utf-8")}
+    sources = (path for path in COMMANDS_FOLDER.rglob("*.py") if "\ndef options(" in path.read_text("utf-8"))
+    modules = {".".join(path.relative_to(COMMANDS_FOLDER).with_suffix("").parts) for path in sources}
     assert modules == {MODULES.get(name, name) for name in COMMANDS}
 
 

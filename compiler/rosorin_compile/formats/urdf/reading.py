@@ -165,6 +165,10 @@ class Reading:
         for child in element.children:
             if child.tag in tags:
                 continue
+            if child.tag.startswith("xacro:"):
+                help = "readers of URDF pass over it; name the file NAME.xacro to have it expanded"
+                self.cannot_carry(f"<{child.tag}> in {named(element)}", child.span, help)
+                continue
             near = meant(child.tag, tags)
             if near is not None:
                 self._misspelt(f"<{child.tag}>", f"<{near}>", element, child.span)

@@ -25,8 +25,14 @@ def _recognises(document: Document, path: Path) -> bool:
 
 
 def _read(opened: Opened) -> Imported:
-    from .expanding import read_xacro
+    from .expanding import only_left_over, read_xacro
 
+    if only_left_over(opened.xml, opened.path):
+        from ..urdf.robot import read_urdf
+
+        read = read_urdf(opened.xml, opened.path, opened.options)
+        if read.tree is not None:
+            return read
     return read_xacro(opened.xml, opened.path, opened.options)
 
 

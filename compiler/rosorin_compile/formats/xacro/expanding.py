@@ -55,6 +55,8 @@ _CHILD = (
 )
 _ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
 _EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
+# Elements of xacro that make nothing by themselves.
+_DEFINING = ("arg", "include", "macro", "property")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 
 
@@ -68,6 +70,27 @@ def is_xacro(document: Document, path: Path) -> bool:
     declared = path.suffix.lower() == ".xacro" or "xmlns:xacro" in document.root.attributes
     # What xacro has made declares its prefix too, and often holds comments that it left alone.
     return declared and re.search(r"\$[{(]", _COMMENT.sub("", text)) is not None
+
+
+def only_left_over(document: Document, path: Path) -> bool:
+    """Say whether a file is called a URDF and is one, but for elements of xacro that somebody forgot.
+
+    Readers of URDF pass over them. Where such a file has links, and nothing outside of those elements is to be
+    expanded, it is tried as what it is called first.
+    """
+    if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
+        return False
+    waiting = [document.root]
+    while waiting:
+        element = waiting.pop()
+        if element.tag.startswith("xacro:"):
+            if element.tag.removeprefix("xacro:") not in _DEFINING:
+                return False
+            continue
+        if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
+            return False
+        waiting += element.children
+    return True
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from contextlib import suppress
+from pathlib import Path
 
 import pytest
 from hypothesis import given
@@ -13,6 +14,7 @@ from rosorin_compile.diagnostics import Source
 from rosorin_compile.frontend.expression import ExpressionError, evaluate
 from rosorin_compile.frontend.load import LoadError, parse_yaml, plain_scalar
 from rosorin_compile.numbers import exact, fixed, six
+from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.units import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, parse_quantity, parse_unit
 
 NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
@@ -206,3 +208,17 @@ def test_number_formats_say_the_value(value: float) -> None:
 def test_six_keeps_the_better_form(value: float) -> None:
     forms = [abs(float(f"{value:.6g}") - value), abs(float(f"{value:.6f}") - value)]
     assert abs(float(six(value)) - value) == min(forms)
+
+
+def test_expressions_together_are_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("rosorin_compile.frontend.expand.scope.MAX_WORK", 20_000)
+    loop = 'links: {"l${i}": {for: {i: "${range(ROUNDS)}"}, if: "${sum([k for k in range(100)]) > i}"}}\n'
+    for rounds, said in (
+        (20, []),
+        (99_999, ["the expressions of the description take more than 20,000 steps together"]),
+    ):
+        path = tmp_path / f"{rounds}.yaml"
+        path.write_text("robot: heavy\n" + loop.replace("ROUNDS", str(rounds)), "utf-8")
+        found = [one for one in compile_robot(path).diagnostics if one.rule == "too-large"]
+        assert [one.message for one in found] == said
+        assert [one.span.line for one in found] == [2 for _ in said]  # told once, with its place

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic
+from ..expression.syntax import EFFORT
 from ..tree import Map, Seq
 
 _NOTHING = object()
@@ -33,6 +34,7 @@ class Ledger:
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
         self.nodes = 0
+        self.begun = EFFORT.total
         self.full = False
         self.constant: dict[int, bool] = {}
         self.bodies: dict[int, Any] = {}
@@ -40,6 +42,11 @@ class Ledger:
         self.parameters: dict[int, Any] = {}
         # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
         self.scopes: dict[int, Any] = {}
+
+    @property
+    def work(self) -> int:
+        """The steps of all expressions of this expansion so far."""
+        return EFFORT.total - self.begun
 
     def is_constant(self, value: Any) -> bool:
         """Say whether a piece of the tree has no expression, loop or condition in it."""

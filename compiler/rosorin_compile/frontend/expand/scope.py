@@ -35,6 +35,8 @@ RULES = (
 
 
 MAX_NODES = 1_500_000
+# Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
+MAX_WORK = 20_000_000
 
 
 class Scope:
@@ -228,6 +230,16 @@ class Scope:
                 self.report("too-large", message, Place(span, via), "use fewer or smaller loops")
             raise Failed
 
+    def _check_work(self, place: Place) -> None:
+        """Raise Failed, after reporting it once, when the expressions of the description take too long together."""
+        if self.ledger.work <= MAX_WORK:
+            return
+        if not self.ledger.full:
+            self.ledger.full = True
+            message = f"the expressions of the description take more than {MAX_WORK:,} steps together"
+            self.report("too-large", message, place, "use fewer or smaller loops, or calculate once, under let")
+        raise Failed
+
     def entries(self, item: Any) -> Iterator[tuple[Scope, Any]]:
         """Yield an entry with the scope to evaluate it in: for each round of its ``for``, where its ``if`` holds."""
         if not isinstance(item, Map) or ("for" not in item and "if" not in item):
@@ -260,6 +272,7 @@ class Scope:
                 raise Failed
             try:
                 value = evaluate(piece.text, self.lookup)
+                self._check_work(Place(span, via))
                 if isinstance(value, (list, dict)):
                     self.count(weight(value), span, via)
                 if piece.is_whole:

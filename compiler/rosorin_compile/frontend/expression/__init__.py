@@ -50,6 +50,7 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
     except _MISHAPS as problem:
         raise ExpressionError(_reason(problem), _blame(text, lookup)) from None
     finally:
+        EFFORT.total += EFFORT.done
         EFFORT.done = before
 
 

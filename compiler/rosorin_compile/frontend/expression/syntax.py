@@ -153,10 +153,14 @@ _SIZED = (str, list, dict)
 
 
 class Effort:
-    """The work that the expression under evaluation has done so far, those nested in it included."""
+    """The work that the expression under evaluation has done so far, those nested in it included.
+
+    ``total`` is the work of all that have been evaluated.
+    """
 
     def __init__(self) -> None:
         self.done = 0
+        self.total = 0
 
     def spend(self, *values: Any) -> None:
         """Count the items of the values, and one step. Raises ExpressionError when it is too much."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -21,7 +20,6 @@ from ..project import shown as as_shown
 
 if TYPE_CHECKING:
     import jinja2
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 RULES = (
     Rule(
@@ -70,45 +68,13 @@ def comment(text: str) -> str:
     return re.sub("-(?=-)", "- ", f"{text} " if text.endswith("-") else text)
 
 
-@cache
-def _sandbox() -> type[ImmutableSandboxedEnvironment]:
-    """Return the sandbox of Jinja, which is imported when the first template is rendered."""
-    from jinja2.sandbox import ImmutableSandboxedEnvironment
-
-    class Sandbox(ImmutableSandboxedEnvironment):
-        """The sandbox, with a short way to what the model itself offers.
-
-        The model is frozen values whose public attributes and methods are harmless, so Jinja's long check of each
-        access is spared; a name that begins with an underscore, and every other object, goes the long way.
-        """
-
-        def __init__(self, **options: Any) -> None:
-            super().__init__(**options)
-            self.harmless: dict[type, bool] = {}
-
-        def getattr(self, obj: Any, attribute: str) -> Any:
-            kind = type(obj)
-            harmless = self.harmless.get(kind)
-            if harmless is None:
-                module = kind.__module__
-                harmless = self.harmless[kind] = module.startswith(
-                    ("rosorin_compile.model.", "rosorin_compile.formats.")
-                )
-            if harmless and not attribute.startswith("_"):
-                try:
-                    return getattr(obj, attribute)
-                except AttributeError:
-                    pass
-            return super().getattr(obj, attribute)
-
-    return Sandbox
-
-
 class Templates:
     """Renders the templates of the tool and those in ``folder``, the folder of a description."""
 
     def __init__(self, folder: Path | None = None) -> None:
         import jinja2
+
+        from .sandbox import Sandbox
 
         self.folder = folder
         self.used: set[Path] = set()
@@ -116,7 +82,7 @@ class Templates:
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-        self.environment = _sandbox()(autoescape=_is_xml, **options)
+        self.environment = Sandbox(autoescape=_is_xml, **options)
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
         """Return the text of a template; ``asked`` is the place in the description that names it.
@@ -125,6 +91,7 @@ class Templates:
         """
         import jinja2
 
+        self.environment.begin()
         try:
             return self.environment.get_template(name).render(values)
         except jinja2.TemplateSyntaxError as problem:
@@ -135,7 +102,9 @@ class Templates:
             raise TemplateProblem(error("template-missing", message, asked, "check the name")) from None
         except jinja2.exceptions.SecurityError as problem:
             raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None
-        except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as problem:
+        except TemplateProblem:
+            raise
+        except Exception as problem:  # a filter of Jinja raises whatever comes, AssertionError among them
             message = _INTERNAL.sub(r"a \1", str(problem)) or type(problem).__name__
             raise self._problem("template-failed", message, name, _line(problem), asked) from None
 
@@ -151,13 +120,13 @@ class Templates:
         return TemplateProblem(error(rule, message, Span(source, line, indent + 1, width)))
 
     def _load(self, name: str) -> tuple[str, None, Any] | None:
-        path = self._path(name)
-        if path is None or not path.is_file():
-            return None
-        self.used.add(path)
         try:
+            path = self._path(name)
+            if path is None or not path.is_file():
+                return None
+            self.used.add(path)
             return path.read_text("utf-8"), None, lambda: True
-        except (OSError, UnicodeDecodeError):
+        except (OSError, ValueError):  # a name that no file can have, or no UTF-8
             return None
 
     def _path(self, name: str) -> Path | None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 from contextlib import suppress
 from pathlib import Path
 
@@ -222,3 +223,16 @@ def test_expressions_together_are_bounded(tmp_path: Path, monkeypatch: pytest.Mo
         found = [one for one in compile_robot(path).diagnostics if one.rule == "too-large"]
         assert [one.message for one in found] == said
         assert [one.span.line for one in found] == [2 for _ in said]  # told once, with its place
+
+
+def test_a_pipe_in_place_of_a_file_is_told_and_not_waited_for(tmp_path: Path) -> None:
+    os.mkfifo(tmp_path / "pipe.yaml")
+    for line, rule in (
+        ("include: [pipe.yaml]", "file-unreadable"),
+        ("let: {x: \"${load('pipe.yaml')}\"}", "expression"),
+    ):
+        (tmp_path / "robot.yaml").write_text(f"robot: a\n{line}\nlinks: {{b: {{}}}}\n", "utf-8")
+        (found,) = compile_robot(tmp_path / "robot.yaml").diagnostics
+        assert found.rule == rule
+        assert found.message.endswith("pipe.yaml is not a regular file")
+        assert found.span.line == 2

@@ -100,6 +100,8 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device would be waited for
+            raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
         if path.is_file() and path.stat().st_size > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
         data = path.read_bytes()

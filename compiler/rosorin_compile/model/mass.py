@@ -29,8 +29,19 @@ def inertial_of(shapes: Sequence[Shape], *, mass: float | None = None, density: 
     """Return the inertial of shapes of even density: ``mass`` (kg) is that of all of them, or ``density`` (kg/m^3).
 
     Of one solid the inertial lies in its middle, along its axes; of several along the axes of the link. Where shapes
-    overlap, the overlap counts twice. Raises ValueError if there is no shape, or one without a volume: a mesh.
+    overlap, the overlap counts twice. Raises ValueError if there is no shape, or one without a volume: a mesh, or one
+    beyond the numbers that a double holds.
     """
+    try:
+        made = _inertial_of(shapes, mass, density)
+    except OverflowError:
+        made = None
+    if made is None or not all(map(math.isfinite, (made.mass, made.ixx, made.iyy, made.izz))):
+        raise ValueError("a shape is so large that its mass is no number")
+    return made
+
+
+def _inertial_of(shapes: Sequence[Shape], mass: float | None, density: float | None) -> Inertial:
     placed = [solid for shape in shapes for solid in shape.solids()]
     solids = [_solid(shape) for shape in placed]
     if not solids:

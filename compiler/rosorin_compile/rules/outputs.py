@@ -14,6 +14,7 @@ from .case import Case, exists
 
 AFTER = "poses"
 
+MAX_FOLDERS = 50
 _DRIVE = re.compile(r"[A-Za-z]:")
 
 
@@ -98,6 +99,8 @@ def _outside(file: str) -> str:
     if "\\" in file:
         return "has a backslash in its name"
     parts = file.split("/")
+    if len(parts) > MAX_FOLDERS:
+        return f"stands in more than {MAX_FOLDERS} folders"
     if ".." in parts:
         return "would stand outside the outputs folder"
     if file != posixpath.normpath(file) or not file.strip() or file == ".":

@@ -167,7 +167,12 @@ def build_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]])
     if not entry[key] > 0:
         raise ShapeProblem("mass-not-positive", f"a {key} is above zero", (key,), "correct it")
     shapes = _shapes(entry["of"], own)
-    return inertial_of(shapes, **{key: float(entry[key])})
+    try:
+        return inertial_of(shapes, **{key: float(entry[key])})
+    except ValueError as problem:
+        raise ShapeProblem(
+            "shape-size", str(problem), ("of",), "correct the sizes; bare numbers are in metres"
+        ) from None
 
 
 def _shapes(said: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:

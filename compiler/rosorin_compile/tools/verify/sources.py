@@ -46,6 +46,8 @@ def _file_or_folder(description: Description, path: Path, progress: Progress) ->
     try:
         if path.is_dir():
             return _bag(description, _parts(path), f"rosbag2 folder {path}", progress)
+        if path.exists() and not path.is_file() and not path.is_relative_to("/dev/fd"):
+            raise Unreadable(f"{path} is not a regular file", "write it to a file first, or name - for standard input")
         with path.open("rb") as file:
             head = file.read(16)
             if head.startswith((_MCAP, _SQLITE)) or path.suffix in _FORMS:

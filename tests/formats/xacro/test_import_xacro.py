@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
@@ -272,3 +273,24 @@ def test_expanding_gives_the_same_text_every_time(arm, monkeypatch):
         monkeypatch.setitem(os.environ, "PYTHONHASHSEED", seed)
         texts.add(tree_of(expand(arm))["links"]["base"].span.source.text)
     assert len(texts) == 1
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="reads /proc")
+def test_the_process_that_expands_ends_with_the_one_that_asks(tmp_path):
+    text = HEAD + '<xacro:property name="huge" value="${9**9**9}"/><link name="l${huge}"/></robot>'
+    (tmp_path / "huge.xacro").write_text(text, "utf-8")
+    command = [sys.executable, "-m", "rosorin_compile", "import", "huge.xacro", "-o", "made"]
+    asking = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.DEVNULL)
+    children = Path(f"/proc/{asking.pid}/task/{asking.pid}/children")
+    ends = time.monotonic() + 30
+    while not (pids := children.read_text().split()) and time.monotonic() < ends:
+        time.sleep(0.05)
+    assert pids
+    time.sleep(1)  # until it has asked the system for that
+    asking.kill()
+    asking.wait()
+    ends = time.monotonic() + 10
+    while any(Path(f"/proc/{pid}").exists() for pid in pids) and time.monotonic() < ends:
+        time.sleep(0.05)
+    assert not any(Path(f"/proc/{pid}").exists() for pid in pids)

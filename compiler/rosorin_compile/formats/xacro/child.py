@@ -7,9 +7,12 @@ it reads is first read safely, so that no entity is ever expanded.
 from __future__ import annotations
 
 import json
+import math
 import os
+import signal
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
@@ -60,13 +63,17 @@ class Context(dict[str, Any]):
         return self.stack()[-1] if key == "filename" and self.stack() else super().__getitem__(key)
 
 
+# include/uapi/linux/prctl.h: which signal a process gets when its parent is gone.
+_PR_SET_PDEATHSIG = 1
+
+
 def main() -> None:
     """Answer one request."""
     request = json.loads(sys.stdin.buffer.read())
     # What the file prints must not mix with the answer.
     answer_to = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
-    _limit_memory()
+    _limit(request["seconds"])
     if request["environment"] is not None:
         os.environ.clear()
         os.environ.update(request["environment"])
@@ -78,13 +85,17 @@ def main() -> None:
     os._exit(0)
 
 
-def _limit_memory() -> None:
-    try:
+def _limit(seconds: float) -> None:
+    """Bound what the process may take, and let it end with the one that asks; as far as the system can."""
+    with suppress(ImportError, OSError, ValueError):
         import resource
 
         resource.setrlimit(resource.RLIMIT_AS, (MAX_MEMORY, MAX_MEMORY))
-    except (ImportError, OSError, ValueError):  # not on every system
-        return
+        resource.setrlimit(resource.RLIMIT_CPU, (math.ceil(seconds), math.ceil(seconds)))
+    with suppress(ImportError, OSError, AttributeError):  # Linux
+        import ctypes
+
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:

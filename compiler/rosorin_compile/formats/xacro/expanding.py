@@ -45,7 +45,7 @@ RULES = (
     ),
 )
 
-MAX_SECONDS = 600
+MAX_SECONDS = 120
 
 _CHILD = (
     "import sys\n"
@@ -137,6 +137,7 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         "file": str(path),
         "arguments": dict(options.arguments),
         "packages": {name: os.path.abspath(folder) for name, folder in options.packages.items()},
+        "seconds": MAX_SECONDS,
         "environment": None if options.environment is None else dict(options.environment),
     }
     environment = {**os.environ, "PYTHONHASHSEED": "0", "PYTHONDONTWRITEBYTECODE": "1", "PYTHONIOENCODING": "utf-8"}

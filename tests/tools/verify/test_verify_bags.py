@@ -14,7 +14,7 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose
 from rosorin_compile.tools.verify.bags import Unreadable
-from rosorin_compile.tools.verify.lines import table
+from rosorin_compile.tools.verify.lines import summary, table
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT
@@ -289,3 +289,14 @@ def test_warnings_fail_with_strict(tmp_path: Path) -> None:
     bag = bags.bag(tmp_path / "bag", seconds=2.0, joint_offset={"joint1": 2.0})
     assert main(["verify", str(bag), ROBOT]) == 0
     assert main(["verify", str(bag), ROBOT, "--strict"]) == 1
+
+
+@pytest.mark.parametrize("topics", [{"/scan"}, {"/scan", "/imu/data"}, {"/robot_description"}, {"/joint_states"}])
+def test_nothing_is_concluded_of_no_edge_at_all(tmp_path: Path, topics: set[str]) -> None:
+    said = [message for message in bags.messages(Scene()) if message.topic in topics]
+    for number, message in enumerate(said):  # as a simulation stamps them
+        if hasattr(message.content, "header"):
+            message.content.header.stamp = bags.time(ns(0.1 * number) - ns(0.0))
+    verdict = judged(bags.write(tmp_path / "bag", said))
+    assert verdict.fails()
+    assert "as described" not in summary(verdict, "rosorin", strict=False)

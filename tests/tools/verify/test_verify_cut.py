@@ -35,7 +35,8 @@ def test_what_is_left_of_a_recording_without_its_end(tmp_path: Path, storage: st
     assert len(judged(folder, since=1.0, until=2.0).findings) == 1
     file.write_bytes(data[:200])
     if storage == "mcap":
-        found = judged(folder).findings[0]
+        empty, found = judged(folder).findings
+        assert (empty.rule, empty.severity) == ("recording-empty", "error")
         assert found.message == f"{file.name} is cut off: it ends before its first message"
     else:
         with pytest.raises(Unreadable, match="cannot be read"):

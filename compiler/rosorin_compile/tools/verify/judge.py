@@ -120,7 +120,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
         and not recording.joints.pace.count
         and not recording.descriptions
     ):
-        return ordered([*findings, *([] if findings else [_foreign(recording)])])
+        return ordered([*findings, *_nothing(recording, findings)])
     findings += judge_edges.edges(recording)
     findings += judge_tree.missing(recording)
     findings += judge_tree.stale(recording)
@@ -134,7 +134,13 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     if recording.too_many:
         message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
         findings.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
-    return ordered(findings)
+    return ordered([*findings, *(_nothing(recording, findings) if nothing else ())])
+
+
+def _nothing(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """Yield the finding for a recording of no edge at all, unless an error says so: nothing can be concluded of it."""
+    if not any(finding.severity == ERROR for finding in findings):
+        yield _foreign(recording)
 
 
 def _foreign(recording: Recording) -> Diagnostic:

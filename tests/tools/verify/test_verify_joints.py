@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from rosorin_compile.model import Pose, Robot
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.verify.arrays import Samples, arrays_of, transform_from
 from rosorin_compile.tools.verify.expected import Description, Options
-from rosorin_compile.tools.verify.joints import JointLog
+from rosorin_compile.tools.verify.joints import TREMBLING, JointLog
 from rosorin_compile.tools.verify.judge import Verdict
 from rosorin_compile.tools.verify.series import Moving, reference
 from rosorin_compile.tools.verify.sources import verify
@@ -65,7 +66,7 @@ def test_the_expected_transform_is_that_of_the_model(
     log.add(tuple(positions), STAMP, STAMP, np.array([list(positions.values())]))
     assert description.joint_names == {"turn", "wheel", "slide"}
     for edge in description.edges:
-        made = reference(edge, description)
+        made = reference(edge)
         if edge.joint is None or not edge.joint.moves:
             continue
         assert isinstance(made, Moving)
@@ -81,6 +82,28 @@ def test_the_expected_transform_is_that_of_the_model(
         assert made.deviation(moved, log)[0].wrong.all()
         back = transform_from(xyz, quaternion)
         assert np.allclose(back.rows, right.rows, atol=1e-12)
+
+
+@settings(max_examples=40, deadline=None)
+@given(turn=ANGLE, follow=ANGLE)
+def test_a_follower_that_is_reported_is_where_it_is_reported(robot: Robot, turn: float, follow: float) -> None:
+    description = Description(robot, Options())
+    log = JointLog(description)
+    log.add(("turn", "follow"), STAMP, STAMP, np.array([[turn, follow]]))
+    (edge,) = (edge for edge in description.edges if edge.child == "d")
+    assert edge.joint is not None
+    made = reference(edge)
+    assert isinstance(made, Moving)
+    for position, is_right in ((follow, True), (-2 * turn + 0.25, False)):
+        xyz, quaternion = arrays_of(edge.joint.transform(position))
+        deviation, known = made.deviation(Samples(STAMP, STAMP, xyz[None], quaternion[None]), log)
+        assert known.all()
+        apart = abs(math.remainder(follow - position, math.tau))
+        if is_right or apart > 1e-4:
+            assert deviation.wrong.any() == (not is_right)
+    off = abs(follow + 2 * turn - 0.25)
+    assert (log.followers["follow"].off, log.followers["follow"].seen) == (int(off > TREMBLING), 1)
+    assert log.followers["follow"].farthest == pytest.approx(off)
 
 
 EXAMPLES = sorted((ROOT / "examples").glob("*/robot.yaml"))

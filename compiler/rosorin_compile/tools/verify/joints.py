@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ...model import Joint
 from .arrays import Flags, Floats, Times
 from .expected import Description
 from .pace import Leaps, Pace
@@ -18,6 +19,8 @@ MAX_NAMES = 1000
 BEYOND = 1e-6
 # A servo that holds its place trembles by some steps (rad, or m).
 TREMBLING = 0.02
+# How far a finger that slides may be off (m).
+SLIDING = 1e-3
 
 
 def in_order(names: tuple[str, ...], positions: Floats) -> tuple[tuple[str, ...], Floats]:
@@ -69,6 +72,14 @@ class Range:
         self.seen = self.beyond = self.not_numbers = 0
 
 
+class Follower:
+    """How often a joint that mimics another one was reported, was elsewhere than the other one says, and how far."""
+
+    def __init__(self) -> None:
+        self.seen = self.off = 0
+        self.farthest = 0.0
+
+
 class JointLog:
     """All joint states of a recording."""
 
@@ -78,6 +89,7 @@ class JointLog:
         self.ranges: dict[str, Range] = {}
         self.leaps = Leaps(leap=TREMBLING)
         self.too_short = 0  # messages with fewer positions than names; those without any speak of speeds or efforts
+        self.followers: dict[str, Follower] = {}
         self.names_first: tuple[str, ...] = ()
         self._rings: dict[tuple[str, ...], _Ring] = {}
 
@@ -90,6 +102,7 @@ class JointLog:
             names = names[: positions.shape[1]]
         for column, name in enumerate(names):
             self._range(name, positions[:, column])
+        self._follow(names, positions)
         if names == (self.names_first or names) and names:
             self.names_first = names
             self.leaps.add(stamps, positions[:, : len(names)])
@@ -126,6 +139,33 @@ class JointLog:
                 values, there = ring.at(joint, stamps, received)
                 positions, known = np.where(there, values, positions), known | there
         return positions, known
+
+    def position(self, joint: Joint, stamps: Times, received: Times) -> tuple[Floats, Flags]:
+        """Return the positions (n,) that robot_state_publisher took for a joint, and where there are any.
+
+        What a driver reports of a follower goes before what its leader says
+        (``ros/robot_state_publisher@{humble,jazzy}: callbackJointState`` inserts the latter where nothing is yet).
+        """
+        positions, known = self.at(joint.name, stamps, received)
+        if joint.mimic is None or known.all():
+            return positions, known
+        leader, there = self.position(self.description.robot.joint[joint.mimic.joint], stamps, received)
+        followed = joint.mimic.multiplier * leader + joint.mimic.offset
+        return np.where(known, positions, followed), known | there
+
+    def _follow(self, names: tuple[str, ...], positions: Floats) -> None:
+        """Note how far the followers that a message reports are from what their leaders in it say."""
+        columns = {name: positions[:, column] for column, name in enumerate(names)}
+        for name in names:
+            joint = self.description.robot.joint.get(name)
+            if joint is None or joint.mimic is None or joint.mimic.joint not in columns:
+                continue
+            apart = np.abs(columns[name] - joint.mimic.multiplier * columns[joint.mimic.joint] - joint.mimic.offset)
+            apart = apart[np.isfinite(apart)]
+            follower = self.followers.setdefault(name, Follower())
+            follower.seen += len(apart)
+            follower.off += int(np.count_nonzero(apart > (SLIDING if joint.type == "prismatic" else TREMBLING)))
+            follower.farthest = max(follower.farthest, float(apart.max(initial=0.0)))
 
     @property
     def names(self) -> Sequence[str]:

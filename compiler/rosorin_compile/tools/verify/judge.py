@@ -21,7 +21,7 @@ from . import judge_edges, judge_tree
 from .arrays import SECOND
 from .expected import Description, Expected
 from .findings import difference, half_turn_about, ordered, pose_text, problem, rate_text, seconds, share
-from .joints import JointLog, Range
+from .joints import Follower, JointLog, Range
 from .judge_edges import leaps_text, owner_of
 from .recording import Asked, FrameRow, FrameUse, Lookups, Reading, Recording, Refused, SensorLog
 
@@ -69,6 +69,12 @@ RULES = (
         "joint-beyond-limit",
         "A warning: a joint was beyond its limits.",
         "Correct the limits, the zero of the servo, or what drives it there.",
+        RECORDINGS,
+    ),
+    Rule(
+        "joint-off-its-leader",
+        "A warning: a driver reports a joint that mimics another one elsewhere than where that one puts it.",
+        "Correct `mimic`, or let the driver leave followers out: robot_state_publisher takes what is reported.",
         RECORDINGS,
     ),
     Rule(
@@ -203,6 +209,8 @@ def joints(recording: Recording) -> Iterator[Diagnostic]:
         yield problem("joint-state-short", _TOPIC, message, "the driver has to give a position for each name")
     for name, seen in log.ranges.items():
         yield from _range(log, name, seen)
+    for name, follower in log.followers.items():
+        yield from _follower(log, name, follower)
     unmatched = [series for series in moving if series.values.compared and not series.values.by_state]
     if unmatched and len(unmatched) == len(moving):
         message = f"no transform has the stamp of a message of {_TOPIC}: compared only with what the joints can do"
@@ -221,6 +229,20 @@ def _unknown(recording: Recording, names: Sequence[str]) -> Iterator[Diagnostic]
         message = f"{_TOPIC} names {len(names)} joints that are not described: {shown}"
         help = "describe them, or look whether this is the recording of this robot"
         yield problem("joint-state-unknown", _TOPIC, message, help, numbers={"joints": list(names)})
+
+
+def _follower(log: JointLog, name: str, follower: Follower) -> Iterator[Diagnostic]:
+    """Yield that a driver reports a follower elsewhere than where its leader puts it."""
+    joint = log.description.robot.joint[name]
+    if not follower.off or joint.mimic is None:
+        return
+    unit = "m" if joint.type == "prismatic" else "rad"
+    often, most = share(follower.off, follower.seen), amount(follower.farthest, unit)
+    ratio = f"{joint.mimic.multiplier:.6g} times {joint.mimic.joint}"
+    ratio += f" {joint.mimic.offset:+.6g} {unit}" if joint.mimic.offset else ""
+    message = f"{name} is not {ratio} in {often} messages of {_TOPIC}, by {most} at most"
+    help = "robot_state_publisher takes what is reported: correct the ratio, or let the driver leave followers out"
+    yield problem("joint-off-its-leader", name, message, help, severity=WARNING, numbers={"apart": follower.farthest})
 
 
 def _range(log: JointLog, name: str, seen: Range) -> Iterator[Diagnostic]:

@@ -74,7 +74,7 @@ class Series:
     def __init__(self, parent: str, child: str, still: bool, edge: Expected | None, description: Description) -> None:
         self.parent, self.child, self.still, self.edge = parent, child, still, edge
         right = edge is not None and edge.parent == parent
-        self.reference = reference(edge, description) if right else None
+        self.reference = reference(edge) if right else None
         self.pace = Pace()
         self.values = Values()
         self.constant = still or (edge is not None and not edge.moving)
@@ -159,8 +159,7 @@ class Series:
 
     def _expected(self, sample: Samples, log: JointLog | None) -> tuple[Floats, Floats]:
         if isinstance(self.reference, Moving) and log is not None:
-            leader, known = log.at(self.reference.leader, sample.stamp, sample.received)
-            here = self.reference.factor * leader + self.reference.offset
+            here, known = log.position(self.reference.joint, sample.stamp, sample.received)
             xyz, turn = self.reference.at(np.where(known, here, self.reference.positions_of(sample)))
             return xyz[0], turn[0]
         still = self.reference
@@ -226,13 +225,13 @@ class Still:
 class Moving:
     """The values of an edge that a joint moves: origin, then the turn or the slide of the position."""
 
-    def __init__(self, edge: Expected, origin: Transform, joint: Joint, description: Description) -> None:
+    def __init__(self, edge: Expected, origin: Transform, joint: Joint) -> None:
         self.edge = edge
         self.xyz, self.quaternion = arrays_of(origin)
         axis = np.array(joint.axis, np.float64)
         self.axis: Floats = axis / np.linalg.norm(axis)
         self.slides = joint.type == "prismatic"
-        self.leader, self.factor, self.offset = description.leader(joint)
+        self.joint = joint
 
     def at(self, positions: Floats) -> tuple[Floats, Floats]:
         """Return the transforms, xyz (n, 3) and quaternions (n, 4), at positions (n,) of this joint in rad or m."""
@@ -254,8 +253,7 @@ class Moving:
         The second result says which samples have such a joint state. The others are compared with the position at which
         the joint comes nearest: a transform that no position gives is wrong whatever the joint states were.
         """
-        leader, known = log.at(self.leader, samples.stamp, samples.received)
-        positions = np.where(known, self.factor * leader + self.offset, 0.0)
+        positions, known = log.position(self.joint, samples.stamp, samples.received)
         if not known.all():
             positions = np.where(known, positions, self.positions_of(samples))
         xyz, quaternion = self.at(positions)
@@ -263,14 +261,10 @@ class Moving:
         return Deviation(metres, angles_between(normalised(samples.quaternion), quaternion), self.edge), known
 
 
-def reference(edge: Expected | None, description: Description) -> Still | Moving | None:
+def reference(edge: Expected | None) -> Still | Moving | None:
     """Return what an edge is compared with; None where only its publisher knows."""
     if edge is None or edge.transform is None:
         return None
     if edge.moving:
-        return (
-            Moving(edge, edge.transform, edge.joint, description)
-            if edge.joint is not None and edge.joint.moves
-            else None
-        )
+        return Moving(edge, edge.transform, edge.joint) if edge.joint is not None and edge.joint.moves else None
     return Still(edge, edge.transform)

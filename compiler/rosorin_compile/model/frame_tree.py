@@ -1,6 +1,7 @@
-"""The tree of frames: who publishes each edge, in the terms of the list of frames (``emit.frames``), and the tree.
+"""The tree of frames: one row for each edge, with who publishes it; and the rows as a tree.
 
-Of the tree there are lines, parents above children, each frame once.
+The tree is a list of lines, parents above children, each frame once. What draws it for terminals and for pictures is a
+format (``formats.frames``, ``formats.drawing``); for a notebook it is a table in HTML, here.
 """
 
 from __future__ import annotations
@@ -175,3 +176,37 @@ def way(tree: Sequence[Line], frame: str) -> list[Line]:
         found.append(tree[at])
         at = tree[at].on
     return found[::-1]
+
+
+# A page with more is no longer looked at, but still makes the browser slow.
+MOST = 500
+_HEADS = ("frame", "published by", "topic", "joint", "when")
+_LEFT = "text-align: left"
+
+
+def html(robot: Robot) -> str:
+    """Return the tree of frames in all modes; every name is escaped."""
+    from html import escape  # not at the top: it brings thousands of entities along
+
+    tree = lines(rows(robot), [link.name for link in robot.links])
+    heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
+    body = "".join(map(_line, tree[:MOST]))
+    if len(tree) > MOST:
+        body += f'<tr><td colspan="{len(_HEADS)}">and {len(tree) - MOST:,} more</td></tr>'
+    caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
+    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _line(line: Line) -> str:
+    """Return one row; a frame that stands above another in some modes only is told from the tree by an arrow."""
+    from html import escape
+
+    row = line.row
+    name = f"\u2191 {line.frame}" if line.up else line.frame
+    cells = ["", "", "", ""]
+    if row is not None:
+        joint = f"{row.joint} ({row.kind})" if row.joint else ""
+        cells = [row.who, row.topic if row.published else "", joint, row.when]
+    indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
+    others = "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells)
+    return f'<tr><td style="{indent}">{escape(name)}</td>{others}</tr>'

@@ -145,7 +145,7 @@ class Robot:
 
     def _repr_html_(self) -> str:
         """Return the tree of frames, for a notebook."""
-        from .notebook import html
+        from .frame_tree import html
 
         return html(self)
 

@@ -9,6 +9,7 @@ from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more
 from ...model import Inertial, Robot, principal_moments
 from ..facts import Six, along_link
+from .bodies import weld_groups
 
 RULES = (
     Rule(
@@ -28,17 +29,6 @@ RULES = (
 # What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
-
-
-def weld_groups(robot: Robot) -> dict[str, list[str]]:
-    """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
-    top: dict[str, str] = {}
-    groups: dict[str, list[str]] = {}
-    for link in robot.walk():
-        joint = robot.joint_to.get(link.name)
-        top[link.name] = link.name if joint is None or not joint.is_fixed else top[joint.parent]
-        groups.setdefault(top[link.name], []).append(link.name)
-    return groups
 
 
 def has_mass(inertial: Inertial) -> bool:

@@ -1,7 +1,11 @@
 """Diagnostics: what the compiler has to say about a description, as values.
 
 A stage never prints and never raises for a problem in the user's files: it returns diagnostics. Only the command line
-turns them into text (see ``report``).
+turns them into text.
+
+To be read in this order: this module (``Diagnostic`` and its ``Span``), ``wording`` (what all sentences share),
+``registry`` (what each id means), ``report`` (diagnostics as text, JSON, SARIF, ...), ``console`` (how they reach the
+person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAML that keep their depth in bounds.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 Parsers and what walks their trees call themselves: of a text that is nested a hundred thousand times some raise
 RecursionError or MemoryError, and libyaml's composer ends the whole program. What is read here is never so deep.
-(Descriptions are read by ``load``, XML by ``importing.markup``; both have limits of their own.)
+(Descriptions are read by ``frontend.load``, XML by ``xml.markup``; both have limits of their own.)
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """The console: diagnostics go to the person at once, or to a program as one document at the end.
 
-A bar shows on the terminal for what takes longer than a second.
+``Console`` is what a command talks to; ``Progress`` shows a bar on the terminal for what takes longer than a second.
 """
 
 from __future__ import annotations

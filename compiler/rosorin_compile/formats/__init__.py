@@ -2,6 +2,11 @@
 
 ``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
 imported when somebody asks for its format.
+
+To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
+with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
+``reading``, ``imported`` and ``checked``, which all readers share), ``plugged`` (formats of other packages).
+``drawing`` is what ``frames_picture`` and the command ``frames`` draw with.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Accepting: the meaning of an imported tree, held against the rules.
+"""Checked: the tree of an imported robot, held against the rules, which some of it may break.
 
 A robot that exists, with an axis of length 2 or a box without thickness, is read by the programs that have to read it:
 such things are accepted by an entry of ``accept``, and said. What no reader can live with is an error.

@@ -1,4 +1,4 @@
-"""frames_picture: the tree of frames as a picture; the end of its file name says which kind (see ``drawing``)."""
+"""frames_picture: the tree of frames as a picture (``drawing``); the end of its file name says which kind."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Validate: the plain tree held against the JSON Schema. Shape, units and finite numbers; no meaning.
 
-A complaint of the validator is told in the words of the description.
+``Complaint`` tells what the validator has to say in the words of the description.
 """
 
 from __future__ import annotations

@@ -108,7 +108,7 @@ class JointPose:
 
 @dataclass(frozen=True)
 class Output:
-    """One artifact to emit: the backend, the file name in the outputs folder, and the backend's options."""
+    """One artifact to make: the format (``backend`` in the language), its file in the outputs folder, its options."""
 
     name: str
     backend: str

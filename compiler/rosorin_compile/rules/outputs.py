@@ -1,4 +1,4 @@
-"""Outputs: known backends with the options that they have, each artifact in a file of its own in the outputs folder."""
+"""Outputs: known formats with the options that they have, each artifact in a file of its own in the outputs folder."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _DRIVE = re.compile(r"[A-Za-z]:")
 )
 @rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Find outputs of a backend that does not exist, options that it does not have, and what it finds wrong itself."""
+    """Find outputs of a format that does not exist, options that it does not have, and what it finds wrong itself."""
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)
         if format is None or format.write is None:

@@ -1,9 +1,8 @@
 """Markup: XML read safely, every element, attribute and comment with its place.
 
-Built on expat without namespaces, so a prefix that nobody declares is part of a name, as for the readers of URDF.
-A document type is refused where it begins, so no entity is ever declared, expanded or fetched.
-
-What expat has to say of a text that is no XML is told in words that say what to do.
+Built on expat without namespaces, so a prefix that nobody declares is part of a name, as for the readers of URDF. A
+document type is refused where it begins, so no entity is ever declared, expanded or fetched. ``complaint`` tells what
+expat has to say of a text that is no XML, in words that say what to do.
 """
 
 from __future__ import annotations

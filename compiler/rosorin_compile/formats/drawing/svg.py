@@ -1,8 +1,7 @@
 """SVG: the tree of frames as a picture, a line for each frame, laid out by hand; the same robot gives the same bytes.
 
-Each line of the tree is a group ``<g class="line">`` that says in ``data-`` attributes what it shows (see ``reading``).
-
-Its texts, arrows, legend and notes are made at the end.
+Each line of the tree is a group ``<g class="line">`` that says in ``data-`` attributes what it shows (see
+``reading``). ``svg`` puts panels, legend and notes below one another; the functions after it make single elements.
 """
 
 from __future__ import annotations

@@ -1,9 +1,10 @@
-"""Nothing lost unsaid: every element and attribute of the text that the tree does not carry is listed here.
+"""Left out: every element and attribute of the text that the tree does not carry is listed; nothing is lost unsaid.
 
 The list works from the other end: it knows what is carried, and tells of all the rest, grouped by what it is. An
 attribute that is 0 says nothing and is not told of.
 
-What is refused of an MJCF, by MuJoCo or by us, is told at the end, with a place.
+What makes a file no robot for us is told by ``before`` (seen in the text) and ``refusal`` (said by MuJoCo), with a
+place.
 """
 
 from __future__ import annotations

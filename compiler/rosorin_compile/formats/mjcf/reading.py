@@ -1,6 +1,8 @@
-"""What is known while an MJCF is read: the compiled model, its text, the names that were given, and the tree so far.
+"""Reading: what is known while an MJCF is read, and how values get from MuJoCo's terms into the tree.
 
-Planar and floating joints, the planting of values into the tree, and their numbers stand here too.
+``Reading`` holds the compiled model, its text, the names that were given, and the tree so far. The functions after it
+tell what moves a body as a planar or floating joint does, put values into the tree, and turn MuJoCo's numbers into
+those that a person would write: without the noise of its quaternions.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read beside it, for the place of everything, for comments, and for what is left out.
-
-Comments go with the entry of the tree that they stand before or in.
+MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments:
+each goes with the entry of the tree that it stands before or in.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Reading: an element taken apart with everything said that is wrong with it, misspelt in it, or left out.
+"""Reading: an element of a URDF taken apart, with everything said that is wrong with it, misspelt in it, or left out.
 
-Which known word an unknown one was meant to be, and what is kept verbatim because the language has no word for it,
-stand here too.
+``meant`` says which known word an unknown one was meant to be; ``kept`` is what stays verbatim, because the language
+has no word for it.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """URDF: a robot as ROS has it, read into the plain tree (http://wiki.ros.org/urdf/XML, ros/urdfdom@jazzy).
 
-What urdfdom refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a second
-element where one is taken, links with two parents. What is legal and has no word in the language is kept as it stands.
-
-Comments go with the entry of the tree that they stand before or in.
+What urdfdom refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a
+second element where one is taken, links with two parents. What is legal and has no word in the language is kept as it
+stands. A comment goes with the entry of the tree that it stands before or in.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Values: the numbers of attributes, each with its place, as the readers of URDF take them.
 
-Origins are a position and an orientation, as ``xyz`` and ``rpy`` of an entry.
+``put_origin`` makes position and orientation of an origin the ``xyz`` and ``rpy`` of an entry.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""URDF: what robot_state_publisher, MoveIt and most other readers take.
+"""The URDF of a robot, as text.
 
 It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
 floating joints, which robot_state_publisher cannot move: other readers of URDF can. Elements that only a URDF has

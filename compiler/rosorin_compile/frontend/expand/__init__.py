@@ -1,8 +1,12 @@
 """Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
 Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
-are joined: robots of others come before all else; then the entries of the included files, in the order of the includes;
-then those of the including file; then those that parts make, in the order of ``use``.
+are joined: robots of others come before all else; then the entries of the included files, in the order of the
+includes; then those of the including file; then those that parts make, in the order of ``use``.
+
+To be read in this order: ``files`` (what is included), ``parameters`` (what may be given), ``scope`` (names and their
+values), ``parts`` with ``forms`` and ``placing``, ``sensor_types``, ``included_robots`` with ``prefixing``. ``ledger``
+is what one expansion shares.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Files: a description read with all that it includes, its sections joined, nothing evaluated yet.
 
-Tables are YAML files of plain values that expressions look things up in, with ``load``.
+``table_loader`` gives expressions their ``load``: YAML files of plain values to look things up in.
 """
 
 from __future__ import annotations

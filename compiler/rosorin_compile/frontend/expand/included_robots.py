@@ -3,7 +3,8 @@
 It is read when the arguments of the description are known, so that an include may have expressions, loops and
 conditions. What it holds is never evaluated: ``${...}`` in another one's file is that one's.
 
-The joint that attaches it, and what is checked of the entry that includes it, stand at the end.
+``Robots`` takes the entries of ``include`` one by one; ``joint_above`` makes the joint that attaches a robot, and
+``check_include`` says what is wrong with an entry.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ _FEW = 4
 
 
 class ForeignReader(Protocol):
-    """What reads robots in other formats; ``importing`` has one."""
+    """What reads robots in other formats; ``formats.reading`` has one."""
 
     def endings(self) -> tuple[str, ...]:
         """Return how the names of files end that a description may include and that are no descriptions."""

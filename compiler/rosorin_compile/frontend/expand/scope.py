@@ -1,9 +1,8 @@
 """Scopes: names and their values, lexically nested; expressions, loops and conditions evaluated in them.
 
 A named value is evaluated when it is first needed, once. ``resolve`` returns a new tree: pieces without any expression
-are taken over as they are.
-
-Each turn of a ``for`` is a scope of its own, and values are told as people read them.
+are taken over as they are. ``rounds`` yields a scope for each round of a ``for``; ``explained`` says where an
+expression is wrong, and ``short`` tells a value in a few letters.
 """
 
 from __future__ import annotations

@@ -6,7 +6,8 @@ There is no access to attributes of Python objects (``table.key`` reaches an ent
 assignment. The length and depth of the text, the size of numbers, texts and lists, and the number of steps of a
 comprehension are bounded, so that every expression ends soon.
 
-``interpolation`` of a text takes it apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``.
+``pieces`` takes a text apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``. To be read after this:
+``syntax`` (what a node becomes), ``functions`` (what it may call).
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """The syntax of expressions: each node of Python's parser that is allowed becomes a function of the names in scope.
 
-What operators give for values, and the bounds of all of it, stand at the end.
+``combine``, ``entry``, ``sliced`` and their like say what operators give for values; ``Effort`` keeps all of it in
+bounds. ``compile_node`` goes through the nodes.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Building shapes: the entry of a collision or a visual becomes a geometry at a pose.
+"""Shapes: the entry of a collision or a visual becomes a geometry at a pose, that of an inertial a mass and an inertia.
 
 Inertials are as they were written, or those of shapes of even density.
 """

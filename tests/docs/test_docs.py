@@ -38,7 +38,7 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.units import UNITS
 from support.generated import GENERATED, generate
 from support.pages import ELLIPSIS, FENCED, README, blocks, is_session, play
-from support.paths import BAD, DOCS, ROOT
+from support.paths import BAD, DOCS, ROOT, TESTS
 
 HEAD = DOCS / "_language_head.md"
 RULES_HEAD = DOCS / "_rules_head.md"
@@ -101,7 +101,7 @@ def test_every_yaml_block_is_yaml(page: Path) -> None:
             parse_yaml(Source(page.name, "\n".join(block.lines)))
 
 
-@pytest.mark.parametrize("page", [*PAGES, README], ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [*PAGES, README, ROOT / "CONTRIBUTING.md", TESTS / "README.md"], ids=str)
 def test_links_lead_somewhere(page: Path) -> None:
     for target in links(page.read_text("utf-8")):
         if target.startswith("https://"):

@@ -137,8 +137,8 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     names = sorted(known) if len(word) > 1 else []  # everything is like a single letter
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
-    found = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
-    return found[0] if found else None
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    return close[0] if close else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -37,11 +37,11 @@ class Console:
             return ""
         from . import report
 
-        said = report.text(diagnostics[:MAX_SHOWN], colour())
+        text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
-            said += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        sys.stderr.write(said)
-        return said
+            text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
+        sys.stderr.write(text)
+        return text
 
     def ahead(self, diagnostic: Diagnostic) -> None:
         """Print what has to be said before anything is run, and count it: what was run may do else the next time."""

@@ -56,22 +56,22 @@ def rows(robot: Robot) -> tuple[Row, ...]:
     A joint that somebody else publishes under the same parent is one edge with that transform, and named there.
     """
     first: dict[str, str] = {}
-    found: list[Row] = []
+    table: list[Row] = []
     joints = robot.joints_down()
     for joint in joints:
         first.setdefault(joint.child, joint.parent)
         if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
             continue  # its publishers are edges below, each in its modes
-        said = _publishing(joint.publisher, joint.moves_on_tf)
-        found.append(Row(joint.parent, joint.child, *said, "", first[joint.child], joint.name, joint.type))
+        publishing = _publishing(joint.publisher, joint.moves_on_tf)
+        table.append(Row(joint.parent, joint.child, *publishing, "", first[joint.child], joint.name, joint.type))
     named = {(joint.parent, joint.child): joint for joint in joints}
     for edge in robot.edges:
         first.setdefault(edge.child, edge.parent)
-        said = _publishing(edge.publisher, edge.moving)
+        publishing = _publishing(edge.publisher, edge.moving)
         same = named.get((edge.parent, edge.child))
         own = (same.name, same.type) if same is not None else ("", "")
-        found.append(Row(edge.parent, edge.child, *said, edge.when, first[edge.child], *own))
-    return tuple(found)
+        table.append(Row(edge.parent, edge.child, *publishing, edge.when, first[edge.child], *own))
+    return tuple(table)
 
 
 def _publishing(publisher: Publisher, moving: bool) -> tuple[str, str, str]:
@@ -119,23 +119,23 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     grown = _grow(edges)
     lone = _lone(names, grown)
-    found: list[Line] = []
+    drawn: list[Line] = []
     # What waits: the frame, its row, the line that it hangs on, whether it is the last there, whether it stands above.
     roots = [name for name in names if name not in grown.into and name not in lone]
     steps: list[tuple[str, Row | None, int, bool, bool]]
     steps = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while steps:
         name, row, on, last, up = steps.pop()
-        depth = found[on].depth + 1 if on >= 0 else 0
+        depth = drawn[on].depth + 1 if on >= 0 else 0
         again = up and name not in lone
-        found.append(Line(name, row, depth, on, last, up, again))
+        drawn.append(Line(name, row, depth, on, last, up, again))
         if up:
             continue
         hanging = [(other.parent, other, True) for other in grown.more.get(name, ())]
         hanging += [(child, grown.into[child], False) for child in grown.below.get(name, ())]
-        here = len(found) - 1
+        here = len(drawn) - 1
         steps += [(frame, edge, here, at == 0, is_up) for at, (frame, edge, is_up) in enumerate(reversed(hanging))]
-    return found
+    return drawn
 
 
 def _grow(edges: Sequence[Row]) -> _Grown:
@@ -163,19 +163,19 @@ def _above(into: dict[str, Row], frame: str, other: str) -> bool:
 
 def _lone(names: Sequence[str], grown: _Grown) -> set[str]:
     """Return the frames that have no line but as the parent in one row that is no part of the tree."""
-    said = Counter(row.parent for rows in grown.more.values() for row in rows)
+    parents = Counter(row.parent for rows in grown.more.values() for row in rows)
     hung = grown.into.keys() | grown.below.keys() | grown.more.keys()
-    return {name for name in names if said[name] == 1 and name not in hung}
+    return {name for name in names if parents[name] == 1 and name not in hung}
 
 
 def way(tree: Sequence[Line], frame: str) -> list[Line]:
     """Return the lines from a root to a frame; none if the tree does not have it."""
     at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
-    found: list[Line] = []
+    upwards: list[Line] = []
     while at >= 0:
-        found.append(tree[at])
+        upwards.append(tree[at])
         at = tree[at].on
-    return found[::-1]
+    return upwards[::-1]
 
 
 # A page with more is no longer looked at, but still makes the browser slow.

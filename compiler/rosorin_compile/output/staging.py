@@ -169,8 +169,8 @@ def _remove(name: str, parent: int) -> None:
             raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), name)
         os.fchmod(handle, 0o700)
         with os.scandir(handle) as entries:
-            found = [(entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries]
-        for child, is_folder in found:
+            children = [(entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries]
+        for child, is_folder in children:
             if is_folder:
                 _remove(child, handle)
             else:

@@ -46,8 +46,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
 def _unknown(case: Case, output: Output) -> Diagnostic:
     path: Path = ("outputs", output.name)
     known = [name for name, format in case.formats.items() if format.write is not None]
-    said = (*path, "backend")
-    at, key = (said, False) if exists(case.tree, said) else (path, True)
+    named = (*path, "backend")
+    at, key = (named, False) if exists(case.tree, named) else (path, True)
     help = did_you_mean(output.backend, known)
     if help.startswith("did"):
         help += f" (known: {', '.join(sorted(known))})"

@@ -68,8 +68,8 @@ def expand(
     ledger = Ledger()
     scope = Scope(ledger)
     scope.values["load()"] = table_loader(reader)
-    for name, value, place, said in reader.lets:
-        scope.define(name, value, place, said)
+    for name, value, place, value_place in reader.lets:
+        scope.define(name, value, place, value_place)
     _declare_arguments(root, arguments, reader, scope)
     included = list(Robots(reader, robots, scope, tell, packages or {}).fragments()) if robots else []
     tree = _evaluate(root, scope, reader, included)

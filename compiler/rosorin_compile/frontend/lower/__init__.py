@@ -111,8 +111,8 @@ class _Builder:
 
     def problem(self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = ()) -> None:
         place = locate(self.tree, path)
-        found = error(rule, message, place.span, help, [*related, *place.stack()])
-        self.diagnostics.append(found._replace(of=names_at(self.tree, path)))
+        diagnostic = error(rule, message, place.span, help, [*related, *place.stack()])
+        self.diagnostics.append(diagnostic._replace(of=names_at(self.tree, path)))
 
     def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
         self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
@@ -219,14 +219,14 @@ class _Builder:
         )
         return self.published(joint, publishing(entry, path, self.nodes, self.problem))
 
-    def published(self, joint: Joint, said: Publishing) -> Joint:
+    def published(self, joint: Joint, publishing: Publishing) -> Joint:
         """Return a joint with its publisher; those that take turns become edges."""
-        for turn in said.turns:
+        for turn in publishing.turns:
             self.places["edge", str(len(self.edges))] = turn.path
             moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
             turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
             self.edges.append(replace(turned, source=joint.source, joint=joint.name))
-        return replace(joint, publisher=said.always)
+        return replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
         """Return a sensor and the fixed joints of its frame and its optical frame."""
@@ -234,9 +234,9 @@ class _Builder:
         frame, source = entry["frame"], source_of(entry.get("source"))
         joint = entry.get("joint", f"{frame}_joint")
         self.place("joint", joint, path)
-        said = publishing(entry, path, self.nodes, self.problem)
+        by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
-        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), said)]
+        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
         optical = entry.get("optical")
         frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "")
         stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
@@ -248,8 +248,8 @@ class _Builder:
         optical_joint = optical.get("joint", f"{optical['frame']}_joint")
         self.place("joint", optical_joint, inner)
         pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
-        said = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else said.of_optical()
-        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), said))
+        by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
+        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
         return made, mounts
 
     def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
@@ -338,7 +338,7 @@ def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem
 
 def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publishing:
     """Return who publishes the joint of an entry that stands at a path."""
-    said, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
+    wanted, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def one(value: Any, at: Path) -> Publisher:
         if isinstance(value, dict):
@@ -349,10 +349,10 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
             return _NOT_FLOATING if entry.get("type") == "floating" else OF_THE_URDF
         return node(value, at, nodes, problem)
 
-    if not isinstance(said, list):
-        return Publishing(one(said, here))
+    if not isinstance(wanted, list):
+        return Publishing(one(wanted, here))
     turns = []
-    for index, item in enumerate(said):
+    for index, item in enumerate(wanted):
         at = (*here, index)
         turns.append(Turn(one(item["by"], (*at, "by")), item.get("when", ""), at))
     others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)

@@ -78,8 +78,8 @@ def _built_in(name: str) -> Format | None:
     """Return the format of that name which this folder has; None if it has none."""
     if name not in _homes():
         return None
-    found: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
-    return found
+    format: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
+    return format
 
 
 def _of_others() -> Mapping[str, Format]:

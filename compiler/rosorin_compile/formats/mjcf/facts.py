@@ -80,9 +80,9 @@ def _bodies(
         if body.find("freejoint") is not None:
             free = True
             sheet.add(Fact("link", name, "base"), "free")
-        found = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
-        joints |= found
-        _joints(sheet, found, name)
+        own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
+        joints |= own
+        _joints(sheet, own, name)
         owners[name] = name
         for part in body:
             if part.tag == "site" and part.get("name") == name:
@@ -115,10 +115,10 @@ def _sensor(sheet: FactSheet, sensor: Element, owners: dict[str, str]) -> None:
 
 def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
     """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
-    said = {name: text for name, text in element.items() if name != "name"}
-    if not said:
+    attributes = {name: text for name, text in element.items() if name != "name"}
+    if not attributes:
         sheet.add(fact, element.tag)
-    for name, text in said.items():
+    for name, text in attributes.items():
         numbers = _numbers(text)
         for index, number in enumerate(numbers, start=1):
             which = f" {index}" if len(numbers) > 1 else ""

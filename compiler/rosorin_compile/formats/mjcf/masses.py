@@ -53,15 +53,15 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
     heavy: set[str] = set()
-    found = []
+    without = []
     for top in reversed(groups):
         inertials = [inertial for name in groups[top] if (inertial := robot.link[name].inertial) is not None]
         joint = robot.joint_to.get(top)
         if top in heavy and not any(map(has_mass, inertials)) and (joint is not None or free):
-            found.append(top)
+            without.append(top)
         if joint is not None and (top in heavy or any(map(_is_body, inertials))):
             heavy.add(top_of[joint.parent])
-    return found[::-1]
+    return without[::-1]
 
 
 def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:

@@ -274,8 +274,8 @@ def _single(joint: Joint, number: NumberFormat) -> Markup:
     if ends:
         values["range"] = vector(ends, number)
     if joint.dynamics is not None:
-        said = joint.dynamics
-        words = {"damping": said.damping, "frictionloss": said.friction, "armature": said.armature}
+        dynamics = joint.dynamics
+        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         values |= {word: number(value) for word, value in words.items() if value}
     if joint.limit is not None and joint.limit.effort:
         values["actuatorfrcrange"] = vector([-joint.limit.effort, joint.limit.effort], number)
@@ -308,7 +308,7 @@ def keys(robot: Robot, joints: Sequence[Joint], free: bool) -> list[tuple[str, l
 
 
 def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    found: Mapping[str, Sequence[float]] = {
+    positions: Mapping[str, Sequence[float]] = {
         joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
     }
-    return lambda joint: found[joint.name]
+    return lambda joint: positions[joint.name]

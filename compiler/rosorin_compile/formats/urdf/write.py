@@ -124,7 +124,7 @@ def _cylinder(shape: Shape) -> Shape:
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
     """Return the materials of the robot: the attributes of each, and what is in it."""
-    return [(attributes(name=found.name), _look(found.rgba, found.texture, form)) for found in robot.materials]
+    return [(attributes(name=one.name), _look(one.rgba, one.texture, form)) for one in robot.materials]
 
 
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> Markup:

@@ -53,12 +53,9 @@ from ...model import (
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
-from .facts import read
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .unsaid import has_volume, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
-
-__all__ = ["read", "write"]
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30

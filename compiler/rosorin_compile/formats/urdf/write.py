@@ -20,7 +20,6 @@ from ...model import Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Ro
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .facts import read
 
 RULES = (
     Rule(
@@ -31,8 +30,6 @@ RULES = (
         FORMATS,
     ),
 )
-
-__all__ = ["read", "write"]
 
 ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
 

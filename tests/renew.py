@@ -1,6 +1,6 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | from-xacro | imported [NAME...] | findings
+python tests/renew.py docs | schema | from-xacro | imported [NAME...] | findings
 """
 
 from __future__ import annotations
@@ -8,10 +8,11 @@ from __future__ import annotations
 import runpy
 import sys
 
-from support.paths import TESTS
+from support.paths import DOCS, TESTS
 
 WRITERS = {
     "docs": "docs/test_docs.py",
+    "schema": "support/generated.py",
     "from-xacro": "support/xacro_page.py",
     "imported": "tools/importer/test_import_golden.py",
     "findings": "tools/verify/test_verify_faults.py",
@@ -24,6 +25,7 @@ def main() -> None:
     if what not in WRITERS:
         raise SystemExit(f"python tests/renew.py {' | '.join(WRITERS)}")
     sys.argv = [what, *rest]
+    sys.path.append(str(DOCS / "make"))
     runpy.run_path(str(TESTS / WRITERS[what]), run_name="__main__")
 
 

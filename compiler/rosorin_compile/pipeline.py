@@ -1,4 +1,4 @@
-"""The pipeline: load -> expand -> validate -> build -> check -> emit. Values in, values and diagnostics out.
+"""The pipeline: load, expand, validate, lower, check, write as text. Values in, values and diagnostics out.
 
 ``compile`` and ``read`` are the public API; the commands call ``compile_robot`` and ``understand``.
 """
@@ -82,7 +82,7 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
 ) -> Understood:
-    """Return what the description whose first file is ``path`` says; nothing is emitted.
+    """Return what the description whose first file is ``path`` says; no artifact is made.
 
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included.

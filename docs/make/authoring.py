@@ -6,6 +6,7 @@ an entry may have a loop and a condition, and there are parts, their uses, named
 
     python docs/make/authoring.py > schemas/authoring.schema.json
 
+``python tests/renew.py schema`` does that too.
 JSON Schema draft 7: the draft that every editor understands.
 """
 

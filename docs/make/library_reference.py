@@ -2,7 +2,7 @@
 
     python docs/make/library_reference.py > docs/parts-library.md
 
-run in the folder of the project.
+``python tests/renew.py docs`` does that too.
 """
 
 from __future__ import annotations
@@ -123,8 +123,8 @@ reported by MuJoCo when it loads the model.
 """
 
 
-def library_reference() -> str:
-    """Return the page on the library in Markdown."""
+def text() -> str:
+    """Return the page as it is committed."""
     lines = [_HEAD]
     for name, title in TITLES.items():
         file = load_mapping(data_folder("parts_library") / f"{name}.yaml", f"{name}.yaml")
@@ -211,10 +211,5 @@ def _plain(name: str) -> str:
     return _NAME.sub(lambda found: found[1].upper(), name)
 
 
-def main() -> None:
-    """Print the page."""
-    sys.stdout.write(library_reference())
-
-
 if __name__ == "__main__":
-    main()
+    sys.stdout.write(text())

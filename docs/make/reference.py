@@ -2,8 +2,8 @@
 
     python docs/make/reference.py > docs/language.md
 
-run in the folder of the project. What a schema cannot say stands in ``docs/_language_head.md``, with marks such as
-``<!-- units -->`` where a table of the tool goes.
+``python tests/renew.py docs`` does that too. What a schema cannot say stands in ``docs/_language_head.md``, with
+marks such as ``<!-- units -->`` where a table of the tool goes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from rosorin_compile.frontend.expression.functions import BUILT_IN
 from rosorin_compile.frontend.schema import with_formats
 from rosorin_compile.units import DIMENSIONS, UNITS, Dimension, describe
 
-HEAD = Path("docs/_language_head.md")
+HEAD = Path(__file__).parents[1] / "_language_head.md"
 _KEYS = ("key", "value", "unit", "needed", "meaning")
 _WORDS = {
     "string": "text",
@@ -241,11 +241,10 @@ def _escaped(text: str) -> str:
     return text.replace("<", "&lt;").replace("*", "\\*")
 
 
-def main() -> None:
-    """Print the reference of the language."""
-    head = HEAD.read_text("utf-8") if HEAD.is_file() else ""
-    sys.stdout.write(reference(language(), head))
+def text() -> str:
+    """Return the page as it is committed."""
+    return reference(language(), HEAD.read_text("utf-8"))
 
 
 if __name__ == "__main__":
-    main()
+    sys.stdout.write(text())

@@ -2,8 +2,8 @@
 
     python docs/make/rules_reference.py > docs/rules.md
 
-run in the folder of the project. What is said of all rules, or of a topic, stands in ``docs/_rules_head.md``, with the
-mark ``<!-- rules -->`` under each heading where the table of that topic goes.
+``python tests/renew.py docs`` does that too. What is said of all rules, or of a topic, stands in
+``docs/_rules_head.md``, with the mark ``<!-- rules -->`` under each heading where the table of that topic goes.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from pathlib import Path
 
 from rosorin_compile.diagnostics.registry import Rule, every_rule
 
-HEAD = Path("docs/_rules_head.md")
+HEAD = Path(__file__).parents[1] / "_rules_head.md"
 MARK = "<!-- rules -->"
 _COLUMNS = ("rule", "what is wrong", "way out", "accepted of")
 
@@ -50,10 +50,10 @@ def _table(rules: Collection[Rule]) -> Iterator[str]:
         yield "|" + "".join(f" {cell} |" if cell else " |" for cell in cells[: len(columns)])
 
 
-def main() -> None:
-    """Print the page of rules."""
-    sys.stdout.write(page(HEAD.read_text("utf-8"), every_rule().values()))
+def text() -> str:
+    """Return the page as it is committed."""
+    return page(HEAD.read_text("utf-8"), every_rule().values())
 
 
 if __name__ == "__main__":
-    main()
+    sys.stdout.write(text())

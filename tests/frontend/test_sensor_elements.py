@@ -10,7 +10,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.diagnostics.report import text as report  # noqa: E402
-from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
+from rosorin_compile.formats.mjcf import facts as mjcf_facts  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
 from rosorin_compile.pipeline import compile_robot  # noqa: E402
 from support.robots import compiled  # noqa: E402
@@ -212,7 +212,7 @@ def own_type(element: str) -> str:
 
 
 def facts(folder: Path, text: str) -> dict[tuple[str, str, str], float | str]:
-    return {tuple(fact): value.value for fact, value in mjcf.read(emitted(folder, text)).items()}
+    return {tuple(fact): value.value for fact, value in mjcf_facts.read(emitted(folder, text)).items()}
 
 
 def test_sensors_are_facts_of_the_link_that_they_sit_in(tmp_path):

@@ -56,7 +56,7 @@ def changed(folder: Path, *changes: tuple[str, str], text: str = ARM) -> Path:
     return path
 
 
-# What tests of ``compare`` share: the reference robot as it is committed, and copies that differ.
+# What tests of golden comparison share: the reference robot as it is committed, and copies that differ.
 
 
 BASE = compiled()

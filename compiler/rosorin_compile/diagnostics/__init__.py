@@ -1,7 +1,11 @@
 """Diagnostics: what the compiler has to say about a description, as values.
 
 A stage never prints and never raises for a problem in the user's files: it returns diagnostics. Only the command line
-turns them into text (see ``report``).
+turns them into text.
+
+To be read in this order: this module (``Diagnostic`` and its ``Span``), ``wording`` (what all sentences share),
+``registry`` (what each id means), ``report`` (diagnostics as text, JSON, SARIF, ...), ``console`` (how they reach the
+person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAML that keep their depth in bounds.
 """
 
 from __future__ import annotations
@@ -133,8 +137,8 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     names = sorted(known) if len(word) > 1 else []  # everything is like a single letter
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
-    found = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
-    return found[0] if found else None
+    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    return close[0] if close else None
 
 
 def did_you_mean(word: str, known: Iterable[str]) -> str:

@@ -2,7 +2,7 @@
 
 Parsers and what walks their trees call themselves: of a text that is nested a hundred thousand times some raise
 RecursionError or MemoryError, and libyaml's composer ends the whole program. What is read here is never so deep.
-(Descriptions are read by ``load``, XML by ``importing.markup``; both have limits of their own.)
+(Descriptions are read by ``frontend.load``, XML by ``xml.markup``; both have limits of their own.)
 """
 
 from __future__ import annotations
@@ -27,10 +27,10 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
-    for found in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
-        depth += (found[0] in "[{") - (found[0] in "]}")
+    for match in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
+        depth += (match[0] in "[{") - (match[0] in "]}")
         if depth > MAX_DEPTH:
-            raise json.JSONDecodeError(_TOO_DEEP, text, found.start())
+            raise json.JSONDecodeError(_TOO_DEEP, text, match.start())
     return json.loads(text, parse_constant=parse_constant)
 
 
@@ -68,7 +68,7 @@ def _may_be_deep(text: str) -> bool:
 
     A list may begin where the key above it does, so two levels may have one column.
     """
-    indent = max((len(found) for found in _INDENT.findall(text)), default=0)
+    indent = max((len(blank) for blank in _INDENT.findall(text)), default=0)
     return text.count("[") + text.count("{") + 2 * indent + 2 > MAX_DEPTH
 
 

@@ -1,6 +1,6 @@
 """The console: diagnostics go to the person at once, or to a program as one document at the end.
 
-A bar shows on the terminal for what takes longer than a second.
+``Console`` is what a command talks to; ``Progress`` shows a bar on the terminal for what takes longer than a second.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ class Console:
             return ""
         from . import report
 
-        said = report.text(diagnostics[:MAX_SHOWN], colour())
+        text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
-            said += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        sys.stderr.write(said)
-        return said
+            text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
+        sys.stderr.write(text)
+        return text
 
     def ahead(self, diagnostic: Diagnostic) -> None:
         """Print what has to be said before anything is run, and count it: what was run may do else the next time."""

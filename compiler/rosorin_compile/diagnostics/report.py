@@ -144,19 +144,19 @@ def _descriptors(ids: Sequence[str]) -> list[dict[str, object]]:
 def _result(diagnostic: Diagnostic, rule: int) -> dict[str, object]:
     """Return a diagnostic as a result of SARIF; a note without a place goes into the message."""
     remarks = [related.message for related in diagnostic.related if related.span is None]
-    found: dict[str, object] = {
+    result: dict[str, object] = {
         "ruleId": diagnostic.rule,
         "ruleIndex": rule,
         "level": diagnostic.severity,
         "message": {"text": "\n".join([_with_help(diagnostic), *remarks])},
     }
     if diagnostic.span:
-        found["locations"] = [_location(diagnostic.span)]
+        result["locations"] = [_location(diagnostic.span)]
     several = dict.fromkeys(diagnostic.related)  # each once, as the standard asks
     related = [{**_location(r.span), "message": {"text": r.message}} for r in several if r.span]
     if related:
-        found["relatedLocations"] = related
-    return found
+        result["relatedLocations"] = related
+    return result
 
 
 def _location(span: Span) -> dict[str, object]:

@@ -2,6 +2,11 @@
 
 ``FORMATS`` has them by name: those of this folder, found by their modules, then those of other packages. A module is
 imported when somebody asks for its format.
+
+To be read in this order: ``format`` (what a record has to say), one that is written (``static_tf_json``, or ``urdf``
+with ``templating``), ``facts`` (how artifacts are read back to be compared), one that is read (``urdf``, with
+``reading``, ``imported`` and ``checked``, which all readers share), ``plugged`` (formats of other packages).
+``drawing`` is what ``frames_picture`` and the command ``frames`` draw with.
 """
 
 from __future__ import annotations
@@ -73,8 +78,8 @@ def _built_in(name: str) -> Format | None:
     """Return the format of that name which this folder has; None if it has none."""
     if name not in _homes():
         return None
-    found: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
-    return found
+    format: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
+    return format
 
 
 def _of_others() -> Mapping[str, Format]:

@@ -1,4 +1,4 @@
-"""Accepting: the meaning of an imported tree, held against the rules.
+"""Checked: the tree of an imported robot, held against the rules, which some of it may break.
 
 A robot that exists, with an axis of length 2 or a box without thickness, is read by the programs that have to read it:
 such things are accepted by an entry of ``accept``, and said. What no reader can live with is an error.
@@ -22,36 +22,38 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
     There is no tree if anything is wrong that cannot be accepted. ``lenient`` accepts more.
     """
-    wrong = [found for found in validate(tree, FORMATS) if found.severity == ERROR]
+    wrong = [one for one in validate(tree, FORMATS) if one.severity == ERROR]
     if wrong:
         return None, wrong
-    found = _found(tree)
+    problems = _problems(tree)
     names: dict[str, dict[str, Diagnostic]] = {}
     for _ in range(3):  # what build refuses hides what the rules would say
         before = sum(map(len, names.values()))
-        for diagnostic in found:
+        for diagnostic in problems:
             if _acceptable(tree, diagnostic, lenient):
                 names.setdefault(diagnostic.rule, {}).setdefault(_name(diagnostic), diagnostic)
         if sum(map(len, names.values())) == before:
             break
         tree = _with_accept(tree, names)
-        found = _found(tree)
-    said = [
-        _with_way_out(d, lenient) for d in settled(tree, found, acceptable()) if d.severity == ERROR or _is_accepted(d)
+        problems = _problems(tree)
+    told = [
+        _with_way_out(d, lenient)
+        for d in settled(tree, problems, acceptable())
+        if d.severity == ERROR or _is_accepted(d)
     ]
-    return (None if has_errors(said) else tree), said
+    return (None if has_errors(told) else tree), told
 
 
-def _found(tree: Map) -> list[Diagnostic]:
+def _problems(tree: Map) -> list[Diagnostic]:
     """Return what build and the rules say of a tree that is to become what robot_state_publisher reads."""
     whole = _copied(tree)
     if "outputs" not in whole:
         whole.put("outputs", _published(tree), tree.span, tree.span)
     built = build(whole)
-    found = list(built.diagnostics)
+    diagnostics = list(built.diagnostics)
     if built.robot is not None:
-        found += check(built.robot, whole, built.places, FORMATS)
-    return found
+        diagnostics += check(built.robot, whole, built.places, FORMATS)
+    return diagnostics
 
 
 def _published(tree: Map) -> Map:
@@ -63,21 +65,21 @@ def _published(tree: Map) -> Map:
     return outputs
 
 
-def _acceptable(tree: Map, found: Diagnostic, lenient: bool) -> bool:
-    rule = acceptable().get(found.rule)
-    if rule is None or not found.of:
+def _acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
+    rule = acceptable().get(diagnostic.rule)
+    if rule is None or not diagnostic.of:
         return False
     if rule.imported == "always":
         return True
-    if found.rule == "mass-not-positive":
-        mass = tree["links"][_name(found)]["inertial"]["mass"]
+    if diagnostic.rule == "mass-not-positive":
+        mass = tree["links"][_name(diagnostic)]["inertial"]["mass"]
         return lenient or mass == 0
     return lenient and rule.imported == "lenient"
 
 
-def _name(found: Diagnostic) -> str:
+def _name(diagnostic: Diagnostic) -> str:
     """Return the name that an entry of ``accept`` gives a diagnostic: the joint, or the link that is its child."""
-    return found.of[-1] if acceptable()[found.rule].accept == "link" else found.of[0]
+    return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
 def _copied(tree: Map) -> Map:
@@ -94,8 +96,8 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     for rule in sorted(names):
         first = next(iter(names[rule].values())).span or tree.span
         entry, of = Map(first), Seq(first)
-        for name, found in names[rule].items():
-            of.put(name, found.span or first)
+        for name, diagnostic in names[rule].items():
+            of.put(name, diagnostic.span or first)
         entry.put("rule", rule, first, first)
         entry.put("of", of, first, first)
         entry.put("reason", REASON, first, first)
@@ -105,13 +107,13 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     return made
 
 
-def _is_accepted(found: Diagnostic) -> bool:
-    return found.severity == NOTE and found.rule in acceptable()
+def _is_accepted(diagnostic: Diagnostic) -> bool:
+    return diagnostic.severity == NOTE and diagnostic.rule in acceptable()
 
 
-def _with_way_out(found: Diagnostic, lenient: bool) -> Diagnostic:
-    rule = acceptable().get(found.rule)
-    if found.severity == ERROR and rule and rule.imported == "lenient" and found.of and not lenient:
-        help = f"{found.help}; --lenient takes it as it is" if found.help else "--lenient takes it as it is"
-        return found._replace(help=help)
-    return found
+def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:
+    rule = acceptable().get(diagnostic.rule)
+    if diagnostic.severity == ERROR and rule and rule.imported == "lenient" and diagnostic.of and not lenient:
+        help = f"{diagnostic.help}; --lenient takes it as it is" if diagnostic.help else "--lenient takes it as it is"
+        return diagnostic._replace(help=help)
+    return diagnostic

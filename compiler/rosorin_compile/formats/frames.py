@@ -131,7 +131,7 @@ def _pose_rows(robot: Robot, number: NumberFormat) -> Iterator[list[str]]:
 
 def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     """Return what only holds the place of a value, as the reason and the things that it holds for."""
-    found: dict[str, list[str]] = {}
+    by_reason: dict[str, list[str]] = {}
     named = [(f"robot {robot.name}", robot.source)]
     named += [(f"link {link.name}", link.source) for link in robot.links]
     named += [(f"joint {joint.name}", joint.source) for joint in robot.joints]
@@ -141,14 +141,14 @@ def _stand_ins(robot: Robot) -> list[tuple[str, str]]:
     named += [(f"transform {edge.parent} to {edge.child}", edge.source) for edge in robot.edges]
     for name, source in named:
         if source.status == "stand_in":
-            found.setdefault(source.note or "no reason given", []).append(name)
+            by_reason.setdefault(source.note or "no reason given", []).append(name)
     for link in robot.links:
         for shape in (*link.collision, *link.visual):
             if shape.stand_in:
                 kind = _CAPITAL.sub(" ", type(shape.geometry).__name__).lower()
                 what = f"the {kind} {shape.name}".strip()
-                found.setdefault(shape.stand_in, []).append(f"{what} of link {link.name}")
-    return [(reason, ", ".join(dict.fromkeys(names))) for reason, names in found.items()]
+                by_reason.setdefault(shape.stand_in, []).append(f"{what} of link {link.name}")
+    return [(reason, ", ".join(dict.fromkeys(names))) for reason, names in by_reason.items()]
 
 
 def _degrees(rpy: Vector) -> Vector:

@@ -1,4 +1,4 @@
-"""frames_picture: the tree of frames as a picture; the end of its file name says which kind (see ``drawing``)."""
+"""frames_picture: the tree of frames as a picture (``drawing``); the end of its file name says which kind."""
 
 from __future__ import annotations
 
@@ -85,8 +85,8 @@ def _differences(robot: Robot, drawn: Shown, situation: Situation) -> Iterator[s
         yield f"it should {'' if frame in frames else 'not '}show the frame {frame}{where}"
     for row in sorted(set(edges).symmetric_difference(drawn.edges)):
         joint = f", joint {row.joint} ({row.kind})" if row.joint else ""
-        said = f"{row.parent} -> {row.child}, published by {row.who} on {row.topic}{joint}"
-        yield f"it should {'' if row in edges else 'not '}show {said}{where}"
+        edge = f"{row.parent} -> {row.child}, published by {row.who} on {row.topic}{joint}"
+        yield f"it should {'' if row in edges else 'not '}show {edge}{where}"
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

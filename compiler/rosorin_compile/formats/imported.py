@@ -1,6 +1,7 @@
-"""What comes of reading a foreign robot: a plain tree as ``expand`` gives it, and all there is to say about it.
+"""Imported: what comes of reading a foreign robot.
 
-``ReadOptions`` is what ``import``, ``include`` and ``diff`` can say about how it is read.
+``Imported`` has a plain tree as ``expand`` gives it, and all there is to say about it. ``ReadOptions`` is what
+``import``, ``include`` and ``diff`` can say about how it is read.
 """
 
 from __future__ import annotations

@@ -30,8 +30,8 @@ class Packages:
     def find(self, name: str) -> Path | None:
         """Return the folder of a package, in ROS 2 its share folder; None if it is not there."""
         if name not in self._known:
-            found = self._find(name) if _is_name(name) else None
-            self._known[name] = found
+            folder = self._find(name) if _is_name(name) else None
+            self._known[name] = folder
         return self._known[name]
 
     def resolve(self, address: str, folder: Path) -> Path | None:
@@ -52,9 +52,9 @@ class Packages:
         if name in self.given:
             return Path(os.path.abspath(self.given[name]))
         for folder in self._entries("ROS_PACKAGE_PATH"):
-            found = self._below(folder).get(name)
-            if found is not None:
-                return found
+            package = self._below(folder).get(name)
+            if package is not None:
+                return package
         for prefix in self._entries("AMENT_PREFIX_PATH"):
             share = prefix / "share" / name
             if _is_folder(share):
@@ -77,9 +77,9 @@ class Packages:
             if called and own is None:
                 own = folder
         if own is not None:
-            found = self._below(own.parent).get(name)
-            if found is not None:
-                return found
+            package = self._below(own.parent).get(name)
+            if package is not None:
+                return package
         for folder in above[:-1]:  # packages are often handed on without their package.xml
             if folder.name == name:
                 return folder
@@ -88,7 +88,7 @@ class Packages:
     def _below(self, top: Path) -> dict[str, Path]:
         """Return the packages in a folder by name; a package holds no further ones."""
         if top not in self._listed:
-            found: dict[str, Path] = {}
+            folders: dict[str, Path] = {}
             looked = 0
             waiting = [(top, 0)]
             while waiting and looked < _FOLDERS:
@@ -96,10 +96,10 @@ class Packages:
                 looked += 1
                 name = package_name(folder)
                 if name:
-                    found.setdefault(name, folder)
+                    folders.setdefault(name, folder)
                 elif depth < _DEPTH:
                     waiting += [(inner, depth + 1) for inner in _folders(folder)]
-            self._listed[top] = found
+            self._listed[top] = folders
         return self._listed[top]
 
 

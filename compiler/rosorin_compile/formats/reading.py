@@ -1,4 +1,4 @@
-"""Reader: one function for every format; the name of the file and what stands in it decide which one it is."""
+"""Reading: one function for every format; the name of the file and what stands in it decide which one it is."""
 
 from __future__ import annotations
 

@@ -153,7 +153,7 @@ def condition(robot: Robot, when: str) -> str:
     modes = modes_in(robot, [when])
     words = _WORD.findall(when)
     if _WORDS_ALONE.fullmatch(when) and set(words) <= {*modes, *_OPERATORS}:
-        return _WORD.sub(lambda found: found[0] if found[0] in _OPERATORS else f"on[{found[0]!r}]", when.strip())
+        return _WORD.sub(lambda match: match[0] if match[0] in _OPERATORS else f"on[{match[0]!r}]", when.strip())
     # Expressions know more than Python's "and": every combination of modes in which it holds is named.
     ways = [states for states in combinations(modes) if holds(when, states)]
     return " or ".join(
@@ -235,7 +235,7 @@ def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vect
     Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).
     """
     rpy = angles(pose.transform())
-    if all(abs(said - meant) < ROTATION_ROUNDING for said, meant in zip(pose.rpy, rpy, strict=True)):
+    if all(abs(printed - meant) < ROTATION_ROUNDING for printed, meant in zip(pose.rpy, rpy, strict=True)):
         rpy = pose.rpy
     else:
         rounding = ROTATION_ROUNDING + 4 * max(radians)

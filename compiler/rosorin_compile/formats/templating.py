@@ -109,10 +109,10 @@ class Templates:
             raise self._problem("template-failed", message, name, _line(problem), asked) from None
 
     def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:
-        found = self._load(name)
-        if found is None or not line:
+        loaded = self._load(name)
+        if loaded is None or not line:
             return TemplateProblem(error(rule, f"{name}: {message}", asked))
-        text = found[0]
+        text = loaded[0]
         shown = name if name.startswith(BUILTIN) or self.folder is None else as_shown(self.folder / name)
         source = Source(shown, text)
         width = max(1, len(source.line(line).strip()))

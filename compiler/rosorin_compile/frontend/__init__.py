@@ -1,6 +1,9 @@
-"""Frontend: from YAML to a robot.
+"""Frontend: from YAML to a robot. No rule of meaning, no format, no file is written here.
 
 To be read in the order of the data: ``load`` (YAML to a ``tree`` that knows its lines), ``expand`` (includes,
-arguments, expressions), ``validate`` (the JSON Schema), ``lower`` (the model), ``accepting`` (what may be
-all the same).
+arguments, parts, loops, and the ``expression`` in them), ``validate`` (the tree against the ``schema``), ``lower``
+(the model), ``accepting`` (what a robot may break all the same).
+
+Beside the way: ``written`` (what stood in the files before anything was evaluated), ``yaml_text`` (text as YAML writes
+it), ``arguments`` and ``asked`` (what the command line and the Python API are given).
 """

@@ -87,11 +87,11 @@ def settled(
 
 def _wanted(tree: Map) -> _Wanted:
     """Return the entries of ``accept`` by rule and name."""
-    found: _Wanted = {}
+    wanted: _Wanted = {}
     for index, entry in enumerate(tree.get("accept") or ()):
         for name in entry["of"]:
-            found.setdefault((entry["rule"], name), []).append((index, name))
-    return found
+            wanted.setdefault((entry["rule"], name), []).append((index, name))
+    return wanted
 
 
 def _entries(wanted: _Wanted, diagnostic: Diagnostic) -> list[_Entry]:
@@ -109,7 +109,7 @@ def _note(tree: Map, wanted: _Wanted, group: list[Diagnostic]) -> Diagnostic:
 
 def _unused(tree: Map, used: set[_Entry], acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that names something of which the rule says nothing."""
-    found = []
+    unused = []
     for index, entry in enumerate(tree.get("accept") or ()):
         idle = [name for name in dict.fromkeys(entry["of"]) if (index, name) not in used]
         if not idle:
@@ -118,5 +118,5 @@ def _unused(tree: Map, used: set[_Entry], acceptable: Mapping[str, Rule]) -> lis
         message = f"{rule} is accepted of {names}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
         place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
         help = f"remove the entry, or name a {acceptable[rule].accept} that the rule refuses"
-        found.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
-    return found
+        unused.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
+    return unused

@@ -42,15 +42,15 @@ def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
     """
     made: Map | None = None
     for path in files:
-        found = load_mapping(path, shown(path))
-        for name, value in found.items():
+        given = load_mapping(path, shown(path))
+        for name, value in given.items():
             if _has_expression(value):
                 message = f'the argument "{name}" is an expression; a file of arguments holds values'
-                raise LoadError(error("bad-argument", message, found.value_spans[name], "write its result"))
+                raise LoadError(error("bad-argument", message, given.value_spans[name], "write its result"))
         if made is None:
-            made = Map(found.span)
-        for name, value in found.items():
-            made.put(name, value, found.key_spans[name], found.value_spans[name])
+            made = Map(given.span)
+        for name, value in given.items():
+            made.put(name, value, given.key_spans[name], given.value_spans[name])
     if made is None:
         raise ValueError("there is no file to read")
     for name, text in texts.items():
@@ -82,8 +82,8 @@ def declared(path: Path, arguments: Mapping[str, Any]) -> tuple[list[Argument], 
         entries = Map(root.span)
     expanded = expand(path, arguments, None)
     written = Written()
-    found = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
-    return found, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
+    made = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
+    return made, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)
 
 
 def _argument(name: str, entries: Map, written: Written) -> Argument:

@@ -1,4 +1,4 @@
-"""Asked: what a program asks of the API, as the stages have it: a name on disk, arguments, folders of packages.
+"""Asked: what a caller of the Python API gives, as the stages have it: a name on disk, arguments, folders of packages.
 
 Nothing here raises for what is wrong: that is a diagnostic.
 """

@@ -73,8 +73,8 @@ def backend_of(name: str, entry: Mapping[str, Any]) -> str:
 
 
 def _output() -> dict[str, Any]:
-    found: dict[str, Any] = schema()["$defs"]["output"]
-    return found
+    output: dict[str, Any] = schema()["$defs"]["output"]
+    return output
 
 
 def _uncapitalised(text: str) -> str:

@@ -1,6 +1,6 @@
 """Validate: the plain tree held against the JSON Schema. Shape, units and finite numbers; no meaning.
 
-A complaint of the validator is told in the words of the description.
+``Complaint`` tells what the validator has to say in the words of the description.
 """
 
 from __future__ import annotations
@@ -90,10 +90,10 @@ class _Walk:
         self.misfits: list[tuple[Steps, Quantity]] = []
 
     def plain(self, value: Map | Seq) -> Any:
-        found = self.done.get(id(value))
-        if found is None:
-            found = self.done[id(value)] = self._walk(value)
-        return found
+        known = self.done.get(id(value))
+        if known is None:
+            known = self.done[id(value)] = self._walk(value)
+        return known
 
     def _walk(self, value: Map | Seq) -> Any:
         changed: Any = None
@@ -179,8 +179,8 @@ class Complaint:
 
     def diagnostics(self) -> list[Diagnostic]:
         method = getattr(self, f"_{self.keyword.lower()}", self._other)
-        found: list[Diagnostic] = method()
-        return found
+        told: list[Diagnostic] = method()
+        return told
 
     def _fragment(self, above: int) -> Any:
         """Return the fragment of the schema that complains, or one above it."""
@@ -311,7 +311,7 @@ def _found(value: Any) -> str:
 
 def _units_like(wanted: list[str]) -> list[str]:
     """Return the units of the dimensions that are wanted; all units if none has a name of its own."""
-    dimensions = [found[1] for found in map(parse_unit, wanted) if found is not None]
+    dimensions = [unit[1] for unit in map(parse_unit, wanted) if unit is not None]
     return [name for name, (_, dimension) in UNITS.items() if dimension in dimensions] or list(UNITS)
 
 

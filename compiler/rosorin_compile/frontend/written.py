@@ -100,7 +100,7 @@ def _text(piece: Piece) -> str:
 def _bracketed(span: Span) -> str:
     """Return a list or mapping in brackets on one line, without its comments."""
     lines = span.source.text.splitlines()[span.line - 1 :]
-    found: list[str] = []
+    letters: list[str] = []
     depth, quote = 0, ""
     for number, line in enumerate(lines):
         begin = span.column - 1 if number == 0 else 0
@@ -113,13 +113,13 @@ def _bracketed(span: Span) -> str:
             elif letter == "#" and line[index - 1 : index].isspace():
                 break
             depth += (not quote) * ((letter in "{[") - (letter in "}]"))
-            found.append(letter)
+            letters.append(letter)
             if depth == 0:
-                return " ".join("".join(found).split())
-            if len(found) > 4 * MAX_TEXT:
-                return " ".join("".join(found).split())
-        found.append(" ")
-    return " ".join("".join(found).split())
+                return " ".join("".join(letters).split())
+            if len(letters) > 4 * MAX_TEXT:
+                return " ".join("".join(letters).split())
+        letters.append(" ")
+    return " ".join("".join(letters).split())
 
 
 def _shortened(text: str) -> str:

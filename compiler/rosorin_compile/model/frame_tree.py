@@ -1,6 +1,7 @@
-"""The tree of frames: who publishes each edge, in the terms of the list of frames (``emit.frames``), and the tree.
+"""The tree of frames: one row for each edge, with who publishes it; and the rows as a tree.
 
-Of the tree there are lines, parents above children, each frame once.
+The tree is a list of lines, parents above children, each frame once. What draws it for terminals and for pictures is a
+format (``formats.frames``, ``formats.drawing``); for a notebook it is a table in HTML, here.
 """
 
 from __future__ import annotations
@@ -55,22 +56,22 @@ def rows(robot: Robot) -> tuple[Row, ...]:
     A joint that somebody else publishes under the same parent is one edge with that transform, and named there.
     """
     first: dict[str, str] = {}
-    found: list[Row] = []
+    table: list[Row] = []
     joints = robot.joints_down()
     for joint in joints:
         first.setdefault(joint.child, joint.parent)
         if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
             continue  # its publishers are edges below, each in its modes
-        said = _publishing(joint.publisher, joint.moves_on_tf)
-        found.append(Row(joint.parent, joint.child, *said, "", first[joint.child], joint.name, joint.type))
+        publishing = _publishing(joint.publisher, joint.moves_on_tf)
+        table.append(Row(joint.parent, joint.child, *publishing, "", first[joint.child], joint.name, joint.type))
     named = {(joint.parent, joint.child): joint for joint in joints}
     for edge in robot.edges:
         first.setdefault(edge.child, edge.parent)
-        said = _publishing(edge.publisher, edge.moving)
+        publishing = _publishing(edge.publisher, edge.moving)
         same = named.get((edge.parent, edge.child))
         own = (same.name, same.type) if same is not None else ("", "")
-        found.append(Row(edge.parent, edge.child, *said, edge.when, first[edge.child], *own))
-    return tuple(found)
+        table.append(Row(edge.parent, edge.child, *publishing, edge.when, first[edge.child], *own))
+    return tuple(table)
 
 
 def _publishing(publisher: Publisher, moving: bool) -> tuple[str, str, str]:
@@ -118,23 +119,23 @@ def lines(edges: Sequence[Row], frames: Iterable[str]) -> list[Line]:
     names = list(dict.fromkeys([*frames, *(name for row in edges for name in (row.parent, row.child))]))
     grown = _grow(edges)
     lone = _lone(names, grown)
-    found: list[Line] = []
+    drawn: list[Line] = []
     # What waits: the frame, its row, the line that it hangs on, whether it is the last there, whether it stands above.
     roots = [name for name in names if name not in grown.into and name not in lone]
     steps: list[tuple[str, Row | None, int, bool, bool]]
     steps = [(name, None, -1, at == 0, False) for at, name in enumerate(reversed(roots))]
     while steps:
         name, row, on, last, up = steps.pop()
-        depth = found[on].depth + 1 if on >= 0 else 0
+        depth = drawn[on].depth + 1 if on >= 0 else 0
         again = up and name not in lone
-        found.append(Line(name, row, depth, on, last, up, again))
+        drawn.append(Line(name, row, depth, on, last, up, again))
         if up:
             continue
         hanging = [(other.parent, other, True) for other in grown.more.get(name, ())]
         hanging += [(child, grown.into[child], False) for child in grown.below.get(name, ())]
-        here = len(found) - 1
+        here = len(drawn) - 1
         steps += [(frame, edge, here, at == 0, is_up) for at, (frame, edge, is_up) in enumerate(reversed(hanging))]
-    return found
+    return drawn
 
 
 def _grow(edges: Sequence[Row]) -> _Grown:
@@ -162,16 +163,50 @@ def _above(into: dict[str, Row], frame: str, other: str) -> bool:
 
 def _lone(names: Sequence[str], grown: _Grown) -> set[str]:
     """Return the frames that have no line but as the parent in one row that is no part of the tree."""
-    said = Counter(row.parent for rows in grown.more.values() for row in rows)
+    parents = Counter(row.parent for rows in grown.more.values() for row in rows)
     hung = grown.into.keys() | grown.below.keys() | grown.more.keys()
-    return {name for name in names if said[name] == 1 and name not in hung}
+    return {name for name in names if parents[name] == 1 and name not in hung}
 
 
 def way(tree: Sequence[Line], frame: str) -> list[Line]:
     """Return the lines from a root to a frame; none if the tree does not have it."""
     at = next((at for at, line in enumerate(tree) if line.frame == frame and not line.again), -1)
-    found: list[Line] = []
+    upwards: list[Line] = []
     while at >= 0:
-        found.append(tree[at])
+        upwards.append(tree[at])
         at = tree[at].on
-    return found[::-1]
+    return upwards[::-1]
+
+
+# A page with more is no longer looked at, but still makes the browser slow.
+MOST = 500
+_HEADS = ("frame", "published by", "topic", "joint", "when")
+_LEFT = "text-align: left"
+
+
+def html(robot: Robot) -> str:
+    """Return the tree of frames in all modes; every name is escaped."""
+    from html import escape  # not at the top: it brings thousands of entities along
+
+    tree = lines(rows(robot), [link.name for link in robot.links])
+    heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
+    body = "".join(map(_line, tree[:MOST]))
+    if len(tree) > MOST:
+        body += f'<tr><td colspan="{len(_HEADS)}">and {len(tree) - MOST:,} more</td></tr>'
+    caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
+    return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
+
+
+def _line(line: Line) -> str:
+    """Return one row; a frame that stands above another in some modes only is told from the tree by an arrow."""
+    from html import escape
+
+    row = line.row
+    name = f"\u2191 {line.frame}" if line.up else line.frame
+    cells = ["", "", "", ""]
+    if row is not None:
+        joint = f"{row.joint} ({row.kind})" if row.joint else ""
+        cells = [row.who, row.topic if row.published else "", joint, row.when]
+    indent = f"{_LEFT}; padding-left: {0.5 + 1.5 * min(line.depth, 40)}em"
+    others = "".join(f'<td style="{_LEFT}">{escape(cell)}</td>' for cell in cells)
+    return f'<tr><td style="{indent}">{escape(name)}</td>{others}</tr>'

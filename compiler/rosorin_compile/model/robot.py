@@ -108,7 +108,7 @@ class JointPose:
 
 @dataclass(frozen=True)
 class Output:
-    """One artifact to emit: the backend, the file name in the outputs folder, and the backend's options."""
+    """One artifact to make: the format (``backend`` in the language), its file in the outputs folder, its options."""
 
     name: str
     backend: str
@@ -139,13 +139,13 @@ class Robot:
         """Return the name and what there is how often: a robot in full is pages long."""
         moving = sum(not joint.is_fixed for joint in self.joints)
         counts = {"link": len(self.links), "joint": len(self.joints), "sensor": len(self.sensors)}
-        said = [f"{count} {word}{'' if count == 1 else 's'}" for word, count in counts.items()]
-        said[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
-        return f"<Robot {self.name}: {', '.join(said)}>"
+        counted = [f"{count} {word}{'' if count == 1 else 's'}" for word, count in counts.items()]
+        counted[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
+        return f"<Robot {self.name}: {', '.join(counted)}>"
 
     def _repr_html_(self) -> str:
         """Return the tree of frames, for a notebook."""
-        from .notebook import html
+        from .frame_tree import html
 
         return html(self)
 
@@ -167,10 +167,10 @@ class Robot:
     @cached_property
     def joints_from(self) -> Mapping[str, tuple[Joint, ...]]:
         """The joints that leave a link, in the order of the description, by link name."""
-        found: dict[str, list[Joint]] = {}
+        below: dict[str, list[Joint]] = {}
         for joint in self.joints:
-            found.setdefault(joint.parent, []).append(joint)
-        return {name: tuple(joints) for name, joints in found.items()}
+            below.setdefault(joint.parent, []).append(joint)
+        return {name: tuple(joints) for name, joints in below.items()}
 
     @cached_property
     def root(self) -> str:
@@ -180,12 +180,12 @@ class Robot:
     @cached_property
     def material(self) -> Mapping[str, Material]:
         """The materials by name, those that a visual defines too; where two define one, the first."""
-        found = {material.name: material for material in self.materials}
+        known = {material.name: material for material in self.materials}
         for link in self.links:
             for visual in link.visual:
                 if visual.material and (visual.rgba or visual.texture):
-                    found.setdefault(visual.material, Material(visual.material, visual.rgba, visual.texture))
-        return found
+                    known.setdefault(visual.material, Material(visual.material, visual.rgba, visual.texture))
+        return known
 
     def colour(self, visual: Shape) -> Rgba | None:
         """Return the colour of a visual: its own, or that of its material; None if neither says."""
@@ -207,11 +207,11 @@ class Robot:
 
     def chain(self, link: str) -> tuple[Joint, ...]:
         """Return the joints from the root to a link."""
-        found: list[Joint] = []
+        joints: list[Joint] = []
         while link in self.joint_to:
-            found.append(self.joint_to[link])
-            link = found[-1].parent
-        return tuple(reversed(found))
+            joints.append(self.joint_to[link])
+            link = joints[-1].parent
+        return tuple(reversed(joints))
 
     def position(self, joint: Joint, positions: Mapping[str, float]) -> float:
         """Return the position of a joint (radians or metres), through its leaders where it mimics another."""
@@ -232,14 +232,14 @@ class Robot:
     def poses_in_root(self, positions: Mapping[str, float | Sequence[float]]) -> dict[str, Transform]:
         """Return all links in the root frame; a planar or floating joint takes a number for each of its coordinates."""
         single = {name: value for name, value in positions.items() if not isinstance(value, Sequence)}
-        found = {self.root: Transform()}
+        poses = {self.root: Transform()}
         for joint, place in self._joint_places:
             if not joint.is_fixed:
                 several = len(joint.coordinates) > 1
                 position = positions.get(joint.name, 0.0) if several else self.position(joint, single)
                 place = place.then(motion(joint.type, joint.axis, position))
-            found[joint.child] = found[joint.parent].then(place)
-        return found
+            poses[joint.child] = poses[joint.parent].then(place)
+        return poses
 
     @cached_property
     def _joint_places(self) -> tuple[tuple[Joint, Transform], ...]:
@@ -287,11 +287,11 @@ class Robot:
     @cached_property
     def turns(self) -> Mapping[str, tuple[Edge, ...]]:
         """The edges that are turns of a joint's publishers, in the order of the description, by joint name."""
-        found: dict[str, list[Edge]] = {}
+        by_joint: dict[str, list[Edge]] = {}
         for edge in self.edges:
             if edge.joint:
-                found.setdefault(edge.joint, []).append(edge)
-        return {name: tuple(edges) for name, edges in found.items()}
+                by_joint.setdefault(edge.joint, []).append(edge)
+        return {name: tuple(edges) for name, edges in by_joint.items()}
 
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""

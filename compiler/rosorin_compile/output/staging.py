@@ -3,7 +3,7 @@
 A run works in a folder of its own beside the output folder. Nobody else may look into it, so nobody can lead us
 elsewhere with a symbolic link. A run that was killed leaves that folder behind; the next one removes it.
 
-At the end, how one folder is put in the place of another (``swap``).
+``swap`` lets two folders change places in one step, where the C library has a call for it.
 """
 
 from __future__ import annotations
@@ -169,8 +169,8 @@ def _remove(name: str, parent: int) -> None:
             raise OSError(errno.EXDEV, os.strerror(errno.EXDEV), name)
         os.fchmod(handle, 0o700)
         with os.scandir(handle) as entries:
-            found = [(entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries]
-        for child, is_folder in found:
+            children = [(entry.name, entry.is_dir(follow_symlinks=False)) for entry in entries]
+        for child, is_folder in children:
             if is_folder:
                 _remove(child, handle)
             else:

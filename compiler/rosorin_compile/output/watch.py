@@ -54,9 +54,9 @@ class Inputs:
         now = time.time_ns()
         for path in paths:
             if path not in before:
-                found = mark(path)
-                doubtful = found is not None and begun <= found[0] <= now
-                before[path] = None if doubtful else found
+                seen = mark(path)
+                doubtful = seen is not None and begun <= seen[0] <= now
+                before[path] = None if doubtful else seen
         self.marks = {path: before[path] for path in paths}
 
     @staticmethod

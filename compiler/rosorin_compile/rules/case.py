@@ -65,10 +65,10 @@ class Case(NamedTuple):
     def publisher(self, joint: Joint) -> Path:
         """Return the path of the publisher of a joint, or of the joint where it is not said."""
         path = self.joint(joint)
-        said = (*path, "publisher")
-        if path[-1] == "optical" and exists(self.tree, (*path[:-1], "publisher")) and not exists(self.tree, said):
+        key_path = (*path, "publisher")
+        if path[-1] == "optical" and exists(self.tree, (*path[:-1], "publisher")) and not exists(self.tree, key_path):
             return (*path[:-1], "publisher")
-        return said if exists(self.tree, said) else path
+        return key_path if exists(self.tree, key_path) else path
 
     def problem(
         self,
@@ -136,9 +136,9 @@ def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> t
 
     Where the path does not exist, the place is the key of the entry that lacks it.
     """
-    found = _follow(tree, path)
-    missing = found < len(path)
-    path = path[:found]
+    reached = _follow(tree, path)
+    missing = reached < len(path)
+    path = path[:reached]
     place = locate(tree, path, key=key or missing or within)
     use: Span | None = None
     node: Any = tree
@@ -178,10 +178,10 @@ def _has(node: Any, step: str | int) -> bool:
 def suggest(word: str, known: Iterable[str], otherwise: str) -> str:
     """Return 'did you mean "x"?' if a known word is near, else what to do and the known words."""
     names = sorted(known)
-    found = did_you_mean(word, names)
-    if found.startswith("did"):
-        return found
-    return f"{otherwise} ({found})" if found else otherwise
+    guess = did_you_mean(word, names)
+    if guess.startswith("did"):
+        return guess
+    return f"{otherwise} ({guess})" if guess else otherwise
 
 
 def number(value: float) -> str:

@@ -38,9 +38,9 @@ Combination = Mapping[str, bool]
 def legal(case: Case) -> Iterator[Diagnostic]:
     """Conditions that cannot be read, name an unknown mode, or are never true."""
     for index, edge in enumerate(case.robot.edges):
-        found = problem(case, index, edge) if edge.when else None
-        if found:
-            yield found
+        wrong = problem(case, index, edge) if edge.when else None
+        if wrong:
+            yield wrong
 
 
 def is_legal(case: Case, edge: Edge) -> bool:
@@ -80,14 +80,15 @@ def _not_readable(case: Case, path: Path, edge: Edge, wrong: ExpressionError) ->
         reason = wrong.message.removeprefix("not an expression: ")
         rule, message = "bad-condition", f'the condition "{edge.when}" cannot be read: {reason}'
         help = 'write modes with and, or, not: "slam and not replay"'
-    found = case.problem(rule, message, path, help)
+    diagnostic = case.problem(rule, message, path, help)
     text = at(case.tree, path)
-    if found.span is None or found.span.length < len(edge.when):
-        return found
+    if diagnostic.span is None or diagnostic.span.length < len(edge.when):
+        return diagnostic
     # The expression is read without the blanks around it; quotes are part of the value's place in the file.
     start = len(edge.when) - len(edge.when.lstrip()) + wrong.column + (1 if isinstance(text, Text) else 0)
     length = len(name) if rule == "unknown-mode" else 1
-    return found._replace(span=found.span._replace(column=found.span.column + start, length=max(1, length)))
+    span = diagnostic.span
+    return diagnostic._replace(span=span._replace(column=span.column + start, length=max(1, length)))
 
 
 def _value(text: str, combination: Combination) -> object:

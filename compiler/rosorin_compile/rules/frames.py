@@ -45,9 +45,9 @@ def world_frames(case: Case) -> Iterator[Diagnostic]:
         if at is not None:
             message = f'the description owns the frame "{frame}", which localisation places (REP 105)'
             help = f'begin the robot at "base_link" and say who publishes "{frame}" under edges'
-            found = case.problem("owns-world-frame", message, at, help, key=key)
+            problem = case.problem("owns-world-frame", message, at, help, key=key)
             # Without a link of that name there is nothing that could be accepted.
-            yield found if frame in robot.link else found._replace(of=())
+            yield problem if frame in robot.link else problem._replace(of=())
 
 
 @rule(
@@ -76,18 +76,18 @@ def _turned(case: Case, parent: str, child: str, pose: Pose, path: Path, declare
         return
     turn = pose.transform()
     at = (*path, "rpy") if exists(case.tree, (*path, "rpy")) else path
-    found = "[" + ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy) + "] deg"
+    turned = "[" + ", ".join(f"{math.degrees(angle):.4g}" for angle in pose.rpy) + "] deg"
     if parent in declared or parent.endswith(SUFFIXES):
         off = turn.angle_to(Transform())
         if off > CALIBRATION:
-            message = f'image frame "{child}" sits on the image frame "{parent}" and is turned by rpy {found}'
+            message = f'image frame "{child}" sits on the image frame "{parent}" and is turned by rpy {turned}'
             help = "the axes of two image frames agree (REP 103); leave rpy out, or let it sit on a body frame"
             yield case.problem("optical-frame", message, at, help, key=at == path)
         return
     off = turn.angle_to(OPTICAL)
     if off > TOLERANCE:
         message = (
-            f'image frame "{child}" is turned by rpy {found} against "{parent}"; REP 103 asks for [-90, 0, -90] deg'
+            f'image frame "{child}" is turned by rpy {turned} against "{parent}"; REP 103 asks for [-90, 0, -90] deg'
             f" (z out of the lens, x right, y down): off by {math.degrees(off):.3g} deg"
         )
         help = "write rpy: [-90 deg, 0, -90 deg]; a camera that is tilted has a body frame for that, x forward"

@@ -64,12 +64,12 @@ def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
 
 def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str]) -> Iterator[Diagnostic]:
     """Yield one problem for each unknown name, however often it is used."""
-    found: dict[str, list[tuple[Path, str]]] = {}
+    by_name: dict[str, list[tuple[Path, str]]] = {}
     for name, path, what in mentions:
         if name not in known:
-            found.setdefault(name, []).append((path, what))
+            by_name.setdefault(name, []).append((path, what))
     real = case.robot.link if kind == "link" else case.robot.joint
-    for name, uses in found.items():
+    for name, uses in by_name.items():
         path, what = uses[0]
         also = [case.related(f"also used here: {other}", more, _is_key(more)) for more, other in uses[1:]]
         message = f'there is no {kind} "{name}", {what}'
@@ -156,17 +156,17 @@ def _several_roots(case: Case, roots: list[str]) -> Diagnostic:
 
 def children(robot: Robot) -> dict[str, list[Joint]]:
     """Return the joints that a link is the child of, by link name, in the order of the description."""
-    found: dict[str, list[Joint]] = {}
+    above: dict[str, list[Joint]] = {}
     for joint in robot.joints:
-        found.setdefault(joint.child, []).append(joint)
-    return found
+        above.setdefault(joint.child, []).append(joint)
+    return above
 
 
 def cycles(robot: Robot) -> list[list[Joint]]:
     """Return each circle of joints, parents before children; links with several parents are left out."""
     above = {child: joints[0] for child, joints in children(robot).items() if len(joints) == 1}
     done: set[str] = set()
-    found = []
+    circles = []
     for start in above:
         walked: list[Joint] = []
         here = start
@@ -176,8 +176,8 @@ def cycles(robot: Robot) -> list[list[Joint]]:
             here = above[here].parent
         ends = [index for index, joint in enumerate(walked) if joint.child == here]
         if ends:
-            found.append(walked[ends[0] :][::-1])
-    return found
+            circles.append(walked[ends[0] :][::-1])
+    return circles
 
 
 def below(robot: Robot, root: str) -> set[str]:

@@ -29,15 +29,15 @@ class _Defined(NamedTuple):
 def once(case: Case) -> Iterator[Diagnostic]:
     """Materials of one name that look different in two places: readers of URDF take one of them for all."""
     first: dict[str, _Defined] = {}
-    for found in _definitions(case):
-        name = found.material.name
-        taken = first.setdefault(name, found)
-        if taken.material == found.material:
+    for defined in _definitions(case):
+        name = defined.material.name
+        taken = first.setdefault(name, defined)
+        if taken.material == defined.material:
             continue
-        message = f'the material "{name}" is {_look(found.material)} here and {_look(taken.material)} elsewhere'
+        message = f'the material "{name}" is {_look(defined.material)} here and {_look(taken.material)} elsewhere'
         related = [case.related("the other one", taken.path)]
         help = "give one of them another name; a name has one meaning in the whole URDF"
-        yield case.problem("material-twice", message, found.path, help, related=related)
+        yield case.problem("material-twice", message, defined.path, help, related=related)
 
 
 @rule(

@@ -1,4 +1,4 @@
-"""Outputs: known backends with the options that they have, each artifact in a file of its own in the outputs folder."""
+"""Outputs: known formats with the options that they have, each artifact in a file of its own in the outputs folder."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _DRIVE = re.compile(r"[A-Za-z]:")
 )
 @rule("unknown-option", "The backend has no such option.", "The message names those it has.", OUTPUTS)
 def backends(case: Case) -> Iterator[Diagnostic]:
-    """Find outputs of a backend that does not exist, options that it does not have, and what it finds wrong itself."""
+    """Find outputs of a format that does not exist, options that it does not have, and what it finds wrong itself."""
     for output in case.robot.outputs:
         format = case.formats.get(output.backend)
         if format is None or format.write is None:
@@ -47,8 +47,8 @@ def backends(case: Case) -> Iterator[Diagnostic]:
 def _unknown(case: Case, output: Output) -> Diagnostic:
     path: Path = ("outputs", output.name)
     known = [name for name, format in case.formats.items() if format.write is not None]
-    said = (*path, "backend")
-    at, key = (said, False) if exists(case.tree, said) else (path, True)
+    named = (*path, "backend")
+    at, key = (named, False) if exists(case.tree, named) else (path, True)
     help = did_you_mean(output.backend, known)
     if help.startswith("did"):
         help += f" (known: {', '.join(sorted(known))})"

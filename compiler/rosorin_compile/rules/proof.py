@@ -33,13 +33,13 @@ def prove(robot: Robot) -> Proof:
         whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
     for edge in robot.edges:
         whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])
-    found: dict[str, list[str]] = {}
+    by_kind: dict[str, list[str]] = {}
     for child, conditions in whens.items():
-        found.setdefault(_kind(robot, conditions), []).append(child)
+        by_kind.setdefault(_kind(robot, conditions), []).append(child)
     names = [modes_in(robot, conditions) for conditions in whens.values()]
     modes = tuple(mode for mode in robot.modes if any(mode in some for some in names))
     kinds = ("published", "gaps", "never", "wrong", "unchecked")
-    return Proof(modes, *(tuple(found.get(kind, ())) for kind in kinds))
+    return Proof(modes, *(tuple(by_kind.get(kind, ())) for kind in kinds))
 
 
 def _kind(robot: Robot, conditions: list[str]) -> str:
@@ -64,16 +64,16 @@ def in_words(proof: Proof) -> str:
         return ""
     count = len(proof.published)
     what = f"each of {count} frames has" if count != 1 else "one frame has"
-    said = [
+    sentences = [
         f"{_checked(proof.modes)}: {what} one parent and exactly one publisher, and no way leads round in a circle."
     ]
     if proof.gaps:
-        said.append(f"In some of them nobody publishes {listed(proof.gaps)}.")
+        sentences.append(f"In some of them nobody publishes {listed(proof.gaps)}.")
     if proof.never:
-        said.append(f"Nobody ever publishes {listed(proof.never)}.")
+        sentences.append(f"Nobody ever publishes {listed(proof.never)}.")
     if proof.unchecked:
-        said.append(f"Not checked, for too many modes decide: {listed(proof.unchecked)}.")
-    return " ".join(said)
+        sentences.append(f"Not checked, for too many modes decide: {listed(proof.unchecked)}.")
+    return " ".join(sentences)
 
 
 def _checked(modes: tuple[str, ...]) -> str:

@@ -38,13 +38,13 @@ def claims(case: Case) -> dict[str, list[Claim]]:
     Of a link with two parents only the first is taken: that is the cause, whoever publishes. Edges with a condition
     that means nothing are left out.
     """
-    found: dict[str, list[Claim]] = {}
+    by_child: dict[str, list[Claim]] = {}
     for child, joints in children(case.robot).items():
         joint = joints[0]
         if joint.publisher.kind != UNPUBLISHED:
             owner = f'{owner_of(joint.publisher)} (joint "{joint.name}")'
             path = turn_of_urdf(case, joint) or case.end(joint, "child")
-            found[child] = [Claim(owner, path, joint.parent, joint=joint.name)]
+            by_child[child] = [Claim(owner, path, joint.parent, joint=joint.name)]
     for index, edge in sorted(enumerate(case.robot.edges), key=lambda item: not item[1].joint):
         silent = edge.publisher.kind == UNPUBLISHED
         if (silent and not edge.joint) or not conditions.is_legal(case, edge):
@@ -52,8 +52,8 @@ def claims(case: Case) -> dict[str, list[Claim]]:
         owner = owner_of(edge.publisher) + (f' (joint "{edge.joint}")' if edge.joint else "")
         path, when_path = case.edge(index, "child"), case.edge(index, "when")
         claim = Claim(owner, path, edge.parent, edge.when, when_path, edge.joint, silent)
-        found.setdefault(edge.child, []).append(claim)
-    return found
+        by_child.setdefault(edge.child, []).append(claim)
+    return by_child
 
 
 def owner_of(publisher: Publisher) -> str:
@@ -66,8 +66,8 @@ def owner_of(publisher: Publisher) -> str:
 def turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     """Return the place of robot_state_publisher in a list of publishers; None if there is no such list."""
     path = case.publisher(joint)
-    said = at(case.tree, path)
-    turns = said if isinstance(said, Seq) else ()
+    value = at(case.tree, path)
+    turns = value if isinstance(value, Seq) else ()
     return next(((*path, i, "by") for i, turn in enumerate(turns) if turn["by"] == ROBOT_STATE_PUBLISHER), None)
 
 
@@ -214,8 +214,8 @@ def started(case: Case) -> Iterator[Diagnostic]:
         joints = robot.published_by(kind)
         if kind == STATIC_TRANSFORM_PUBLISHER:
             joints = tuple(joint for joint, _, _ in statics)
-        said = [joint for joint in joints if exists(case.tree, case.joint(joint, "publisher"))]
-        if not robot.outputs or is_there or not (said or (launched and joints)):
+        explicit = [joint for joint in joints if exists(case.tree, case.joint(joint, "publisher"))]
+        if not robot.outputs or is_there or not (explicit or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
         names = first_of([joint.name for joint in joints], 3)

@@ -28,10 +28,10 @@ def stamps(case: Case) -> Iterator[Stamp]:
     """Yield the frames that sensors and other nodes stamp, in the order of the description."""
     for sensor in case.robot.sensors:
         path: Path = ("sensors", sensor.name)
-        said = exists(case.tree, (*path, "stamps"))
+        declared = exists(case.tree, (*path, "stamps"))
         for index, frame in enumerate(sensor.stamps):
             own = (*path, "frame") if index == 0 else (*path, "optical", "frame")
-            yield Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if said else own, said)
+            yield Stamp(frame, f'sensor "{sensor.name}"', (*path, "stamps", index) if declared else own, declared)
     for name, entry in (case.tree.get("publishers") or {}).items():
         for index, frame in enumerate((entry or {}).get("stamps", ())):
             yield Stamp(frame, f'publisher "{name}"', ("publishers", name, "stamps", index), True)

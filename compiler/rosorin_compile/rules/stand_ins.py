@@ -23,10 +23,10 @@ SHOWN = 8
 )
 def listed_once(case: Case) -> Iterator[Diagnostic]:
     """Name each stand-in once, by its text, with all the places that it stands in for."""
-    found: dict[str, list[Path]] = {}
+    by_note: dict[str, list[Path]] = {}
     for path, entry in case.remarkable.stand_ins:
-        found.setdefault(entry["source"].get("note", ""), []).append(path)
-    for note, paths in found.items():
+        by_note.setdefault(entry["source"].get("note", ""), []).append(path)
+    for note, paths in by_note.items():
         names = first_of([_name(path) for path in paths], SHOWN)
         message = f"{note or 'nothing says what is missing'} ({names})"
         place = (*paths[0], "source", "note" if note else "status")

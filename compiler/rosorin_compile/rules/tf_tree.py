@@ -29,11 +29,11 @@ class Step(NamedTuple):
 def steps(case: Case) -> list[Step]:
     """Return all transforms that are published in some combination of modes."""
     joints = [joint for joint in case.robot.joints if joint.publisher.kind != UNPUBLISHED]
-    found = [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
+    made = [Step(joint.parent, joint.child, case.end(joint, "parent"), None) for joint in joints]
     for index, edge in enumerate(case.robot.edges):
         if not (edge.joint and edge.publisher.kind == UNPUBLISHED):
-            found.append(Step(edge.parent, edge.child, case.edge(index, "parent"), edge))
-    return found
+            made.append(Step(edge.parent, edge.child, case.edge(index, "parent"), edge))
+    return made
 
 
 def legal_steps(case: Case) -> list[Step]:

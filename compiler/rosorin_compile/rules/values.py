@@ -45,9 +45,9 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
         unit = _suspect(case, path, value)
         if unit:
             groups.setdefault((path[:-1], unit), []).append((path, value))
-    for (_, unit), found in groups.items():
-        path, value = found[0]
-        related = [case.related(f"and {number(other)} {unit} here", more) for more, other in found[1:]]
+    for (_, unit), uses in groups.items():
+        path, value = uses[0]
+        related = [case.related(f"and {number(other)} {unit} here", more) for more, other in uses[1:]]
         text = f"{subject(list(path))} is {number(value)} {unit}"
         if unit == "rad":
             help = f'write "{number(value)} deg" if degrees are meant, "{number(value)} rad" if not'
@@ -90,8 +90,8 @@ def characters(case: Case) -> Iterator[Diagnostic]:
 
 
 def _first(text: str) -> str:
-    found = NOT_XML.search(text)
-    return found[0] if found else ""
+    match = NOT_XML.search(text)
+    return match[0] if match else ""
 
 
 def _character(case: Case, path: Path, character: str, key: bool = False) -> Diagnostic:

@@ -1,4 +1,4 @@
-"""Asking: a foreign robot in place of a description, for commands that only ask about it and write nothing."""
+"""Foreign robots in place of a description, for commands that only ask about one and write nothing."""
 
 from __future__ import annotations
 

@@ -1,7 +1,4 @@
-"""rosorin-compile init: start a new robot.
-
-It compiles as it is, and has the schema that editors read beside it.
-"""
+"""rosorin-compile init: start a new robot, which compiles as it is and has the editors' schema beside it."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""What commands share: exit codes, wrong usage, and the descriptions and arguments that are asked for.
+"""What commands share: exit codes, wrong usage, options that several have, and the robots that are asked for.
 
-Then what the commands about one robot share, and modes on the command line: --mode slam, --mode "not slam", --mode
-slam=on, --mode slam=off.
+``for_each`` does something with each description that is asked for, ``one`` finds the only one. ``mode_states`` reads
+modes as the command line has them: --mode slam, --mode "not slam", --mode slam=on, --mode slam=off.
 """
 
 from __future__ import annotations

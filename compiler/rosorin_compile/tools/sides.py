@@ -1,4 +1,4 @@
-"""Reading: one side of a comparison from whatever it was named as: a description, or a file of another format."""
+"""Sides: one side of a comparison, from whatever it was named as: a description, or a file of another format."""
 
 from __future__ import annotations
 

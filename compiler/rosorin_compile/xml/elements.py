@@ -62,23 +62,23 @@ def canonical(element: Element) -> str:
     >>> canonical(tree_of("<a c='1.50'  b='x'><!-- 2 --><d> 1e3 </d><e/></a>"))
     '<a b="x" c="1.5"><d>1000.0</d><e/></a>'
     """
-    found: list[str] = []
+    parts: list[str] = []
     waiting: list[Element | str] = [element]
     while waiting:
         item = waiting.pop()
         if isinstance(item, str):
-            found.append(item)
+            parts.append(item)
             continue
         start = f"<{item.tag}" + "".join(f' {name}="{_words(item.attrib[name])}"' for name in sorted(item.attrib))
         text = _words(item.text or "")
         if not text and not len(item):
-            found.append(f"{start}/>")
+            parts.append(f"{start}/>")
             continue
-        found.append(f"{start}>{text}")
+        parts.append(f"{start}>{text}")
         waiting.append(f"</{item.tag}>")
         for child in reversed(item):
             waiting += [_words(child.tail or ""), child]
-    return "".join(found)
+    return "".join(parts)
 
 
 def _words(text: str) -> str:
@@ -175,12 +175,12 @@ class _Reader:
 
 def fragments(texts: Sequence[str]) -> Counter[str]:
     """Return each element of some texts in one spelling, and how often it is there; what is no XML as its words."""
-    found: Counter[str] = Counter()
+    counts: Counter[str] = Counter()
     for text in texts:
         try:
             root = tree_of(f"<all>{text}</all>")
         except ValueError:
-            found[" ".join(text.split())] += 1
+            counts[" ".join(text.split())] += 1
         else:
-            found.update(map(canonical, root))
-    return found
+            counts.update(map(canonical, root))
+    return counts

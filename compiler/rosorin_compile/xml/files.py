@@ -101,15 +101,15 @@ def _encoding(data: bytes, name: str) -> tuple[str, int]:
     for beginning, encoding in _BARE:
         if data.startswith(beginning):
             return encoding, 0
-    found = _DECLARED.match(data)
-    if found is None:
+    match = _DECLARED.match(data)
+    if match is None:
         return "utf-8", 0
-    declared = found[1].decode("ascii")
+    declared = match[1].decode("ascii")
     try:
         known = codecs.lookup(declared)
     except LookupError:
         known = None
-    span = Span(Source(name, data[:1000].decode("ascii", "replace")), 1, found.start(1) + 1, len(declared))
+    span = Span(Source(name, data[:1000].decode("ascii", "replace")), 1, match.start(1) + 1, len(declared))
     if known is None or known.name in _NO_ENCODING or not getattr(known, "_is_text_encoding", True):
         raise MarkupError(error("not-utf8", f'nobody knows the encoding "{declared}"', span, "save the file as UTF-8"))
     if known.name.startswith(("utf-16", "utf-32")):  # its very declaration could be read as ASCII
@@ -129,11 +129,11 @@ def without_late_declaration(source: Source) -> Source:
     # One piece at a time: as one pattern with a repetition, many comments take a time that doubles with each of them.
     while piece := _MISC.match(source.text, at):
         at = piece.end()
-    found = _DECLARATION.match(source.text, at) if at else None
-    if found is None:
+    match = _DECLARATION.match(source.text, at) if at else None
+    if match is None:
         return source
-    blank = re.sub(r"\S", " ", found[0])
-    return Source(source.path, source.text[:at] + blank + source.text[found.end() :])
+    blank = re.sub(r"\S", " ", match[0])
+    return Source(source.path, source.text[:at] + blank + source.text[match.end() :])
 
 
 def mended(source: Source) -> Source:

@@ -1,9 +1,8 @@
 """Markup: XML read safely, every element, attribute and comment with its place.
 
-Built on expat without namespaces, so a prefix that nobody declares is part of a name, as for the readers of URDF.
-A document type is refused where it begins, so no entity is ever declared, expanded or fetched.
-
-What expat has to say of a text that is no XML is told in words that say what to do.
+Built on expat without namespaces, so a prefix that nobody declares is part of a name, as for the readers of URDF. A
+document type is refused where it begins, so no entity is ever declared, expanded or fetched. ``complaint`` tells what
+expat has to say of a text that is no XML, in words that say what to do.
 """
 
 from __future__ import annotations
@@ -87,12 +86,12 @@ class Attribute(NamedTuple):
         """Return the pieces between white space. Those of a value with references (``&#48;``) have its whole place."""
         if "&" in self.raw:
             return [Word(text, self.span) for text in self.value.split()]
-        found = _WORD.finditer(self.raw)
+        matches = _WORD.finditer(self.raw)
         if "\n" in self.raw or "\r" in self.raw or not self.raw.isascii():
             span = self.document.span
-            return [Word(match[0], span(self.start + match.start(), match.end() - match.start())) for match in found]
+            return [Word(match[0], span(self.start + match.start(), match.end() - match.start())) for match in matches]
         source, line, column, _ = self.span
-        return [Word(m[0], Span(source, line, column + m.start(), m.end() - m.start())) for m in found]
+        return [Word(m[0], Span(source, line, column + m.start(), m.end() - m.start())) for m in matches]
 
 
 class Remark(NamedTuple):
@@ -148,8 +147,8 @@ class Element:
 
     def get(self, name: str, default: str = "") -> str:
         """Return the value of an attribute."""
-        found = self.attributes.get(name)
-        return default if found is None else found.value
+        attribute = self.attributes.get(name)
+        return default if attribute is None else attribute.value
 
     def iter(self) -> Iterator[Element]:
         """Yield the element and all within, in the order of the text."""
@@ -238,14 +237,14 @@ class _Reader:
         position = start + 1 + len(tag)
         text = self.document.source.text
         for index in range(0, len(pairs), 2):
-            found = _ATTRIBUTE.match(text, position)
-            if found is None:  # expat has read the tag: it has this form
+            match = _ATTRIBUTE.match(text, position)
+            if match is None:  # expat has read the tag: it has this form
                 raise self.fail("xml-syntax", "an attribute cannot be read", position)
-            group = 2 if found[2] is not None else 3
+            group = 2 if match[2] is not None else 3
             name = pairs[index]
-            at = (found.start(1), found.start(group))
-            made.attributes[name] = Attribute(self.document, name, pairs[index + 1], *at, found[group])
-            position = found.end()
+            at = (match.start(1), match.start(group))
+            made.attributes[name] = Attribute(self.document, name, pairs[index + 1], *at, match[group])
+            position = match.end()
         made.opened = text.index(">", position) + 1
         if self.open is None:
             self.document.root = made
@@ -346,10 +345,10 @@ def complaint(document: Document, code: int, at: int, open_element: Element | No
         word = name[0] if name else ""
         return error(RULE, f'the attribute "{word}" stands twice in one element', span, "remove one")
     if code == _ENTITY:
-        found = _REFERS.search(text, at)
-        if found is not None:
-            span = document.span(found.start(), len(found[0]))
-        message = f"there is no entity {found[0] if found else ''}".rstrip()
+        match = _REFERS.search(text, at)
+        if match is not None:
+            span = document.span(match.start(), len(match[0]))
+        message = f"there is no entity {match[0] if match else ''}".rstrip()
         return error(RULE, message, span, f"no entities are declared; {_ESCAPES}")
     if code == _DECLARATION:
         message = "the declaration <?xml ...?> is not at the very beginning of the file"
@@ -389,9 +388,9 @@ def _unclosed(document: Document, at: int, open_element: Element | None) -> Diag
 
 
 def _mismatch(document: Document, at: int, open_element: Element) -> Diagnostic:
-    found = _CLOSING.match(document.source.text, document.source.text.rfind("<", 0, at + 1))
-    closed = found[1] if found else "?"
-    span = document.span(found.start(), len(found[0])) if found else document.span(at)
+    match = _CLOSING.match(document.source.text, document.source.text.rfind("<", 0, at + 1))
+    closed = match[1] if match else "?"
+    span = document.span(match.start(), len(match[0])) if match else document.span(at)
     message = f"</{closed}> closes what is not open: <{open_element.tag}> is"
     help = f"close <{open_element.tag}> first, or correct the name"
     return error(RULE, message, span, help, [Related("opened here", open_element.span)])

@@ -8,8 +8,8 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.formats.facts import angles  # noqa: E402
-from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
-from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
+from rosorin_compile.formats.mjcf import facts as mjcf_facts  # noqa: E402
+from rosorin_compile.formats.urdf import facts as urdf_facts  # noqa: E402
 from rosorin_compile.model import Pose  # noqa: E402
 from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
 from support.machines import exact_urdf, machine  # noqa: E402
@@ -19,7 +19,7 @@ from support.simulator import BASES, emit, frame, load, matrix, pose, random_sta
 def test_facts_are_what_was_emitted():
     robot = machine()
     for base in BASES:
-        facts = mjcf.read(emit(robot, base))
+        facts = mjcf_facts.read(emit(robot, base))
         number = {tuple(fact): value.value for fact, value in facts.items()}
         assert all(value.tolerance <= 1e-10 for value in facts.values())
         assert number["joint", "lift", "type"] == "prismatic"
@@ -64,7 +64,7 @@ def test_one_rotation_has_one_form(transform, same):
 
 def test_facts_of_the_urdf_and_of_the_mjcf_agree():
     robot = machine()
-    ours, theirs = mjcf.read(emit(robot)), urdf.read(exact_urdf(robot))
+    ours, theirs = mjcf_facts.read(emit(robot)), urdf_facts.read(exact_urdf(robot))
     compared = 0
     for fact, value in ours.items():
         turned = fact.name == "upper" and fact.quantity.startswith("inertia")  # along other axes in the URDF
@@ -83,7 +83,7 @@ def test_facts_of_the_urdf_and_of_the_mjcf_agree():
 
 def test_tolerances_cover_what_six_digits_lose():
     robot = machine()
-    exact, six = mjcf.read(emit(robot)), mjcf.read(emit(robot, number_format="six"))
+    exact, six = mjcf_facts.read(emit(robot)), mjcf_facts.read(emit(robot, number_format="six"))
     assert exact.keys() == six.keys()
     wide = 0
     for fact, value in six.items():
@@ -122,11 +122,11 @@ def test_tolerances_cover_what_six_digits_lose():
 )
 def test_damaged_text_is_a_value_error(text):
     with pytest.raises(ValueError, match=r"."):
-        mjcf.read(text)
+        mjcf_facts.read(text)
 
 
 def test_cutting_an_artifact_anywhere_is_a_value_error():
     text = emit(machine())
     for end in range(0, len(text.rstrip()) - 1, 37):
         with pytest.raises(ValueError, match=r"."):
-            mjcf.read(text[:end])
+            mjcf_facts.read(text[:end])

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS, Fact, Value
-from rosorin_compile.formats.urdf import write as urdf
+from rosorin_compile.formats.urdf import facts as urdf_facts
 from rosorin_compile.meaning.view import called
 from rosorin_compile.numbers import exact, six
 from support.machines import TESTER
@@ -18,7 +18,7 @@ from support.urdf_robots import emit
 
 
 def test_reading_gives_back_what_the_robot_is() -> None:
-    facts = urdf.read(emit(TESTER))
+    facts = urdf_facts.read(emit(TESTER))
     shoulder = {fact.quantity: value for fact, value in facts.items() if fact[:2] == ("joint", "shoulder")}
     assert shoulder == {
         "type": Value("revolute"),
@@ -49,7 +49,7 @@ def test_reading_gives_back_what_the_robot_is() -> None:
 def test_defaults_are_those_of_urdf() -> None:
     text = """<robot name="r"><link name="a"/><link name="b"/>
     <joint name="j" type="continuous"><parent link="a"/><child link="b"/><mimic joint="k"/></joint></robot>"""
-    facts = urdf.read(text)
+    facts = urdf_facts.read(text)
     assert facts[Fact("frame", "b", "origin x")] == Value(0.0, "m")
     assert [facts[Fact("joint", "j", f"axis {a}")].value for a in "xyz"] == [1.0, 0.0, 0.0]
     assert facts[Fact("joint", "j", "mimic multiplier")] == Value(1.0, "", 0.5e-6)
@@ -58,7 +58,9 @@ def test_defaults_are_those_of_urdf() -> None:
 
 def origin(token: str) -> Value:
     joint = f'<joint name="j" type="fixed"><origin xyz="{token} 0 0"/><parent link="a"/><child link="b"/></joint>'
-    return urdf.read(f'<robot name="r"><link name="a"/><link name="b"/>{joint}</robot>')[Fact("frame", "b", "origin x")]
+    return urdf_facts.read(f'<robot name="r"><link name="a"/><link name="b"/>{joint}</robot>')[
+        Fact("frame", "b", "origin x")
+    ]
 
 
 @pytest.mark.parametrize(
@@ -111,7 +113,7 @@ DAMAGED = {
 def test_a_damaged_urdf_is_a_value_error(text: str) -> None:
     assert text != GOOD
     with pytest.raises(ValueError):  # noqa: PT011 - the kind is the promise
-        urdf.read(text)
+        urdf_facts.read(text)
 
 
 def test_all_artifacts_of_the_reference_robot_say_the_same() -> None:

@@ -1,4 +1,9 @@
-"""Drawing: the tree of frames as text and as pictures."""
+"""Drawing: the tree of frames as text and as pictures.
+
+To be read in this order: ``situations`` (which trees there are to show), ``terminal`` (one as text), ``svg`` and
+``graphs`` (them as pictures), ``reading`` (what a picture shows, for comparison). ``letters`` has widths and colours
+for all.
+"""
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ _PLAIN = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ01234567
 
 def dot(robot: str, panels: Sequence[Panel], colour: Mapping[str, str]) -> str:
     """Return a graph for Graphviz, each situation as a cluster of its own."""
-    said = [
+    lines = [
         f"// {_GENERATED}",
         "// A thick edge moves (/tf), a thin one is static (/tf_static), a dashed one nobody publishes.",
         f"digraph {_quoted(robot)} {{",
@@ -33,53 +33,53 @@ def dot(robot: str, panels: Sequence[Panel], colour: Mapping[str, str]) -> str:
     for number, panel in enumerate(panels):
         ids = _ids(panel, start)
         start += len(ids)
-        said += [f"  subgraph cluster_{number} {{", f"    // situation {_list(panel.label)}"]
-        said += [f"    label={_quoted(panel.label)}; labeljust=l;" if panel.label else "    peripheries=0;"]
-        said += [f"    n{at} [label={_quoted(frame)}];" for frame, at in ids.items()]
+        lines += [f"  subgraph cluster_{number} {{", f"    // situation {_list(panel.label)}"]
+        lines += [f"    label={_quoted(panel.label)}; labeljust=l;" if panel.label else "    peripheries=0;"]
+        lines += [f"    n{at} [label={_quoted(frame)}];" for frame, at in ids.items()]
         for row in _rows(panel.lines):
             paint = colour[row.publisher] if row.published else GREY
             label = f'{_quoted(row.publisher)[:-1]}\\n{row.topic}"' if row.published else _quoted(NOBODY)
-            said.append(f"    // edge {_list(*_facts(row))}")
-            said.append(
+            lines.append(f"    // edge {_list(*_facts(row))}")
+            lines.append(
                 f"    n{ids[row.parent]} -> n{ids[row.child]} [label={label}, color={_quoted(paint)}, "
                 f"style={_DOT_STYLES[row.style]}];"
             )
-        said.append("  }")
-    return "\n".join([*said, "}", ""])
+        lines.append("  }")
+    return "\n".join([*lines, "}", ""])
 
 
 def mermaid(robot: str, panels: Sequence[Panel], colour: Mapping[str, str]) -> str:
     """Return a flow chart for Mermaid, each situation as a subgraph of its own."""
-    said = [f"%% Frames of {_comment(robot)}. {_GENERATED}", "flowchart LR"]
+    lines = [f"%% Frames of {_comment(robot)}. {_GENERATED}", "flowchart LR"]
     painted: dict[str, list[int]] = {}
     start = count = 0
     for number, panel in enumerate(panels):
         ids = _ids(panel, start)
         start += len(ids)
-        said.append(f"  %% situation {_list(panel.label)}")
+        lines.append(f"  %% situation {_list(panel.label)}")
         # Mermaid lays a subgraph across the chart, unless it is told otherwise.
-        said += [f'  subgraph s{number}["{_coded(panel.label)}"]', "    direction LR"] if panel.label else []
-        said += [f'    n{at}["{_coded(frame)}"]' for frame, at in ids.items()]
+        lines += [f'  subgraph s{number}["{_coded(panel.label)}"]', "    direction LR"] if panel.label else []
+        lines += [f'    n{at}["{_coded(frame)}"]' for frame, at in ids.items()]
         for row in _rows(panel.lines):
             label = f"{_coded(row.publisher)}<br>{row.topic}" if row.published else NOBODY
-            said.append(f"    %% edge {_list(*_facts(row))}")
-            said.append(f'    n{ids[row.parent]} {_ARROWS[row.style]}|"{label}"| n{ids[row.child]}')
+            lines.append(f"    %% edge {_list(*_facts(row))}")
+            lines.append(f'    n{ids[row.parent]} {_ARROWS[row.style]}|"{label}"| n{ids[row.child]}')
             painted.setdefault(colour[row.publisher] if row.published else GREY, []).append(count)
             count += 1
-        said += ["  end"] if panel.label else []
+        lines += ["  end"] if panel.label else []
     for paint, numbers in painted.items():
-        said.append(f"  linkStyle {','.join(map(str, numbers))} stroke:{paint}")
-    return "\n".join([*said, ""])
+        lines.append(f"  linkStyle {','.join(map(str, numbers))} stroke:{paint}")
+    return "\n".join([*lines, ""])
 
 
 def markdown(robot: str, panels: Sequence[Panel], colour: Mapping[str, str]) -> str:
     """Return a page of Markdown with a flow chart for each situation."""
-    said = [f"# Frames of {_prose(robot)}", "", _GENERATED, ""]
-    said += ["A thick arrow moves (`/tf`), a thin one is static (`/tf_static`), a dotted one nobody publishes.", ""]
+    lines = [f"# Frames of {_prose(robot)}", "", _GENERATED, ""]
+    lines += ["A thick arrow moves (`/tf`), a thin one is static (`/tf_static`), a dotted one nobody publishes.", ""]
     for panel in panels:
-        said += [f"## {_prose(panel.label[:1].upper() + panel.label[1:])}", ""] if panel.label else []
-        said += ["```mermaid", mermaid(robot, [panel], colour).rstrip("\n"), "```", ""]
-    return "\n".join(said)
+        lines += [f"## {_prose(panel.label[:1].upper() + panel.label[1:])}", ""] if panel.label else []
+        lines += ["```mermaid", mermaid(robot, [panel], colour).rstrip("\n"), "```", ""]
+    return "\n".join(lines)
 
 
 def _ids(panel: Panel, start: int) -> dict[str, int]:

@@ -54,14 +54,14 @@ def width(text: str, size: float) -> float:
 def wrapped(text: str, limit: float, size: float) -> list[str]:
     """Return a text as lines that are no wider than a limit; a word that is wider is broken."""
     most = max(1, int(limit / (1.1 * size)))
-    found = [""]
+    lines = [""]
     for word in (part for whole in text.split(" ") for part in _broken(whole, limit, size, most)):
-        longer = f"{found[-1]} {word}" if found[-1] else word
-        if found[-1] and width(longer, size) > limit:
-            found.append(word)
+        longer = f"{lines[-1]} {word}" if lines[-1] else word
+        if lines[-1] and width(longer, size) > limit:
+            lines.append(word)
         else:
-            found[-1] = longer
-    return found
+            lines[-1] = longer
+    return lines
 
 
 def _broken(word: str, limit: float, size: float, most: int) -> list[str]:

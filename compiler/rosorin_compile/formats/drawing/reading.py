@@ -28,21 +28,21 @@ class Shown(NamedTuple):
 
 def facts(shown: Sequence[Shown]) -> Facts:
     """Return what a picture says, all situations together; of joints their child and type."""
-    found: Facts = {}
+    made: Facts = {}
     for row in (row for one in shown for row in one.edges):
         which = "" if row.first == row.parent else f" below {row.parent}"
         which += f" when {row.when}" if row.when else ""
         for quantity, value in (("parent", row.parent), ("publisher", row.who), ("topic", row.topic)):
-            found[Fact("frame", row.child, quantity + which)] = Value(value)
+            made[Fact("frame", row.child, quantity + which)] = Value(value)
         if row.joint:
-            found[Fact("joint", row.joint, "child")] = Value(row.child)
-            found[Fact("joint", row.joint, "type")] = Value(row.kind)
-    return found
+            made[Fact("joint", row.joint, "child")] = Value(row.child)
+            made[Fact("joint", row.joint, "type")] = Value(row.kind)
+    return made
 
 
 def read_svg(text: str) -> list[Shown]:
     """Return what an SVG shows. Raises ValueError if it is damaged, or its letters are not what its data says."""
-    found = []
+    panels = []
     for panel in tree_of(text).iter("g"):
         if panel.get("class") != "panel":
             continue
@@ -57,10 +57,10 @@ def read_svg(text: str) -> list[Shown]:
             if "child" in data:
                 edges.append(_row_of(data, letters))
             _same(letters.get("name", "").removesuffix(" (again)"), data.get("frame", "").removesuffix(" (again)"))
-        found.append(Shown(panel.get("data-when", ""), tuple(frames), tuple(edges)))
-    if not found:
+        panels.append(Shown(panel.get("data-when", ""), tuple(frames), tuple(edges)))
+    if not panels:
         raise ValueError("there is no tree of frames")
-    return found
+    return panels
 
 
 def _row_of(data: dict[str, str], letters: dict[str, str]) -> Row:
@@ -87,41 +87,41 @@ def _same(letters: str, data: str) -> None:
 
 def read_graph(text: str) -> list[Shown]:
     """Return what a graph for Graphviz or Mermaid shows. Raises ValueError if it is damaged."""
-    found: list[Shown] = []
+    panels: list[Shown] = []
     names: dict[str, str] = {}
-    said: list[str] = []
+    texts: list[str] = []
     for line in map(str.strip, text.splitlines()):
         comment = re.fullmatch(r"(?://|%%) (situation|edge) (\[.*\])", line)
         if comment:
-            said = _texts(comment[2])
+            texts = _texts(comment[2])
             if comment[1] == "situation":
-                found.append(Shown(said[0], (), ()))
+                panels.append(Shown(texts[0], (), ()))
                 names = {}
             continue
         node, edge = _NODE.fullmatch(line), _EDGE.fullmatch(line)
-        if edge and found:
-            row = _edge(edge, names, said)
-            found[-1] = found[-1]._replace(edges=(*found[-1].edges, row))
-        elif node and found:
+        if edge and panels:
+            row = _edge(edge, names, texts)
+            panels[-1] = panels[-1]._replace(edges=(*panels[-1].edges, row))
+        elif node and panels:
             names[node[1]] = _plain(node[2], line.endswith(";"))
-            found[-1] = found[-1]._replace(frames=tuple(names.values()))
-    if not found:
+            panels[-1] = panels[-1]._replace(frames=tuple(names.values()))
+    if not panels:
         raise ValueError("there is no tree of frames")
-    return found
+    return panels
 
 
 def _texts(text: str) -> list[str]:
-    said = json_of(text)
-    if not isinstance(said, list) or not said or not all(isinstance(one, str) for one in said):
+    texts = json_of(text)
+    if not isinstance(texts, list) or not texts or not all(isinstance(one, str) for one in texts):
         raise ValueError("a comment is no list of texts")
-    return said
+    return texts
 
 
-def _edge(match: re.Match[str], names: dict[str, str], said: list[str]) -> Row:
+def _edge(match: re.Match[str], names: dict[str, str], texts: list[str]) -> Row:
     """Return an edge: ends and publisher as the arrow shows them, the rest as its comment says. Raises ValueError."""
-    if match[1] not in names or match[3] not in names or len(said) != 4:
+    if match[1] not in names or match[3] not in names or len(texts) != 4:
         raise ValueError("an edge leads to no frame, or nothing is said of it")
-    topic, why, when, first = said
+    topic, why, when, first = texts
     parent, child = names[match[1]], names[match[3]]
     mermaid = match[2] is not None
     label = match[2] if mermaid else match[4] or ""

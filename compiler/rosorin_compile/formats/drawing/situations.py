@@ -50,13 +50,13 @@ def situations(robot: Robot, fixed: Mapping[str, bool]) -> tuple[Situation, ...]
     for states in product((True, False), repeat=len(varied)):
         combination = {**held, **dict(zip(varied, states, strict=True))}
         groups.setdefault(_active(edges, combination), []).append(states)
-    found = []
+    made = []
     for active, group in groups.items():
         if any(_agrees(dict(zip(varied, states, strict=True)), fixed) for states in group):
-            found.append(_situation(held, varied, group, active))
-    if len(found) > MAX_SITUATIONS:
-        raise TooMany(f"the tree of frames differs in {len(found)} combinations of modes: too many to show")
-    return _told_apart(found)
+            made.append(_situation(held, varied, group, active))
+    if len(made) > MAX_SITUATIONS:
+        raise TooMany(f"the tree of frames differs in {len(made)} combinations of modes: too many to show")
+    return _told_apart(made)
 
 
 def _active(edges: Sequence[Row], combination: Mapping[str, bool]) -> tuple[Row, ...]:
@@ -97,7 +97,7 @@ def _words(states: Mapping[str, bool]) -> str:
 
 def _cubes(group: Sequence[tuple[bool, ...]]) -> list[Cube]:
     """Return combinations that together cover a group and nothing else, each as wide as it can be."""
-    members, left, found = set(group), dict.fromkeys(group), []
+    members, left, cubes = set(group), dict.fromkeys(group), []
     while left:
         cube: Cube = next(iter(left))
         for at in range(len(cube)):
@@ -106,19 +106,19 @@ def _cubes(group: Sequence[tuple[bool, ...]]) -> list[Cube]:
                 cube = wider
         for states in _inside(cube):
             left.pop(states, None)
-        found.append(cube)
-    return found
+        cubes.append(cube)
+    return cubes
 
 
 def _inside(cube: Cube) -> Iterator[tuple[bool, ...]]:
     return product(*((True, False) if state is None else (state,) for state in cube))
 
 
-def _told_apart(found: Iterable[Situation]) -> tuple[Situation, ...]:
+def _told_apart(situations: Iterable[Situation]) -> tuple[Situation, ...]:
     """Return situations whose names for files differ, whatever the modes are called and on every disk."""
     taken: set[str] = set()
     kept = []
-    for situation in found:
+    for situation in situations:
         short, number = situation.short, 1
         while short.casefold() in taken:
             number += 1

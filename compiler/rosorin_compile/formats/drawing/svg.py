@@ -1,8 +1,7 @@
 """SVG: the tree of frames as a picture, a line for each frame, laid out by hand; the same robot gives the same bytes.
 
-Each line of the tree is a group ``<g class="line">`` that says in ``data-`` attributes what it shows (see ``reading``).
-
-Its texts, arrows, legend and notes are made at the end.
+Each line of the tree is a group ``<g class="line">`` that says in ``data-`` attributes what it shows (see
+``reading``). ``svg`` puts panels, legend and notes below one another; the functions after it make single elements.
 """
 
 from __future__ import annotations
@@ -72,8 +71,8 @@ def _page(title: str, key: Legend, height: float, parts: Sequence[str]) -> str:
 
 def _reasons(panels: Sequence[Panel]) -> dict[str, int]:
     """Return the reasons why nobody publishes an edge, numbered."""
-    said = (line.row.why for panel in panels for line in panel.lines if line.row is not None and line.row.why)
-    return {why: at for at, why in enumerate(dict.fromkeys(said), 1)}
+    whys = (line.row.why for panel in panels for line in panel.lines if line.row is not None and line.row.why)
+    return {why: at for at, why in enumerate(dict.fromkeys(whys), 1)}
 
 
 def _x(line: Line) -> float:
@@ -104,7 +103,7 @@ def _columns(panels: Sequence[Panel], reasons: Mapping[str, int]) -> _Columns:
         begin.append(x)
         if any(column):
             swatch = 14.0 if head == _HEADS[0] else 0.0
-            x += swatch + max(width(said, _SIZE) for said in (head, *column)) + _GAP
+            x += swatch + max(width(cell, _SIZE) for cell in (head, *column)) + _GAP
     return _Columns(tuple(begin), x - _GAP)
 
 
@@ -112,8 +111,8 @@ def _panel(
     panel: Panel, top: float, columns: _Columns, colour: Mapping[str, str], reasons: Mapping[str, int]
 ) -> tuple[list[str], float]:
     """Return the parts of one situation, and where it ends."""
-    said = quoted(panel.label)
-    parts = [f'<g class="panel" data-when={said} aria-label={said}>']
+    label = quoted(panel.label)
+    parts = [f'<g class="panel" data-when={label} aria-label={label}>']
     top += 30
     x = _MARGIN
     if panel.label:
@@ -136,10 +135,10 @@ def _count(lines: Sequence[Line]) -> str:
     """Return how many frames and edges of each kind there are, in words."""
     frames = len({line.frame for line in lines})
     styles = Counter(line.row.style for line in lines if line.row is not None)
-    said = [f"{frames} {plural('frame', frames)}"]
-    said += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
-    said += [f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []
-    return ", ".join(said)
+    counts = [f"{frames} {plural('frame', frames)}"]
+    counts += [f"{styles[style]} {style}" for style in ("moving", "static") if styles[style]]
+    counts += [f"{styles[NOBODY]} published by nobody"] if styles[NOBODY] else []
+    return ", ".join(counts)
 
 
 def _trunks(lines: Sequence[Line], top: float) -> list[str]:
@@ -189,11 +188,11 @@ def _beside(row: Row, y: float, columns: _Columns, paint: str, reasons: Mapping[
     fill = paint if row.published else "#ffffff"
     x = number(columns.begin[0])
     parts = [f'<rect x="{x}" y="{number(y - 4.5)}" width="9" height="9" rx="2" fill="{fill}" stroke="{paint}"/>']
-    for at, (said, x0) in enumerate(zip(_cells(row, reasons), columns.begin, strict=True)):
-        if said:
+    for at, (cell, x0) in enumerate(zip(_cells(row, reasons), columns.begin, strict=True)):
+        if cell:
             name = ("publisher", "topic", "joint", "when")[at]
             ink = INK if row.published and at < 2 else QUIET
-            parts.append(text(said, x0 + (14 if at == 0 else 0), y + 4, ink, _SIZE, name))
+            parts.append(text(cell, x0 + (14 if at == 0 else 0), y + 4, ink, _SIZE, name))
     return parts
 
 
@@ -201,18 +200,18 @@ def _hint(line: Line) -> str:
     """Return what a pointer that rests on a line is told."""
     if line.row is None:
         return f"{line.frame}: no frame above it"
-    said = f"{line.row.who} on {line.row.topic}" if line.row.published else line.row.who
-    return f"{line.row.parent} to {line.row.child}: {said}"
+    publisher = f"{line.row.who} on {line.row.topic}" if line.row.published else line.row.who
+    return f"{line.row.parent} to {line.row.child}: {publisher}"
 
 
 def _data(line: Line) -> str:
     """Return what a line shows as attributes."""
-    said = {"frame": line.frame}
+    facts = {"frame": line.frame}
     if line.row is not None:
         row = line.row
-        said |= {"parent": row.parent, "child": row.child, "publisher": row.publisher, "topic": row.topic}
-        said |= {"why": row.why, "when": row.when, "first": row.first if row.first != row.parent else ""}
-    return "".join(f" data-{key}={quoted(value)}" for key, value in said.items() if value)
+        facts |= {"parent": row.parent, "child": row.child, "publisher": row.publisher, "topic": row.topic}
+        facts |= {"why": row.why, "when": row.when, "first": row.first if row.first != row.parent else ""}
+    return "".join(f" data-{key}={quoted(value)}" for key, value in facts.items() if value)
 
 
 INK, QUIET, FAINT = "#1f2328", "#59636e", "#d0d7de"
@@ -245,12 +244,12 @@ def number(value: float) -> str:
     return f"{value:.1f}".removesuffix(".0")
 
 
-def text(said: str, x: float, y: float, ink: str, size: float, name: str, bold: bool = False) -> str:
+def text(words: str, x: float, y: float, ink: str, size: float, name: str, bold: bool = False) -> str:
     """Return a text whose first letter stands at x on the line y."""
     weight = ' font-weight="600"' if bold else ""
     return (
         f'<text class="{name}" x="{number(x)}" y="{number(y)}" font-size="{size:g}" fill="{ink}"{weight}>'
-        f"{escape(said)}</text>"
+        f"{escape(words)}</text>"
     )
 
 
@@ -271,7 +270,7 @@ def legend(title: str, colour: Mapping[str, str], nobody: bool, right: float, ma
     """Return the title, the colours of publishers and the kinds of lines; ``right`` is where the trees end."""
     widest = max([width(title, 16), *(30 + width(name, _SIZE) for name in colour)])
     styles = _STYLES if nobody else _STYLES[:2]
-    row = sum(38 + width(said, _SIZE) + 20 for said, _, _ in styles)
+    row = sum(38 + width(word, _SIZE) + 20 for word, _, _ in styles)
     limit = max(right, margin + widest, margin + row - 20)
     parts = [text(title, margin, 32, INK, 16, "title", bold=True)]
     x, y = margin, 58.0
@@ -285,10 +284,10 @@ def legend(title: str, colour: Mapping[str, str], nobody: bool, right: float, ma
     if colour:
         y += _STEP
     x = margin
-    for said, thick, dashed in styles:
+    for word, thick, dashed in styles:
         parts += arrow(x, x + 30, y - 4, GREY if dashed else INK, thick, dashed, back=False)
-        parts.append(text(said, x + 38, y, QUIET, _SIZE, "key"))
-        x += 38 + width(said, _SIZE) + 20
+        parts.append(text(word, x + 38, y, QUIET, _SIZE, "key"))
+        x += 38 + width(word, _SIZE) + 20
     rule = y + 14
     parts.append(f'<path d="M{number(margin)} {number(rule)}H{number(limit)}" stroke="{FAINT}"/>')
     return Legend(parts, rule, limit + margin)
@@ -299,9 +298,9 @@ def footnotes(reasons: Mapping[str, int], top: float, margin: float, room: float
     parts = []
     y = top + 10
     for why, at in reasons.items():
-        for line, said in enumerate(wrapped(f"nobody: {why}", room - 34, _SIZE)):
+        for line, words in enumerate(wrapped(f"nobody: {why}", room - 34, _SIZE)):
             if line == 0:
                 parts.append(text(f"({at})", margin, y, QUIET, _SIZE, "note"))
-            parts.append(text(said, margin + 34, y, QUIET, _SIZE, "note"))
+            parts.append(text(words, margin + 34, y, QUIET, _SIZE, "note"))
             y += 18
     return Notes(parts, y - 6)

@@ -93,19 +93,19 @@ def _beside(row: Row | None, reasons: Mapping[str, int]) -> tuple[str, ...]:
 
 def _indents(lines: Sequence[Line], ascii: bool) -> list[str]:  # noqa: A002
     """Return what stands before each frame."""
-    found: list[str] = []
+    drawn: list[str] = []
     before: list[str] = []  # what lines that hang on a line begin with
     for line in lines:
         if line.on < 0:
-            found.append("")
+            drawn.append("")
             before.append("")
             continue
         dashed = line.row is not None and not line.row.published
         branch = (".. " if dashed else "-- ") if ascii else ("╌╌ " if dashed else "── ")
         corner = ("`" if line.last else "|") if ascii else ("└" if line.last else "├")
-        found.append(before[line.on] + corner + branch)
+        drawn.append(before[line.on] + corner + branch)
         before.append(before[line.on] + ("    " if line.last else "|   " if ascii else "│   "))
-    return found
+    return drawn
 
 
 def _columns(heads: Sequence[str], drawn: Sequence[_Drawn], look: Look) -> list[str]:
@@ -117,11 +117,11 @@ def _columns(heads: Sequence[str], drawn: Sequence[_Drawn], look: Look) -> list[
         if 0 < look.width < _room(widths):
             left_out.append(head)
             del widths[head]
-    found = [look.paint(_join(heads, heads, widths), _DIM)]
+    lines = [look.paint(_join(heads, heads, widths), _DIM)]
     for line in drawn:
         text, first = _join(heads, line.cells, widths), line.indent
-        found.append(text[:first] + look.paint(text[first:], look.of(line.row)))
-    return found + [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] * bool(left_out)
+        lines.append(text[:first] + look.paint(text[first:], look.of(line.row)))
+    return lines + [look.paint(f"(no room for: {', '.join(left_out)})", _DIM)] * bool(left_out)
 
 
 def _room(widths: Mapping[str, int]) -> int:

@@ -1,9 +1,13 @@
 """MJCF: the robot for MuJoCo.
 
-It is read by MuJoCo in a child process; the text is read for the places. To be read in this order: ``robot`` (the file
-as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is known so
-far), then ``links``, ``joints``, ``shapes`` and ``sections``, which fill the tree with the
-help of ``reading``; last ``left_out``, which lists what is not carried.
+Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have told what MuJoCo would refuse;
+``facts`` reads such a file back for comparison. ``bodies`` is what both sides know: names, welded links, excluded
+contacts.
+
+Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
+(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
+known so far); then ``links``, ``joints``, ``actuators``, ``shapes`` and ``sections``, which fill the tree; last
+``left_out``, which lists what is not carried.
 """
 
 from __future__ import annotations

@@ -31,7 +31,7 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
     actuators: Sequence[Mapping[str, Any]] = reading.facts["actuators"]
     if len(elements) != len(actuators):  # attached from another file
         elements = [_element(reading, actuator) for actuator in actuators]
-    found: dict[int, Drive] = {}
+    drives: dict[int, Drive] = {}
     lost: list[tuple[Mapping[str, Any], Element]] = []
     aims: dict[str, list[Span]] = {}
     for actuator, element in zip(actuators, elements, strict=True):
@@ -39,7 +39,7 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         if index is None:
             lost.append((actuator, element))
             continue
-        before = found.get(index)
+        before = drives.get(index)
         servo = _servo(actuator, element) if before is None or before.servo is None else None
         if servo is None:
             lost.append((actuator, element))
@@ -47,11 +47,11 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
             _note_aims(reading, actuator, element, aims)
         known, effort = (before.effort if before else 0.0), _effort(actuator)
         total = None if known is None or effort is None else known + effort
-        found[index] = Drive(total, servo or (before.servo if before else None))
+        drives[index] = Drive(total, servo or (before.servo if before else None))
     for ends, spans in aims.items():
         reading.lost(f"the range of aims of a servo ({ends})", spans[0], others=spans[1:])
     _tell(reading, lost)
-    return found
+    return drives
 
 
 def _element(reading: Reading, actuator: Mapping[str, Any]) -> Element:
@@ -106,12 +106,12 @@ def _tell(reading: Reading, lost: Sequence[tuple[Mapping[str, Any], Element]]) -
     kinds: dict[str, list[tuple[str, Element]]] = {}
     for actuator, element in lost:
         kinds.setdefault(element.tag, []).append((actuator["name"], element))
-    for tag, found in kinds.items():
-        named = [name for name, _ in found if name]
-        bare = len(found) - len(named)
+    for tag, actuators in kinds.items():
+        named = [name for name, _ in actuators if name]
+        bare = len(actuators) - len(named)
         if bare:
             named.append("without a name" if bare == 1 else "without names" if not named else f"{bare} without names")
-        count = counted(len(found), "actuator") if len(found) > 1 else "the actuator"
+        count = counted(len(actuators), "actuator") if len(actuators) > 1 else "the actuator"
         what = f"{count} <{tag}> ({first_of(named, 5)})"
-        others = [element.span for _, element in found[1:]]
-        reading.lost(what, found[0][1].span, "only servos of joints are known", len(found) > 1, others)
+        others = [element.span for _, element in actuators[1:]]
+        reading.lost(what, actuators[0][1].span, "only servos of joints are known", len(actuators) > 1, others)

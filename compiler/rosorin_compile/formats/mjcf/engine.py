@@ -19,7 +19,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
     """Read the MJCF at ``path`` and write what was made of it, or why it was refused, to the file ``answer``."""
     _limit(cpu_seconds)
     mujoco: Any = import_module("mujoco")
-    with warnings.catch_warnings(record=True) as said:
+    with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         try:
             spec = mujoco.MjSpec.from_file(path)
@@ -28,7 +28,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is told, not raised
             made = {"refused": str(problem)}
-    made["warnings"] = [str(warning.message) for warning in said]
+    made["warnings"] = [str(warning.message) for warning in caught]
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 

@@ -15,8 +15,8 @@ from typing import TYPE_CHECKING
 from ...model.geometry import transform_of_quaternion
 from ..facts import AXES, FactSheet, Six, number_of
 from ..format import Fact, Facts
+from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
-from .write_joints import FLOATING, PLANAR
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -25,7 +25,6 @@ if TYPE_CHECKING:
 
 _FREE = 7
 _BALL = 4
-_WORLD = "world"
 # Where the top of the tree stands.
 _TOP = "the world of MuJoCo"
 _COLOUR = ("red", "green", "blue", "alpha")
@@ -74,16 +73,16 @@ def _bodies(
         body, parent = waiting.pop()
         called = sheet.text(body, "name")
         # The body of a link "world" has another name, for MuJoCo has a body of that name.
-        moved = called.startswith(f"{_WORLD}_link") and any(s.get("name") == _WORLD for s in body.iterfind("site"))
-        name = _WORLD if moved else called
+        moved = called.startswith(f"{WORLD}_link") and any(s.get("name") == WORLD for s in body.iterfind("site"))
+        name = WORLD if moved else called
         owners[called] = name
         sheet.add_frame(name, parent, _transform(sheet, body))
         if body.find("freejoint") is not None:
             free = True
             sheet.add(Fact("link", name, "base"), "free")
-        found = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
-        joints |= found
-        _joints(sheet, found, name)
+        own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
+        joints |= own
+        _joints(sheet, own, name)
         owners[name] = name
         for part in body:
             if part.tag == "site" and part.get("name") == name:
@@ -116,10 +115,10 @@ def _sensor(sheet: FactSheet, sensor: Element, owners: dict[str, str]) -> None:
 
 def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
     """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
-    said = {name: text for name, text in element.items() if name != "name"}
-    if not said:
+    attributes = {name: text for name, text in element.items() if name != "name"}
+    if not attributes:
         sheet.add(fact, element.tag)
-    for name, text in said.items():
+    for name, text in attributes.items():
         numbers = _numbers(text)
         for index, number in enumerate(numbers, start=1):
             which = f" {index}" if len(numbers) > 1 else ""

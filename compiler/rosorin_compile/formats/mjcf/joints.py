@@ -182,9 +182,9 @@ def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive])
     drive = drives.get(step.joint, Drive()) if step.kind != BALL else Drive()
     if step.kind != BALL:
         add_limit(reading, step.joint, entry, drive)
-    said = {"damping": "damping", "friction": "friction", "armature": "armature"}
+    columns = {"damping": "damping", "friction": "friction", "armature": "armature"}
     dynamics = Map(step.element.span)
-    for word, column in said.items():
+    for word, column in columns.items():
         value = tidy(reading.facts[column][joint["dof"]])
         if value:
             put_number(dynamics, word, value, step.element, "frictionloss" if word == "friction" else word)
@@ -234,9 +234,9 @@ def _effort(reading: Reading, index: int, drive: Drive) -> float | None:
     low, high = joint["force"]
     if low != -high:
         element = reading.places.of("joints", index)
-        said = element.attributes.get("actuatorfrcrange")
+        attribute = element.attributes.get("actuatorfrcrange")
         message = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
-        reading.lost(message, said.span if said else element.span, "the larger of the two is carried")
+        reading.lost(message, attribute.span if attribute else element.span, "the larger of the two is carried")
     return tidy(max(abs(low), abs(high)))
 
 
@@ -247,6 +247,6 @@ def tell_of_zeros(reading: Reading) -> None:
         zero = reading.facts["zero"][joint["address"]]
         if zero:
             element = reading.places.of("joints", index)
-            said = element.attributes.get("ref")
+            ref = element.attributes.get("ref")
             message = f'joint "{name}" stands at {tidy(zero):g} in the MJCF (ref) where it is at 0 here'
-            reading.changed(f"{message}: limits and poses are counted from there", said.span if said else element.span)
+            reading.changed(f"{message}: limits and poses are counted from there", ref.span if ref else element.span)

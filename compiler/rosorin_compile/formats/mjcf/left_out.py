@@ -1,9 +1,10 @@
-"""Nothing lost unsaid: every element and attribute of the text that the tree does not carry is listed here.
+"""Left out: every element and attribute of the text that the tree does not carry is listed; nothing is lost unsaid.
 
 The list works from the other end: it knows what is carried, and tells of all the rest, grouped by what it is. An
 attribute that is 0 says nothing and is not told of.
 
-What is refused of an MJCF, by MuJoCo or by us, is told at the end, with a place.
+What makes a file no robot for us is told by ``before`` (seen in the text) and ``refusal`` (said by MuJoCo), with a
+place.
 """
 
 from __future__ import annotations
@@ -232,9 +233,9 @@ def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:
         total += count
         if inner is not None and count > most:
             most, where = count, inner
-    said = element.get("count")
-    if element.tag == "replicate" and said.isdecimal():
-        return total * int(said), where or element
+    written = element.get("count")
+    if element.tag == "replicate" and written.isdecimal():
+        return total * int(written), where or element
     return total, where
 
 
@@ -246,8 +247,8 @@ def refusal(markup: Markup, answer: Answer) -> Diagnostic:
     if answer.missing:
         return error("extra-missing", words, markup.root.span, answer.help)
     help = _FILE_HELP if words.startswith("Error opening file") else answer.help
-    said = words if answer.own else f"MuJoCo refuses the file: {words}"
-    return error("mjcf-refused", said, place(markup, words), help)
+    message = words if answer.own else f"MuJoCo refuses the file: {words}"
+    return error("mjcf-refused", message, place(markup, words), help)
 
 
 def place(markup: Markup, message: str) -> Span:
@@ -258,14 +259,14 @@ def place(markup: Markup, message: str) -> Span:
     """
     line, tag = _LINE.search(message), _TAG.search(message)
     quoted = set(_QUOTED.findall(message)) - {tag[1] if tag else ""}
-    best, found = 0, markup.root.span
+    best, likely = 0, markup.root.span
     for element in markup.everything():
         attribute = _quoted(element, quoted)
         here = line is not None and element.document is markup.root.document and element.span.line == int(line[1])
         score = 4 * here + 2 * (tag is not None and element.tag == tag[1]) + 3 * (attribute is not None)
         if score > best:
-            best, found = score, _span(element, attribute, quoted)
-    return found
+            best, likely = score, _span(element, attribute, quoted)
+    return likely
 
 
 def _quoted(element: Element, quoted: set[str]) -> Attribute | None:

@@ -108,11 +108,11 @@ def _agree(written: Mapping[str, float], compiled: Mapping[str, float]) -> bool:
 def _moments(moments: Mapping[str, float], element: Element) -> Map:
     entry = Map(element.span)
     order = {"fullinertia": ("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "diaginertia": ("ixx", "iyy", "izz")}
-    said = next((word for word in order if word in element.attributes), "")
+    first = next((word for word in order if word in element.attributes), "")
     for key, value in moments.items():
         if value or key in ("ixx", "iyy", "izz"):
-            at = order[said].index(key) if said and key in order[said] else 99
-            put_number(entry, key, plain(value), element, said, at)
+            at = order[first].index(key) if first and key in order[first] else 99
+            put_number(entry, key, plain(value), element, first, at)
     return entry
 
 

@@ -9,6 +9,7 @@ from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more
 from ...model import Inertial, Robot, principal_moments
 from ..facts import Six, along_link
+from .bodies import weld_groups
 
 RULES = (
     Rule(
@@ -28,17 +29,6 @@ RULES = (
 # What MuJoCo 4.0.0 loads, found by trying: the least mass and moment of what moves, the least moment of fullinertia.
 LEAST = 1e-15
 LEAST_EIGENVALUE = 1e-14
-
-
-def weld_groups(robot: Robot) -> dict[str, list[str]]:
-    """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
-    top: dict[str, str] = {}
-    groups: dict[str, list[str]] = {}
-    for link in robot.walk():
-        joint = robot.joint_to.get(link.name)
-        top[link.name] = link.name if joint is None or not joint.is_fixed else top[joint.parent]
-        groups.setdefault(top[link.name], []).append(link.name)
-    return groups
 
 
 def has_mass(inertial: Inertial) -> bool:
@@ -63,15 +53,15 @@ def weightless(robot: Robot, free: bool) -> list[str]:
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
     heavy: set[str] = set()
-    found = []
+    without = []
     for top in reversed(groups):
         inertials = [inertial for name in groups[top] if (inertial := robot.link[name].inertial) is not None]
         joint = robot.joint_to.get(top)
         if top in heavy and not any(map(has_mass, inertials)) and (joint is not None or free):
-            found.append(top)
+            without.append(top)
         if joint is not None and (top in heavy or any(map(_is_body, inertials))):
             heavy.add(top_of[joint.parent])
-    return found[::-1]
+    return without[::-1]
 
 
 def masses(robot: Robot, free: bool) -> Iterator[Diagnostic]:

@@ -59,10 +59,10 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
         if not answer.is_file():
             return _fallen(done)
         made = json.loads(answer.read_text(encoding="utf-8"))
-    said = tuple(made.pop("warnings"))
+    told = tuple(made.pop("warnings"))
     if "refused" in made:
-        return Answer(None, said, _without_folder(made["refused"], path), "correct it: MuJoCo does not load the file")
-    return Answer(made, said)
+        return Answer(None, told, _without_folder(made["refused"], path), "correct it: MuJoCo does not load the file")
+    return Answer(made, told)
 
 
 def _environment() -> dict[str, str]:
@@ -71,8 +71,8 @@ def _environment() -> dict[str, str]:
 
 
 def _fallen(done: subprocess.CompletedProcess[bytes]) -> Answer:
-    said = done.stderr.decode("utf-8", "replace").strip().splitlines()
-    last = said[-1] if said else ""
+    lines = done.stderr.decode("utf-8", "replace").strip().splitlines()
+    last = lines[-1] if lines else ""
     absent = _ABSENT.match(last)
     if absent:
         is_it = absent[1] == "mujoco"

@@ -1,6 +1,8 @@
-"""What is known while an MJCF is read: the compiled model, its text, the names that were given, and the tree so far.
+"""Reading: what is known while an MJCF is read, and how values get from MuJoCo's terms into the tree.
 
-Planar and floating joints, the planting of values into the tree, and their numbers stand here too.
+``Reading`` holds the compiled model, its text, the names that were given, and the tree so far. The functions after it
+tell what moves a body as a planar or floating joint does, put values into the tree, and turn MuJoCo's numbers into
+those that a person would write: without the noise of its quaternions.
 """
 
 from __future__ import annotations
@@ -91,15 +93,15 @@ class Reading:
     def new_link(self, name: str, element: Element) -> Map:
         """Return a new, empty link that stands where ``element`` is."""
         made = Map(element.span)
-        said = element.attributes.get("name")
-        self.links.put(name, made, said.span if said and said.value == name else element.span, element.span)
+        own = element.attributes.get("name")
+        self.links.put(name, made, own.span if own and own.value == name else element.span, element.span)
         return made
 
     def new_joint(self, name: str, kind: str, parent: str, child: str, element: Element) -> Map:
         """Return a new joint that stands where ``element`` is."""
         made = Map(element.span)
-        said = element.attributes.get("name")
-        self.joints.put(name, made, said.span if said and said.value == name else element.span, element.span)
+        own = element.attributes.get("name")
+        self.joints.put(name, made, own.span if own and own.value == name else element.span, element.span)
         put(made, "type", kind)
         put(made, "parent", parent)
         put(made, "child", child)
@@ -134,7 +136,7 @@ def motion_of(reading: Reading, body: int) -> Motion | None:
     axis = unit(held[-1]["axis"]) if kind == "planar" else None
     along = plane_axes(axis) if axis else _ALONG
     slides = [joint["axis"] for joint in held[:-1]]
-    if any(abs(a - b) > _SAME for said, own in zip(slides, along, strict=True) for a, b in zip(said, own, strict=True)):
+    if any(abs(a - b) > _SAME for one, own in zip(slides, along, strict=True) for a, b in zip(one, own, strict=True)):
         return None
     return Motion(name, kind, axis)
 
@@ -155,8 +157,8 @@ _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")
 def numbers(values: Sequence[float], element: Element, attribute: str = "") -> Seq:
     """Return a list of numbers; their places are the digits of the attribute where it says these very values."""
     made = Seq(element.span)
-    said = element.attributes.get(attribute)
-    for value, span in zip(values, spans_of(said, values, element.span), strict=True):
+    source = element.attributes.get(attribute)
+    for value, span in zip(values, spans_of(source, values, element.span), strict=True):
         made.put(plain(value), span)
     return made
 
@@ -174,8 +176,8 @@ def put(entry: Map, key: str, value: Any, span: Span | None = None) -> None:
 
 def put_number(entry: Map, key: str, value: float, element: Element, attribute: str = "", at: int = 0) -> None:
     """Set a number; its place is the word ``at`` of the attribute where that says this very value."""
-    said = element.attributes.get(attribute)
-    word = said.words()[at : at + 1] if said else []
+    words = element.attributes.get(attribute)
+    word = words.words()[at : at + 1] if words else []
     span = word[0].span if word and says(word[0].text, value) else element.span
     entry.put(key, plain(value), element.span, span)
 
@@ -192,10 +194,10 @@ def put_pose(entry: Map, place: Transform, element: Element) -> None:
 
 def source(entry: Map, status: str, note: str) -> None:
     """Say where the values of an entry come from."""
-    said = Map(entry.span)
-    put(said, "status", status)
-    put(said, "note", note)
-    put(entry, "source", said)
+    made = Map(entry.span)
+    put(made, "status", status)
+    put(made, "note", note)
+    put(entry, "source", made)
 
 
 def legal(name: str) -> str:

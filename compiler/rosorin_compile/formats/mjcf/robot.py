@@ -1,9 +1,8 @@
 """MJCF: MuJoCo itself reads the file; what it made of it becomes the plain tree of a description.
 
 So defaults, classes, includes, frames, replicas, units, euler sequences, ``fromto`` and inertias of geoms mean what
-MuJoCo means by them. The text is read beside it, for the place of everything, for comments, and for what is left out.
-
-Comments go with the entry of the tree that they stand before or in.
+MuJoCo means by them. The text is read beside it, for the place of everything, for what is left out, and for comments:
+each goes with the entry of the tree that it stands before or in.
 """
 
 from __future__ import annotations
@@ -60,10 +59,10 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
         help = "name the file that has the robot"
         return Imported(None, [error("mjcf-no-body", message, markup.root.span, help)], files=files)
     _read(reading, path)
-    tree, said = accept(reading.tree, options.lenient)
+    tree, about_meaning = accept(reading.tree, options.lenient)
     if tree is not None and reading.free_base:
         _say_free(tree)
-    diagnostics = arrange([*reading.diagnostics, *said])
+    diagnostics = arrange([*reading.diagnostics, *about_meaning])
     return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out))
 
 
@@ -71,8 +70,8 @@ def _read(reading: Reading, path: Path) -> None:
     """Fill the tree, in the order in which a person would read it."""
     tree, root = reading.tree, reading.markup.root
     name = legal(reading.facts["name"])
-    said = root.attributes.get("model")
-    put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, said.span if said else None)
+    model = root.attributes.get("model")
+    put(tree, "robot", path.stem if name in ("", _UNNAMED) else name, model.span if model else None)
     origin = Map(root.span)
     put(origin, "status", "imported")
     put(origin, "note", f"from {path.name}")
@@ -110,13 +109,13 @@ def comments_of(reading: Reading) -> list[Comment]:
             paths.setdefault(reading.places.body(index), ("links", name))
     for index, name in reading.joint_of.items():
         paths.setdefault(reading.places.of("joints", index), ("joints", name))
-    found: list[Comment] = []
+    made: list[Comment] = []
     for document in reading.markup.documents:
-        found += [_made(document, remark, ("robot",), BEFORE) for remark in document.before if remark.kind == COMMENT]
+        made += [_made(document, remark, ("robot",), BEFORE) for remark in document.before if remark.kind == COMMENT]
         inner = [comment for element in document.root.iter() for comment in _inside(element, paths)]
-        found += sorted(inner, key=lambda comment: (comment.span.line, comment.span.column))
-        found += [_made(document, remark, (), END) for remark in document.after if remark.kind == COMMENT]
-    return found
+        made += sorted(inner, key=lambda comment: (comment.span.line, comment.span.column))
+        made += [_made(document, remark, (), END) for remark in document.after if remark.kind == COMMENT]
+    return made
 
 
 def _inside(element: Element, paths: dict[Element, TreePath]) -> list[Comment]:

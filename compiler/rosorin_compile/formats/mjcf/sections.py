@@ -34,10 +34,10 @@ def add_mimics(reading: Reading) -> None:
         if offset:
             put_number(mimic, "offset", offset, element, "polycoef", 0)
         put(joint, "mimic", mimic)
-    for tag, found in lost.items():
-        what = f"the equality <{tag}>" if len(found) == 1 else f"{len(found)} equalities <{tag}>"
-        help, others = "only a joint that follows one other is known", [element.span for element in found[1:]]
-        reading.lost(what, found[0].span, help, len(found) > 1, others)
+    for tag, same in lost.items():
+        what = f"the equality <{tag}>" if len(same) == 1 else f"{len(same)} equalities <{tag}>"
+        help, others = "only a joint that follows one other is known", [element.span for element in same[1:]]
+        reading.lost(what, same[0].span, help, len(same) > 1, others)
 
 
 def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
@@ -50,8 +50,8 @@ def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
     follower = reading.joint_of[first]
     here: str | None = reading.joint_of[second]
     while here is not None and here != follower:
-        said = reading.joints[here].get("mimic")
-        here = said["joint"] if said else None
+        mimic = reading.joints[here].get("mimic")
+        here = mimic["joint"] if mimic else None
     return here is None and "mimic" not in reading.joints[follower]
 
 
@@ -77,9 +77,9 @@ def add_contacts(reading: Reading) -> None:
 def _pair(names: list[str], element: Element) -> Map:
     """Return the entry of two links, in the order in which the file names them."""
     entry, links = Map(element.span), Seq(element.span)
-    said = {attribute.value: attribute.span for attribute in element.attributes.values()}
+    spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
     for name in sorted(names, key=lambda name: name != element.get("body1")):
-        links.put(name, said.get(name, element.span))
+        links.put(name, spans.get(name, element.span))
     put(entry, "links", links)
     put(entry, "reason", _EXCLUDED)
     return entry
@@ -88,7 +88,7 @@ def _pair(names: list[str], element: Element) -> Map:
 def _implied(reading: Reading) -> set[frozenset[str]]:
     """Return the pairs of links that every MJCF of this robot excludes."""
     from ...frontend.lower import build
-    from .write import excluded_contacts
+    from .bodies import excluded_contacts
 
     robot = build(reading.tree).robot if reading.facts["excludes"] else None
     return set(map(frozenset, excluded_contacts(robot))) if robot else set()

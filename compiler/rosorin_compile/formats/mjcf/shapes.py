@@ -146,15 +146,15 @@ def _colour(reading: Reading, geom: Mapping[str, Any], element: Element, shape: 
 
 def _material(reading: Reading, index: int, materials: Map) -> str:
     """Return the name of a material, which the description has from now on."""
-    said = reading.facts["materials"][index]
+    material = reading.facts["materials"][index]
     known = reading.material_of.get(index)
     if known is None:
-        known = reading.material_of[index] = reading.material_names.give(said["name"])
-        element = reading.markup.named("asset", said["name"]) or reading.markup.root
+        known = reading.material_of[index] = reading.material_names.give(material["name"])
+        element = reading.markup.named("asset", material["name"]) or reading.markup.root
         entry = Map(element.span)
-        put(entry, "rgba", numbers([tidy(round(value, 7)) for value in said["rgba"]], element, "rgba"))
-        if said["texture"]:
-            put(entry, "texture", said["texture"])
+        put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
+        if material["texture"]:
+            put(entry, "texture", material["texture"])
         put(materials, known, entry)
     return known
 
@@ -169,12 +169,12 @@ def _tell(reading: Reading) -> None:
             scene.append(index)
         elif geom["type"] not in _CARRIED or inline:
             kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
-    for word, found in kinds.items():
-        links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in found})
+    for word, geoms in kinds.items():
+        links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in geoms})
         on = first_of(links, 5)
-        many = len(found) > 1
-        what = f"a geom of link {on} ({word})" if not many else f"{counted(len(found), 'geom')} ({word}) of {on}"
-        spans = [reading.places.of("geoms", index).span for index in found]
+        many = len(geoms) > 1
+        what = f"a geom of link {on} ({word})" if not many else f"{counted(len(geoms), 'geom')} ({word}) of {on}"
+        spans = [reading.places.of("geoms", index).span for index in geoms]
         reading.lost(what, spans[0], "the language has no such shape", many, spans[1:])
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"

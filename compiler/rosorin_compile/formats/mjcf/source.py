@@ -39,28 +39,28 @@ class Markup:
 
     def _follow(self, element: Element, above: tuple[Path, ...]) -> None:
         """Read the file that an element includes, and what that includes; MuJoCo finds all beside the main file."""
-        said = element.attributes.get("file")
+        file = element.attributes.get("file")
         is_include = element.tag == "include"
-        if said is None or not said.value or not (is_include or element.tag == "model"):
+        if file is None or not file.value or not (is_include or element.tag == "model"):
             return
-        path = Path(self.folder, said.value.replace("\\", "/"))  # MuJoCo takes both for a separator
+        path = Path(self.folder, file.value.replace("\\", "/"))  # MuJoCo takes both for a separator
         resolved = path.resolve()
         if not any(resolved.is_relative_to(folder) for folder in self.allowed):
-            message = f"{said.value} lies outside the folder of the robot, and is not read"
+            message = f"{file.value} lies outside the folder of the robot, and is not read"
             help = "move it there, or allow its folder: --package NAME=FOLDER"
-            raise MarkupError(error("include-outside", message, said.span, help))
+            raise MarkupError(error("include-outside", message, file.span, help))
         if resolved in above:
-            raise MarkupError(error("include-cycle", f"{said.value} includes itself", said.span, "remove one include"))
+            raise MarkupError(error("include-cycle", f"{file.value} includes itself", file.span, "remove one include"))
         if resolved in self.known:
             if is_include:
-                message = f"{said.value} is included a second time: MuJoCo includes a file once"
-                raise MarkupError(error("mjcf-refused", message, said.span, "include a copy, or use a class"))
+                message = f"{file.value} is included a second time: MuJoCo includes a file once"
+                raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
             return
         self.known.add(resolved)
         if len(above) == MAX_DEPTH:
             message = f"files include each other {MAX_DEPTH} levels deep"
-            raise MarkupError(error("include-too-many", message, said.span, "join some"))
-        root = self._read(path, said.span).root
+            raise MarkupError(error("include-too-many", message, file.span, "join some"))
+        root = self._read(path, file.span).root
         if is_include:
             self.included[element] = root
         for inner in root.iter():
@@ -118,8 +118,8 @@ class Places:
         while waiting:
             index, containers = waiting.pop()
             for kind, tags in _TAGS.items():
-                found = self._match(containers, tags, [(at, facts[kind][at]) for at in held[kind].get(index, ())])
-                self.parts |= {(kind, at): element for at, element in found.items()}
+                matched = self._match(containers, tags, [(at, facts[kind][at]) for at in held[kind].get(index, ())])
+                self.parts |= {(kind, at): element for at, element in matched.items()}
             below = self._match(containers, ("body",), [(at, facts["bodies"][at]) for at in children.get(index, ())])
             self.bodies |= below
             waiting += [(at, [element]) for at, element in below.items()]
@@ -130,13 +130,13 @@ class Places:
         """Return the element of each object: by order where nothing is repeated, else by name, else what holds it."""
         if not wanted:
             return {}
-        found = [element for container in containers for element in self._direct(container, tags)]
-        if len(found) == len(wanted):
-            return {at: element for (at, _), element in zip(wanted, found, strict=True)}
+        elements = [element for container in containers for element in self._direct(container, tags)]
+        if len(elements) == len(wanted):
+            return {at: element for (at, _), element in zip(wanted, elements, strict=True)}
         holders = [e for c in containers for e in self.markup.within(c) if e.tag in _MAKERS]
-        nameless = [element for element in found if not element.get("name")]
+        nameless = [element for element in elements if not element.get("name")]
         fallback = [*nameless, *holders, *containers, self.markup.root][0]
-        names = {element.get("name"): element for element in found}
+        names = {element.get("name"): element for element in elements}
         return {at: _called(names, thing["name"]) or fallback for at, thing in wanted}
 
     def _direct(self, container: Element, tags: Sequence[str]) -> Iterator[Element]:

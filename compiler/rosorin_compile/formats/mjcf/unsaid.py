@@ -8,6 +8,7 @@ from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, counted
 from ...model import SENSOR_ELEMENT, Box, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from .bodies import WORLD, body_name
 from .masses import masses
 
 RULES = (
@@ -26,9 +27,6 @@ RULES = (
     ),
 )
 
-# The body that everything else stands in.
-WORLD = "world"
-
 _MESH_FORMATS = (".stl", ".obj", ".msh")
 
 
@@ -45,15 +43,6 @@ def position_range(joint: Joint) -> tuple[float, float] | None:
     if joint.type == "continuous" or limit is None or limit.lower is None or limit.upper is None:
         return None
     return (limit.lower, limit.upper)
-
-
-def body_name(robot: Robot, link: str) -> str:
-    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
-    name = link if link != WORLD else f"{WORLD}_link"
-    known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
-    while name in known:
-        name += "_"
-    return name
 
 
 def has_volume(geometry: Geometry) -> bool:

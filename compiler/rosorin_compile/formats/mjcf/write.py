@@ -12,6 +12,8 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
   carries mass by further joints, it has the least that MuJoCo takes.
 - The torque of a joint is clamped once, at the joint (actuatorfrcrange), for actuators of the user's own too.
 - There is no word for a velocity limit. A range whose ends are equal means no range.
+- There is a free joint at the top of the tree alone. A floating joint is therefore three slides and a ball on one body,
+  and a planar joint two slides and a hinge (``bodies`` has their names).
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
 - MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
   one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. The excluded contacts say it for
@@ -23,7 +25,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -36,6 +38,7 @@ from ...model import (
     Geometry,
     Inertial,
     Joint,
+    JointPose,
     Link,
     Mesh,
     Output,
@@ -43,23 +46,28 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
+    Vector,
+    plane_axes,
     principal_moments,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..templating import BUILTIN, Templates, attributes, comment
-from .facts import read
-from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless, weld_groups
-from .unsaid import body_name, has_volume, mesh_path, position_range, refused, unsaid
-from .write_joints import followers, joints_of, keys
+from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
+from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
+from .unsaid import has_volume, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
-
-__all__ = ["read", "write"]
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
 
-# What a body without mass has where MuJoCo asks for one (see ``mjcf_masses.weightless``).
+# What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
+
+# The types of joints that one joint of MuJoCo is.
+TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
+
+_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
 
 
 class Body(NamedTuple):
@@ -226,29 +234,78 @@ def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
     return (geometry.radius,) if isinstance(geometry, Sphere) else ()
 
 
-def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
-    """Return the pairs of links that are not to collide: those that a joint connects, and those that the robot names.
-
-    A joint connects each link that is fixed to its parent with each link that is fixed to its child; links without
-    collision shapes are left out.
-    """
-    groups = weld_groups(robot)
-    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
-    top_of = {name: top for top, names in groups.items() for name in names}
-    pairs: dict[frozenset[str], tuple[str, str]] = {}
-    for top in solid:
-        joint = robot.joint_to.get(top)
-        for above in solid[top_of[joint.parent]] if joint else ():
-            for below in solid[top]:
-                pairs.setdefault(frozenset((above, below)), (above, below))
-    for pair in robot.disabled_contacts:
-        pairs.setdefault(frozenset(pair), pair)
-    return [(body_name(robot, one), body_name(robot, other)) for one, other in pairs.values()]
-
-
 def _free_joint(robot: Robot) -> str:
     """Return a name for the joint of a floating base that no other joint has."""
     name = f"{robot.root}_free"
     while name in robot.joint:
         name += "_"
     return name
+
+
+def joints_of(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
+    """Return the attributes of the joints that a body has for one joint, in their order."""
+    if joint.moves:
+        return [_single(joint, number)]
+    base = _base_name(joint, robot)
+    if joint.type == "planar":
+        axes = (*plane_axes(joint.axis), joint.axis)
+        kinds = ("slide", "slide", "hinge")
+        parts = zip(PLANAR, kinds, axes, strict=True)
+    else:
+        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
+    made = [attributes(name=base + end, type=kind, axis=vector(axis, number)) for end, kind, axis in parts]
+    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
+
+
+def _base_name(joint: Joint, robot: Robot) -> str:
+    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
+    base = joint.name
+    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
+        base += "_"
+    return base
+
+
+def _single(joint: Joint, number: NumberFormat) -> Markup:
+    values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
+    ends = position_range(joint)
+    if ends:
+        values["range"] = vector(ends, number)
+    if joint.dynamics is not None:
+        dynamics = joint.dynamics
+        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+        values |= {word: number(value) for word, value in words.items() if value}
+    if joint.limit is not None and joint.limit.effort:
+        values["actuatorfrcrange"] = vector([-joint.limit.effort, joint.limit.effort], number)
+    return attributes(**values)
+
+
+def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
+    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
+    made = []
+    for joint in joints:
+        if joint.mimic is None or not joint.moves:
+            continue
+        values = {"name": joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
+        if not robot.joint[joint.mimic.joint].moves:
+            del values["joint2"]
+        polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
+        made.append(attributes(**values, polycoef=vector(polynomial, number)))
+    return made
+
+
+def keys(robot: Robot, joints: Sequence[Joint], free: bool) -> list[tuple[str, list[float], list[float]]]:
+    """Return name, qpos and ctrl of each pose: the free base at the origin of the world, then the joints in order."""
+    base = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] if free else []
+    made = []
+    for pose in robot.poses:
+        at = _positions(robot, joints, pose)
+        qpos = [number for joint in joints for number in at(joint)]
+        made.append((pose.name, base + qpos, [at(joint)[0] for joint in joints if joint.actuator and joint.moves]))
+    return made
+
+
+def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
+    positions: Mapping[str, Sequence[float]] = {
+        joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
+    }
+    return lambda joint: positions[joint.name]

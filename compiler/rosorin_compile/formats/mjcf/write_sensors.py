@@ -73,15 +73,15 @@ class _Printer:
 
     def element(self, part: Simulated) -> Element:
         """Return the element itself: in its body with its pose and its copies, in the list of sensors at its site."""
-        said: dict[str, str | None] = {"name": part.name}
+        values: dict[str, str | None] = {"name": part.name}
         if part.kind == BODY_ELEMENT:
-            said |= self.pose(part.pose)
+            values |= self.pose(part.pose)
         elif part.element.startswith("frame"):
-            said |= {"objtype": "site", "objname": part.site}
+            values |= {"objtype": "site", "objname": part.site}
         else:
-            said["site"] = part.site
-        said |= {name: self.attribute(value) for name, value in part.attributes.items()}
-        attributes = [(name, value) for name, value in said.items() if value is not None]
+            values["site"] = part.site
+        values |= {name: self.attribute(value) for name, value in part.attributes.items()}
+        attributes = [(name, value) for name, value in values.items() if value is not None]
         return Element(part.element, attributes, self.replicate(part.replicas) if part.kind == BODY_ELEMENT else ())
 
     def site(self, part: Simulated) -> Element:
@@ -93,19 +93,19 @@ class _Printer:
         """Return the attributes of a pose; what is zero needs none."""
         if pose is None:
             return {}
-        said = {"pos": vector(pose.xyz, self.number)} if any(pose.xyz) else {}
+        values = {"pos": vector(pose.xyz, self.number)} if any(pose.xyz) else {}
         quaternion = pose.transform().quaternion()
-        return said if quaternion == (1, 0, 0, 0) else {**said, "quat": vector(quaternion, self.number)}
+        return values if quaternion == (1, 0, 0, 0) else {**values, "quat": vector(quaternion, self.number)}
 
     def replicate(self, replicas: Replicas | None) -> Attributes:
         if replicas is None:
             return ()
-        said = [("count", str(replicas.count)), ("sep", _SEPARATOR)]
+        values = [("count", str(replicas.count)), ("sep", _SEPARATOR)]
         if any(replicas.step.xyz):
-            said.append(("offset", vector(replicas.step.xyz, self.number)))
+            values.append(("offset", vector(replicas.step.xyz, self.number)))
         if any(replicas.step.rpy):
-            said.append(("euler", vector(replicas.step.rpy, self.number)))
-        return said
+            values.append(("euler", vector(replicas.step.rpy, self.number)))
+        return values
 
     def attribute(self, value: Attribute) -> str | None:
         if isinstance(value, tuple):

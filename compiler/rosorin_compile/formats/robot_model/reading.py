@@ -44,8 +44,8 @@ def read_robot_model(path: Path) -> Imported:
         return Imported(None, wrong, files=(path,))
     tree = _tree(model, path)
     # The format has no word for what the rules want of limits.
-    accepted, said = accept(tree, lenient=True)
-    return Imported(accepted, said, files=(path,))
+    accepted, diagnostics = accept(tree, lenient=True)
+    return Imported(accepted, diagnostics, files=(path,))
 
 
 def _parsed(source: Source) -> Map:
@@ -77,13 +77,13 @@ def _not_a_number(word: str) -> float:
 
 def _misfits(model: Map) -> list[Diagnostic]:
     """Return an error for each place that does not fit the schema of the format."""
-    found = []
+    diagnostics = []
     for problem in validator("robot_model").iter_errors(_plain(model)):
         path = list(problem.instance_path)
         span = locate(model, path).span
         where = subject(path) if path else "the file"
-        found.append(error("wrong-format", f"not a driver's model: {where}: {problem.message}", span, _HELP))
-    return found
+        diagnostics.append(error("wrong-format", f"not a driver's model: {where}: {problem.message}", span, _HELP))
+    return diagnostics
 
 
 def _plain(value: Any) -> Any:
@@ -129,10 +129,10 @@ def _word(value: Any) -> Any:
 
 
 def _said(at: Map, status: str, note: str) -> Map:
-    said = Map(at.span)
-    _put(said, "status", status)
-    _put(said, "note", note)
-    return said
+    source = Map(at.span)
+    _put(source, "status", status)
+    _put(source, "note", note)
+    return source
 
 
 def _link_entries(model: Map) -> Map:

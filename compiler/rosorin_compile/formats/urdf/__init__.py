@@ -1,7 +1,8 @@
 """URDF: what robot_state_publisher, MoveIt and most other readers take.
 
-Read, to be read in this order: ``robot`` (the file as a whole), ``reading`` and ``values`` (how one element and its
-numbers are taken apart), then ``links``, ``joints``, ``materials``.
+Written by ``write``; ``facts`` reads such a file back for comparison. Foreign files are read, in this order, by
+``robot`` (the file as a whole), ``reading`` and ``values`` (how one element and its numbers are taken apart), then
+``links``, ``joints`` and ``materials``.
 """
 
 from __future__ import annotations

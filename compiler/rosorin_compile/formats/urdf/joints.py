@@ -27,14 +27,14 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
         _end(element, end, entry, path, reading)
     put_origin(entry, element, path, reading)
     for part in _PARTS:
-        found = reading.single(element, part)
-        if found is None:
+        inner = reading.single(element, part)
+        if inner is None:
             continue
-        reading.paths[id(found)] = (*path, part)
+        reading.paths[id(inner)] = (*path, part)
         if part in _WITHOUT_EFFECT.get(kind, ()):
-            reading.ignored(f"<{part}> of a {kind} joint has no effect", found.span)
+            reading.ignored(f"<{part}> of a {kind} joint has no effect", inner.span)
             continue
-        _READERS[part](found, entry, kind, reading)
+        _READERS[part](inner, entry, kind, reading)
     if kind in ("revolute", "prismatic") and "limit" not in entry and reading.single(element, "limit") is None:
         _no_limit(element, kind, reading)
     reading.known(element, _WORDS, ("name", "type"), entry)
@@ -57,18 +57,18 @@ def _kind(element: Element, entry: Map, reading: Reading) -> str:
 
 def _end(element: Element, end: str, entry: Map, path: Path, reading: Reading) -> None:
     """Set parent or child."""
-    found = reading.single(element, end)
-    if found is None:
+    inner = reading.single(element, end)
+    if inner is None:
         reading.error("missing-element", f"{named(element)} has no <{end}>", element.span, f'add <{end} link="..."/>')
         return
-    reading.known(found, (), ("link",), None)
-    reading.paths[id(found)] = (*path, end)
-    link = reading.attribute(found, "link")
+    reading.known(inner, (), ("link",), None)
+    reading.paths[id(inner)] = (*path, end)
+    link = reading.attribute(inner, "link")
     if link is not None:
-        attribute = found.attributes["link"]
+        attribute = inner.attributes["link"]
         entry.put(end, link, attribute.name_span, attribute.span)
         if not link:
-            reading.error("missing-attribute", f"link of {named(found)} is empty", attribute.span, "name a link")
+            reading.error("missing-attribute", f"link of {named(inner)} is empty", attribute.span, "name a link")
 
 
 def _no_limit(element: Element, kind: str, reading: Reading) -> None:

@@ -61,24 +61,24 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
 
 def _mirrored(inertia: Element, reading: Reading) -> list[str]:
     """Return the products that say again, as iyx, what ixy says."""
-    found: list[str] = []
+    names: list[str] = []
     for name in ("iyx", "izx", "izy"):
         if name in inertia.attributes and inertia.get(name) == inertia.get(f"i{name[2]}{name[1]}"):
             reading.ignored("iyx, izx and izy of <inertia> say again what ixy, ixz and iyz say", inertia.span)
-            found.append(name)
-    return found
+            names.append(name)
+    return names
 
 
 def _one(element: Element, tag: str, reading: Reading) -> Element | None:
     """Return a child of an inertial that has to be there."""
-    found = reading.single(element, tag)
-    if found is None and reading.options.lenient:
+    inner = reading.single(element, tag)
+    if inner is None and reading.options.lenient:
         reading.cannot_carry(f"{named(element)}, which lacks <{tag}>,", element.span)
-    elif found is None:
+    elif inner is None:
         message = f"{named(element)} lacks <{tag}>"
         help = f"add <{tag}>, or remove <inertial> of a frame without mass; --lenient leaves the inertial out"
         reading.error("missing-element", message, element.span, help)
-    return found
+    return inner
 
 
 def _solid(element: Element, link: Map, path: Path, reading: Reading) -> None:
@@ -137,7 +137,7 @@ def _shape(geometry: Element, entry: Map, reading: Reading) -> Element | None:
     if not known and geometry.children:
         before = len(reading.diagnostics)
         reading.known(geometry, _SHAPES, (), Map(geometry.span))
-        broken = any(found.severity == "error" for found in reading.diagnostics[before:])
+        broken = any(diagnostic.severity == "error" for diagnostic in reading.diagnostics[before:])
         return None if broken else geometry
     if not known:
         message = f"{named(geometry)} is empty"

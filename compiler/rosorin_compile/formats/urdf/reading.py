@@ -1,7 +1,7 @@
-"""Reading: an element taken apart with everything said that is wrong with it, misspelt in it, or left out.
+"""Reading: an element of a URDF taken apart, with everything said that is wrong with it, misspelt in it, or left out.
 
-Which known word an unknown one was meant to be, and what is kept verbatim because the language has no word for it,
-stand here too.
+``meant`` says which known word an unknown one was meant to be; ``kept`` is what stays verbatim, because the language
+has no word for it.
 """
 
 from __future__ import annotations
@@ -108,20 +108,20 @@ class Reading:
         for what, spans in self._ignored.items():
             times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
             grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
-        for unit, found in self._suspects.items():
+        for unit, values in self._suspects.items():
             rule, limit, other = _SUSPECT[unit]
-            more = f",{and_more(len(found) - 1)}" if len(found) > 1 else ""
-            message = f"{found[0][0]}, {limit}: this looks like {other}{more}"
+            more = f",{and_more(len(values) - 1)}" if len(values) > 1 else ""
+            message = f"{values[0][0]}, {limit}: this looks like {other}{more}"
             help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
-            grouped.append(Diagnostic(rule, WARNING, message, found[0][1], (), help))
+            grouped.append(Diagnostic(rule, WARNING, message, values[0][1], (), help))
         return [*self.diagnostics, *grouped]
 
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the one child of this tag, None if there is none; a second one is an error."""
-        found = [child for child in element.children if child.tag == tag]
-        for again in found[1:]:
-            self._second(element, found[0], again)
-        return found[0] if found else None
+        children = [child for child in element.children if child.tag == tag]
+        for again in children[1:]:
+            self._second(element, children[0], again)
+        return children[0] if children else None
 
     def _second(self, element: Element, first: Element, again: Element) -> None:
         """Report an element that stands once more: where it decides on the motion it has to be the same."""
@@ -137,8 +137,8 @@ class Reading:
     def attribute(self, element: Element, name: str) -> str | None:
         """Return an attribute that has to be there; without it there is an error, and None."""
         self.need(element, name)
-        found = element.attributes.get(name)
-        return None if found is None else found.value
+        own = element.attributes.get(name)
+        return None if own is None else own.value
 
     def need(self, element: Element, *names: str) -> None:
         """Report the attributes of some names that are not there; one that is misspelt has its own message."""
@@ -298,11 +298,11 @@ def _declared(element: Element) -> list[tuple[str, str]]:
                 own.add(rest)
             elif colon:
                 used[prefix] = None
-    found = []
+    declared = []
     for prefix in used:
         above = element.parent
         while above is not None and f"xmlns:{prefix}" not in above.attributes:
             above = above.parent
         if above is not None and prefix not in own:
-            found.append((prefix, above.attributes[f"xmlns:{prefix}"].raw.replace('"', "&quot;")))
-    return found
+            declared.append((prefix, above.attributes[f"xmlns:{prefix}"].raw.replace('"', "&quot;")))
+    return declared

@@ -1,9 +1,8 @@
 """URDF: a robot as ROS has it, read into the plain tree (http://wiki.ros.org/urdf/XML, ros/urdfdom@jazzy).
 
-What urdfdom refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a second
-element where one is taken, links with two parents. What is legal and has no word in the language is kept as it stands.
-
-Comments go with the entry of the tree that they stand before or in.
+What urdfdom refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a
+second element where one is taken, links with two parents. What is legal and has no word in the language is kept as it
+stands. A comment goes with the entry of the tree that it stands before or in.
 """
 
 from __future__ import annotations
@@ -51,8 +50,8 @@ def read_urdf(document: Document, path: Path, options: ReadOptions, files: tuple
     left_out = tuple(reading.left_out)
     if has_errors(diagnostics):
         return Imported(None, diagnostics, (), files, left_out, version)
-    accepted, said = accept(tree, options.lenient) if options.checked else (tree, [])
-    diagnostics += said
+    accepted, told = accept(tree, options.lenient) if options.checked else (tree, [])
+    diagnostics += told
     if accepted is None:
         return Imported(None, diagnostics, (), files, left_out, version)
     comments, left = without_banner(comments_of(document, reading.paths))
@@ -183,15 +182,15 @@ def comments_of(document: Document, paths: Mapping[int, TreePath]) -> list[Comme
     ``paths`` leads from an element (by ``id``) to what became of it. Comments within an element that was kept as it
     stands are part of it and do not appear here.
     """
-    found = [_comment(document, remark, ("robot",), BEFORE) for remark in _comments(document.before)]
+    comments = [_comment(document, remark, ("robot",), BEFORE) for remark in _comments(document.before)]
     waiting: list[tuple[Element, TreePath]] = [(document.root, paths.get(id(document.root), ()))]
     while waiting:
         element, path = waiting.pop()
-        found += _within(document, element, path, paths)
+        comments += _within(document, element, path, paths)
         read = [(child, paths[id(child)]) for child in element.children if id(child) in paths]
         waiting += [(child, inner) for child, inner in read if "urdf_elements" not in inner]
-    found += [_comment(document, remark, (), END) for remark in _comments(document.after)]
-    return sorted(found, key=lambda comment: (comment.span.line, comment.span.column))
+    comments += [_comment(document, remark, (), END) for remark in _comments(document.after)]
+    return sorted(comments, key=lambda comment: (comment.span.line, comment.span.column))
 
 
 def _comments(remarks: list[Remark]) -> Iterator[Remark]:

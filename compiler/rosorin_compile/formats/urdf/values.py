@@ -1,6 +1,6 @@
 """Values: the numbers of attributes, each with its place, as the readers of URDF take them.
 
-Origins are a position and an orientation, as ``xyz`` and ``rpy`` of an entry.
+``put_origin`` makes position and orientation of an origin the ``xyz`` and ``rpy`` of an entry.
 """
 
 from __future__ import annotations
@@ -144,11 +144,11 @@ def number(element: Element, name: str, unit: str, reading: Reading) -> tuple[fl
 
 def put_number(entry: Map, key: str, element: Element, name: str, unit: str, reading: Reading) -> Any:
     """Set a key to the number of an attribute, if it is there; return it."""
-    found = number(element, name, unit, reading)
-    if found is None:
+    value = number(element, name, unit, reading)
+    if value is None:
         return None
-    entry.put(key, found[0], element.attributes[name].name_span, found[1].span)
-    return found[0]
+    entry.put(key, value[0], element.attributes[name].name_span, value[1].span)
+    return value[0]
 
 
 def need_numbers(entry: Map, element: Element, names: Sequence[str], unit: str, reading: Reading) -> None:
@@ -160,10 +160,10 @@ def need_numbers(entry: Map, element: Element, names: Sequence[str], unit: str, 
 
 def put_numbers(entry: Map, key: str, element: Element, name: str, count: int, unit: str, reading: Reading) -> Any:
     """Set a key to the numbers of an attribute, if it is there; return them."""
-    found = numbers(element, name, count, unit, reading)
-    if found is not None:
-        entry.put(key, found, element.attributes[name].name_span, element.attributes[name].span)
-    return found
+    values = numbers(element, name, count, unit, reading)
+    if values is not None:
+        entry.put(key, values, element.attributes[name].name_span, element.attributes[name].span)
+    return values
 
 
 def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> None:
@@ -182,15 +182,15 @@ def put_origin(entry: Map, element: Element, path: Path, reading: Reading) -> No
         message = f"{named(origin)} has rpy and quat_xyzw; readers differ in which of them they take"
         reading.error("duplicate-element", message, attribute.name_span, "remove one")
         return
-    found = numbers(origin, "quat_xyzw", 4, PLAIN, reading)
-    if found is None:
+    quaternion = numbers(origin, "quat_xyzw", 4, PLAIN, reading)
+    if quaternion is None:
         return
-    if not any(found):
+    if not any(quaternion):
         reading.error(
             "zero-quaternion", f"quat_xyzw of {named(origin)} is zero: no rotation", attribute.span, "correct it"
         )
         return
-    x, y, z, w = found
+    x, y, z, w = quaternion
     rpy = transform_of_quaternion((0.0, 0.0, 0.0), (w, x, y, z)).rpy()
     made = Seq(attribute.span)
     for angle in rpy:

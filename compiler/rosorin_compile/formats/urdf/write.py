@@ -1,4 +1,4 @@
-"""URDF: what robot_state_publisher, MoveIt and most other readers take.
+"""The URDF of a robot, as text.
 
 It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
 floating joints, which robot_state_publisher cannot move: other readers of URDF can. Elements that only a URDF has
@@ -20,7 +20,6 @@ from ...model import Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Ro
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .facts import read
 
 RULES = (
     Rule(
@@ -31,8 +30,6 @@ RULES = (
         FORMATS,
     ),
 )
-
-__all__ = ["read", "write"]
 
 ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
 
@@ -124,7 +121,7 @@ def _cylinder(shape: Shape) -> Shape:
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
     """Return the materials of the robot: the attributes of each, and what is in it."""
-    return [(attributes(name=found.name), _look(found.rgba, found.texture, form)) for found in robot.materials]
+    return [(attributes(name=one.name), _look(one.rgba, one.texture, form)) for one in robot.materials]
 
 
 def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> Markup:

@@ -154,13 +154,13 @@ def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
         return {"error": f"it does not end within {MAX_SECONDS} seconds", "stack": [str(path)]}
     except OSError as problem:
         return {"error": f"no child process can be started: {problem}", "stack": [str(path)]}
-    said = child.stderr.decode("utf-8", "replace")
+    output = child.stderr.decode("utf-8", "replace")
     try:
         answer: dict[str, Any] = json.loads(child.stdout)
     except ValueError:
-        last = said.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
+        last = output.strip().splitlines()[-1:] or [f"the process ended with {child.returncode}"]
         answer = {"error": f"xacro broke down: {last[0]}", "stack": [str(path)]}
-    answer["said"] = said
+    answer["said"] = output
     return answer
 
 
@@ -238,7 +238,7 @@ def _within(answer: dict[str, Any], document: Document, path: Path) -> tuple[Doc
 
 def _find(document: Document, words: list[str]) -> Span | None:
     """Return the place of the first of some words that stands exactly once in a file, comments left out."""
-    text = _COMMENT.sub(lambda found: re.sub(r"\S", " ", found[0]), document.source.text)
+    text = _COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), document.source.text)
     for word in words:
         if word and text.count(word) == 1:
             return document.span(text.index(word), len(word))
@@ -269,8 +269,8 @@ def _not_markup(answer: dict[str, Any], document: Document, path: Path) -> Diagn
 def _failure(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
     inner, related = _within(answer, document, path)
     what, help = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())), ""
-    words = [f"${{{found[1]}}}" for found in _EXPRESSION.finditer(what)]
-    words += [found[1] for found in _EXPRESSION.finditer(what)]
+    words = [f"${{{match[1]}}}" for match in _EXPRESSION.finditer(what)]
+    words += [match[1] for match in _EXPRESSION.finditer(what)]
     words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", what)]
     words += re.findall(r"'([^']+)'", what)
     missing = re.match(r"Undefined substitution argument (\S+)", what)

@@ -1,8 +1,12 @@
 """Expand: includes, arguments, named values, expressions, parts, loops and conditions; the result is one plain tree.
 
 Scopes are lexical: a description (all its files together), each part, each round of a loop. Sections of the same name
-are joined: robots of others come before all else; then the entries of the included files, in the order of the includes;
-then those of the including file; then those that parts make, in the order of ``use``.
+are joined: robots of others come before all else; then the entries of the included files, in the order of the
+includes; then those of the including file; then those that parts make, in the order of ``use``.
+
+To be read in this order: ``files`` (what is included), ``parameters`` (what may be given), ``scope`` (names and their
+values), ``parts`` with ``forms`` and ``placing``, ``sensor_types``, ``included_robots`` with ``prefixing``. ``ledger``
+is what one expansion shares.
 """
 
 from __future__ import annotations
@@ -64,8 +68,8 @@ def expand(
     ledger = Ledger()
     scope = Scope(ledger)
     scope.values["load()"] = table_loader(reader)
-    for name, value, place, said in reader.lets:
-        scope.define(name, value, place, said)
+    for name, value, place, value_place in reader.lets:
+        scope.define(name, value, place, value_place)
     _declare_arguments(root, arguments, reader, scope)
     included = list(Robots(reader, robots, scope, tell, packages or {}).fragments()) if robots else []
     tree = _evaluate(root, scope, reader, included)

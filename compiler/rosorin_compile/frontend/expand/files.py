@@ -1,6 +1,6 @@
 """Files: a description read with all that it includes, its sections joined, nothing evaluated yet.
 
-Tables are YAML files of plain values that expressions look things up in, with ``load``.
+``table_loader`` gives expressions their ``load``: YAML files of plain values to look things up in.
 """
 
 from __future__ import annotations
@@ -76,11 +76,11 @@ class Reader:
         try:
             file = load_mapping(path, name, asked, via)
         except LoadError as problem:
-            found = problem.diagnostic
+            diagnostic = problem.diagnostic
             stack = tuple(via.stack()) if via else ()
             # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
-            led_here = stack[1:] if found.span == asked else stack
-            self.diagnostics.append(found._replace(related=found.related + led_here))
+            led_here = stack[1:] if diagnostic.span == asked else stack
+            self.diagnostics.append(diagnostic._replace(related=diagnostic.related + led_here))
             return None
         made = Map(file.span, via)
         for item, span in self._includes(file):
@@ -139,10 +139,10 @@ class Reader:
         if len(self.files) >= MAX_FILES:
             self._error("include-too-many", f"more than {MAX_FILES} files are included", place, "include fewer files")
             return None
-        said = len(self.diagnostics)
+        before = len(self.diagnostics)
         made = self.read(target, shown(target), place.span, Instance("included here", place.span, place.via), within)
         if made is None:
-            self.diagnostics[said:] = [corrected(found, name, target) for found in self.diagnostics[said:]]
+            self.diagnostics[before:] = [corrected(one, name, target) for one in self.diagnostics[before:]]
         return made
 
     def inside(self, target: Path) -> bool:
@@ -170,8 +170,8 @@ class Reader:
         lets = file.get("let")
         if isinstance(lets, Map):
             for name, value in lets.items():
-                said = locate(file, ("let", name))
-                self.lets.append((name, value, locate(file, ("let", name), key=True), said))
+                value_place = locate(file, ("let", name))
+                self.lets.append((name, value, locate(file, ("let", name), key=True), value_place))
         elif lets is not None:
             self._error("wrong-type", "let maps names to values", locate(file, ("let",)), "write name: value")
 
@@ -254,9 +254,10 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
             try:
                 loaded[name] = parse_yaml(read_text(path, shown(path)))
             except LoadError as problem:
-                found = problem.diagnostic
-                where = f" ({found.span.source.path}:{found.span.line}:{found.span.column})" if found.span else ""
-                raise ExpressionError(f"{found.message}{where}", help=found.help) from None
+                diagnostic = problem.diagnostic
+                span = diagnostic.span
+                where = f" ({span.source.path}:{span.line}:{span.column})" if span else ""
+                raise ExpressionError(f"{diagnostic.message}{where}", help=diagnostic.help) from None
         return loaded[name]
 
     return load

@@ -140,8 +140,8 @@ def check_sections(owner: str, tree: Map, scope: Scope) -> None:
 
 def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> bool:
     kinds: list[tuple[str, type]] = [*((key, Map) for key in _MAPPINGS), *((key, Seq) for key in _LISTS)]
-    found = [_check_kind(owner, tree, key, kind, scope, evaluated) for key, kind in kinds]
-    return all(found)
+    sound = [_check_kind(owner, tree, key, kind, scope, evaluated) for key, kind in kinds]
+    return all(sound)
 
 
 def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope) -> bool:

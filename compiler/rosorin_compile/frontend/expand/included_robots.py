@@ -3,7 +3,8 @@
 It is read when the arguments of the description are known, so that an include may have expressions, loops and
 conditions. What it holds is never evaluated: ``${...}`` in another one's file is that one's.
 
-The joint that attaches it, and what is checked of the entry that includes it, stand at the end.
+``Robots`` takes the entries of ``include`` one by one; ``joint_above`` makes the joint that attaches a robot, and
+``check_include`` says what is wrong with an entry.
 """
 
 from __future__ import annotations
@@ -58,7 +59,7 @@ _FEW = 4
 
 
 class ForeignReader(Protocol):
-    """What reads robots in other formats; ``importing`` has one."""
+    """What reads robots in other formats; ``formats.reading`` has one."""
 
     def endings(self) -> tuple[str, ...]:
         """Return how the names of files end that a description may include and that are no descriptions."""
@@ -200,14 +201,14 @@ class Robots:
         """Return the tree of a file that is read for the first time; None for one that is wrong, after telling."""
         ran: list[Diagnostic] = []
 
-        def tell(found: Diagnostic) -> None:
-            ran.append(found)
-            self._say(found, via, ahead=True)
+        def tell(diagnostic: Diagnostic) -> None:
+            ran.append(diagnostic)
+            self._say(diagnostic, via, ahead=True)
 
         read = self.robots.read(path, texts, packages, lenient, tell, include.place.span)
         self.reader.files += [file for file in read.files if file not in self.reader.files]
-        for found in read.diagnostics:
-            self._say(corrected(found, entry["file"], path), via)
+        for diagnostic in read.diagnostics:
+            self._say(corrected(diagnostic, entry["file"], path), via)
         if not texts or ran or read.tree is None:
             return read.tree
         place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
@@ -289,19 +290,19 @@ class Robots:
 
     def _taken(self, name: str, via: Instance, joints: Map) -> NoReturn:
         message = f'joint "{name}" is defined twice'
-        found = error("duplicate-name", message, joints.key_spans[name], "give the include another joint: NAME")
-        self._say(found, via)
+        clash = error("duplicate-name", message, joints.key_spans[name], "give the include another joint: NAME")
+        self._say(clash, via)
         raise Failed
 
-    def _say(self, found: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
+    def _say(self, diagnostic: Diagnostic, via: Instance | None, ahead: bool = False) -> None:
         """Say something of a foreign file, in the words of an include; ``ahead``: before anything is done."""
-        message, help = found.message, found.help
+        message, help = diagnostic.message, diagnostic.help
         for there, here in _WORDS:
             message, help = there.sub(here, message), there.sub(here, help)
         stack = tuple(via.stack()) if via else ()
         # Where the file cannot be read, the diagnostic points at the include itself: that needs no note.
-        stack = stack[1:] if stack and found.span == stack[0].span else stack
-        told = found._replace(message=message, help=help, related=(*found.related, *stack))
+        stack = stack[1:] if stack and diagnostic.span == stack[0].span else stack
+        told = diagnostic._replace(message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
             self.tell(told)
         else:

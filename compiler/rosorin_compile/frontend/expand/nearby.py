@@ -9,15 +9,16 @@ from ...diagnostics import Diagnostic
 from ...project import nearest_file
 
 
-def corrected(found: Diagnostic, name: str, target: Path) -> Diagnostic:
+def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
     """Return what is said of a file; of one that is not there, with the file beside it that is nearly called so."""
-    if found.rule != "file-unreadable":
-        return found
+    if diagnostic.rule != "file-unreadable":
+        return diagnostic
     close = None if os.path.exists(target) else nearest_file(target)  # noqa: PTH110 - Path.exists raises for some names
     if close is None:
-        return found
+        return diagnostic
     folder = name.rpartition("/")[0]
-    return found._replace(help=f'did you mean "{folder}/{close.name}"?' if folder else f'did you mean "{close.name}"?')
+    meant = f"{folder}/{close.name}" if folder else close.name
+    return diagnostic._replace(help=f'did you mean "{meant}"?')
 
 
 def outside(name: str, by: Path, folder: Path) -> str:

@@ -194,11 +194,11 @@ class Parts:
             return self._definition(name, name, self.own, self.scope, scope, place)
         file, _, short = name.rpartition("/")
         path = self.library(file)
-        found = self._load(path, file, place.span) if path is not None else None
-        if found is None:
+        loaded = self._load(path, file, place.span) if path is not None else None
+        if loaded is None:
             scope.report("unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md")
             raise Failed
-        return self._definition(name, short, found[0].get("parts"), found[1], scope, place)
+        return self._definition(name, short, loaded[0].get("parts"), loaded[1], scope, place)
 
     def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
         known = parts if isinstance(parts, Map) else Map(place.span)

@@ -188,8 +188,10 @@ class _Placer:
 
     def _published(self, entry: Map) -> dict[str, Any]:
         """Return the publishers of an entry, the static ones renamed: each part starts its own."""
-        said = entry.get("publisher")
-        return {"publisher": _each(said, "", self._turn)} if isinstance(said, Seq) else self._static(entry, "publisher")
+        publisher = entry.get("publisher")
+        if isinstance(publisher, Seq):
+            return {"publisher": _each(publisher, "", self._turn)}
+        return self._static(entry, "publisher")
 
     def _turn(self, turn: Any) -> Any:
         return _with(turn, self._static(turn, "by")) if isinstance(turn, Map) else turn

@@ -1,6 +1,6 @@
 """Prefixing: a foreign robot gets a prefix before all of its names, in elements that are kept as they are too.
 
-Names of meshes and textures in such a robot are made relative to the description.
+``relative_files`` makes the names of its meshes and textures relative to the description.
 """
 
 from __future__ import annotations

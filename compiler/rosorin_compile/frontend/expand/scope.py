@@ -1,9 +1,8 @@
 """Scopes: names and their values, lexically nested; expressions, loops and conditions evaluated in them.
 
 A named value is evaluated when it is first needed, once. ``resolve`` returns a new tree: pieces without any expression
-are taken over as they are.
-
-Each turn of a ``for`` is a scope of its own, and values are told as people read them.
+are taken over as they are. ``rounds`` yields a scope for each round of a ``for``; ``explained`` says where an
+expression is wrong, and ``short`` tells a value in a few letters.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ class Scope:
         """Return a scope within this one, for a round of a loop."""
         return Scope(self.ledger, self, via)
 
-    def define(self, name: str, value: Any, place: Place, said: Place | None = None) -> None:
+    def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
         """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
         if name in self.places:
             related = [Related("first defined here", self.places[name].span)]
@@ -68,14 +67,14 @@ class Scope:
             help = "use letters, digits and underscores, and begin with a letter"
             self.report("bad-name", f'"{name}" cannot be used in an expression', place, help)
         self.places[name] = place
-        self.pending[name] = (value, said or place)
+        self.pending[name] = (value, value_place or place)
 
     def define_all(self, lets: Any) -> None:
         """Add the named values of a ``let`` section; nothing if there is none."""
         if isinstance(lets, Map):
             for name, value in lets.items():
-                said = Place(lets.value_spans[name], lets.via)
-                self.define(name, value, Place(lets.key_spans[name], lets.via), said)
+                value_place = Place(lets.value_spans[name], lets.via)
+                self.define(name, value, Place(lets.key_spans[name], lets.via), value_place)
 
     def bind(self, name: str, value: Any, place: Place) -> None:
         """Add a value that is known already."""
@@ -166,10 +165,10 @@ class Scope:
                 if controlled or named:
                     self._entries_of(made, value, key, item, via)
                     continue
-                found = item if constant else self._value(item, span, via)
-                if found is None and not constant:
+                resolved = item if constant else self._value(item, span, via)
+                if resolved is None and not constant:
                     continue
-                made[key] = found
+                made[key] = resolved
                 made.key_spans[key] = value.key_spans[key]
                 made.value_spans[key] = span
             except Failed:
@@ -193,10 +192,10 @@ class Scope:
 
     def name(self, key: str, span: Span, via: Instance | None) -> str:
         """Return a key with its expressions evaluated; it has to be text or a number."""
-        found = self.text(key, span, via)
-        if isinstance(found, (str, int, float)):
-            return str(FUNCTIONS["str"](found))
-        self.report("wrong-type", f"a name is text, not {kind_of(found)}", Place(span, via), "put it inside text")
+        name = self.text(key, span, via)
+        if isinstance(name, (str, int, float)):
+            return str(FUNCTIONS["str"](name))
+        self.report("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
         raise Failed
 
     def sequence(self, value: Seq) -> Seq:
@@ -252,10 +251,10 @@ class Scope:
 
     def condition(self, value: Any, place: Place) -> bool:
         """Return whether an ``if`` holds; it has to be true or false."""
-        found = self.resolve(value, place)
-        if isinstance(found, bool):
-            return found
-        what = f'"{found}"' if isinstance(found, (str, int, float)) else kind_of(found)
+        resolved = self.resolve(value, place)
+        if isinstance(resolved, bool):
+            return resolved
+        what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
         self.report("wrong-type", f"a condition is true or false, not {what}", place, "compare it: ${n > 0}")
         raise Failed
 
@@ -336,11 +335,11 @@ def rounds(outer: Scope, item: Map) -> Iterator[Scope]:
 
 def _values(scope: Scope, values: Any, place: Place) -> Sequence[Any]:
     """Return what a loop runs over: a list; for a table its keys."""
-    found = scope.resolve(values, place)
-    if isinstance(found, Mapping):
-        return list(found)
-    if isinstance(found, list):
-        return found
+    resolved = scope.resolve(values, place)
+    if isinstance(resolved, Mapping):
+        return list(resolved)
+    if isinstance(resolved, list):
+        return resolved
     scope.report("wrong-type", "a loop runs over a list or a table", place, "write a list, or ${range(4)}")
     raise Failed
 

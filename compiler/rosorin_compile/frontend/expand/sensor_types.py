@@ -71,11 +71,11 @@ def _via(kind: str, name: str, sensor: Map) -> Instance:
 
 def _library(path: Path) -> Map:
     try:
-        found = load_mapping(path, f"parts/{path.name}").get("sensor_types")
+        types = load_mapping(path, f"parts/{path.name}").get("sensor_types")
     except LoadError as problem:
         raise RuntimeError(f"the library of sensor types is damaged: {problem}") from problem
-    assert isinstance(found, Map)  # noqa: S101 - ships with the tool
-    return found
+    assert isinstance(types, Map)  # noqa: S101 - ships with the tool
+    return types
 
 
 def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> Map:

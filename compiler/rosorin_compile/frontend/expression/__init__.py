@@ -6,7 +6,8 @@ There is no access to attributes of Python objects (``table.key`` reaches an ent
 assignment. The length and depth of the text, the size of numbers, texts and lists, and the number of steps of a
 comprehension are bounded, so that every expression ends soon.
 
-``interpolation`` of a text takes it apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``.
+``pieces`` takes a text apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``. To be read after this:
+``syntax`` (what a node becomes), ``functions`` (what it may call).
 """
 
 from __future__ import annotations
@@ -113,9 +114,9 @@ def names_in(text: str) -> list[str]:
         tree = _parse(text)
     except (SyntaxError, ValueError):
         return []
-    found = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
+    used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
     known = functions()
-    return list(dict.fromkeys(name for name in found if name not in known))
+    return list(dict.fromkeys(name for name in used if name not in known))
 
 
 def _reason(problem: Exception) -> str:
@@ -142,24 +143,24 @@ class Piece(NamedTuple):
 @lru_cache(maxsize=20_000)
 def pieces(text: str) -> tuple[Piece, ...]:
     """Return the pieces of a text in order."""
-    found: list[Piece] = []
+    taken: list[Piece] = []
     position = 0
     while (start := text.find(_OPEN, position)) >= 0:
         if start > 0 and text[start - 1] == "$":
-            found.append(Piece(text[position : start - 1] + _OPEN, position))
+            taken.append(Piece(text[position : start - 1] + _OPEN, position))
             position = start + 2
             continue
         if start > position:
-            found.append(Piece(text[position:start], position))
+            taken.append(Piece(text[position:start], position))
         end = _closing(text, start + 2)
         if end < 0:
-            return (*found, Piece(text[start + 2 :], start, True, unclosed=True))
+            return (*taken, Piece(text[start + 2 :], start, True, unclosed=True))
         whole = start == 0 and end == len(text) - 1
-        found.append(Piece(text[start + 2 : end], start, True, whole))
+        taken.append(Piece(text[start + 2 : end], start, True, whole))
         position = end + 1
     if position < len(text):
-        found.append(Piece(text[position:], position))
-    return tuple(found)
+        taken.append(Piece(text[position:], position))
+    return tuple(taken)
 
 
 def _closing(text: str, position: int) -> int:

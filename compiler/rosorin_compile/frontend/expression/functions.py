@@ -74,15 +74,15 @@ def kind_of(value: Any) -> str:
 
 def common_dimension(values: list[Any]) -> Dimension | None:
     """Return the dimension that all values share; bare numbers go with any. Raises ExpressionError otherwise."""
-    found: Dimension | None = None
+    common: Dimension | None = None
     for value in values:
         if not isinstance(value, (int, float)):
             raise ExpressionError(f"expected a number, got {kind_of(value)}")
         dimension = dimension_of(value)
-        if found is not None and dimension not in (None, found):
-            raise ExpressionError(f"{describe(found)} and {describe(dimension or NUMBER)} do not go together")
-        found = found or dimension
-    return found
+        if common is not None and dimension not in (None, common):
+            raise ExpressionError(f"{describe(common)} and {describe(dimension or NUMBER)} do not go together")
+        common = common or dimension
+    return common
 
 
 def _of_angle(function: Callable[[float], float]) -> Callable[[Any], float]:

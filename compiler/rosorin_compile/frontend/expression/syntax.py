@@ -1,6 +1,7 @@
 """The syntax of expressions: each node of Python's parser that is allowed becomes a function of the names in scope.
 
-What operators give for values, and the bounds of all of it, stand at the end.
+``combine``, ``entry``, ``sliced`` and their like say what operators give for values; ``Effort`` keeps all of it in
+bounds. ``compile_node`` goes through the nodes.
 """
 
 from __future__ import annotations
@@ -390,11 +391,11 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
     element = compile_node(node.elt, depth)
 
     def apply(lookup: Lookup) -> list[Any]:
-        found: list[Any] = []
+        items: list[Any] = []
 
         def run(level: int, scope: Lookup) -> None:
             if level == len(loops):
-                found.append(element(scope))
+                items.append(element(scope))
                 return
             names, values, conditions = loops[level]
             for item in values(scope):
@@ -404,7 +405,7 @@ def _comprehension(node: ast.ListComp | ast.GeneratorExp, depth: int) -> Code:
                     run(level + 1, inner)
 
         run(0, lookup)
-        return found
+        return items
 
     return apply
 
@@ -435,13 +436,13 @@ def _call(node: ast.Call, depth: int) -> Code:
     function, column = functions().get(name), node.col_offset
 
     def apply(lookup: Lookup) -> Any:
-        found = function
-        if found is None:
+        target = function
+        if target is None:
             try:
-                found = lookup(f"{name}()")  # a function of the scope, such as load
+                target = lookup(f"{name}()")  # a function of the scope, such as load
             except KeyError:
                 raise ExpressionError(f'there is no function "{name}"', column, unknown=f"{name}()") from None
-        return called(name, found, [item(lookup) for item in items])
+        return called(name, target, [item(lookup) for item in items])
 
     return apply
 

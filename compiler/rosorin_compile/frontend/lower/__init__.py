@@ -1,45 +1,50 @@
-"""Build: the model made from a plain tree that has the right shape.
+"""Lower: the model made from a plain tree that has the right shape.
 
-A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Build
+A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Lowering
 reports only what keeps a value from being made at all.
 
-Publishers (who publishes the transform of a joint, always or in turns), servos and poses are lowered here too.
+``_Builder`` goes through the sections of the tree, with the help of ``entries`` (what becomes one value) and ``shapes``
+(geometries and inertias). Below it stand the two things that take more than that: who publishes a joint, always or in
+turns (``publishing``), and what a simulation has of a sensor (``build_elements``).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
-from ...diagnostics.registry import FILES, FRAMES, POSES, Rule
+from ...diagnostics.registry import FILES, FRAMES, Rule
+from ...diagnostics.wording import listed
 from ...model import (
+    BODY_ELEMENT,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,
     STATIC_TRANSFORM_PUBLISHER,
     TEMPLATE_ELEMENT,
     UNPUBLISHED,
     Actuator,
+    Attribute,
     Edge,
     Joint,
-    JointPose,
     Link,
     Output,
     Pose,
     Publisher,
+    Replicas,
     Robot,
     Sensor,
-    ServoGroup,
     Simulated,
     Source,
+    pose_of,
 )
 from ..accepting import accepted, names_at
 from ..schema import backend_of
 from ..tree import Map, Path, locate
-from .elements import Frames, build_elements
 from .entries import (
+    Problem,
     calibration_of,
     dynamics_of,
     limit_of,
@@ -47,7 +52,9 @@ from .entries import (
     mimic_of,
     node_of,
     pose_of_entry,
+    pose_of_joints,
     safety_of,
+    servo_group_of,
     source_of,
     texts_of,
     vector_of,
@@ -62,15 +69,7 @@ RULES = (
         FILES,
     ),
     Rule("unknown-publisher", "A publisher is not in `publishers`.", "Correct the name, or add the node.", FRAMES),
-    Rule(
-        "unknown-servo",
-        "No servo group has this joint, or there is no such group.",
-        "Correct the name, or add it to a group.",
-        POSES,
-    ),
-    Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
-
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
@@ -112,8 +111,8 @@ class _Builder:
 
     def problem(self, rule: str, message: str, path: Path, help: str = "", related: tuple[Related, ...] = ()) -> None:
         place = locate(self.tree, path)
-        found = error(rule, message, place.span, help, [*related, *place.stack()])
-        self.diagnostics.append(found._replace(of=names_at(self.tree, path)))
+        diagnostic = error(rule, message, place.span, help, [*related, *place.stack()])
+        self.diagnostics.append(diagnostic._replace(of=names_at(self.tree, path)))
 
     def misfit(self, problem: ShapeProblem, path: Path, where: str = "") -> None:
         self.problem(problem.rule, problem.message + where, (*path, *problem.path), problem.help)
@@ -220,14 +219,14 @@ class _Builder:
         )
         return self.published(joint, publishing(entry, path, self.nodes, self.problem))
 
-    def published(self, joint: Joint, said: Publishing) -> Joint:
+    def published(self, joint: Joint, publishing: Publishing) -> Joint:
         """Return a joint with its publisher; those that take turns become edges."""
-        for turn in said.turns:
+        for turn in publishing.turns:
             self.places["edge", str(len(self.edges))] = turn.path
             moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
             turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
             self.edges.append(replace(turned, source=joint.source, joint=joint.name))
-        return replace(joint, publisher=said.always)
+        return replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
         """Return a sensor and the fixed joints of its frame and its optical frame."""
@@ -235,9 +234,9 @@ class _Builder:
         frame, source = entry["frame"], source_of(entry.get("source"))
         joint = entry.get("joint", f"{frame}_joint")
         self.place("joint", joint, path)
-        said = publishing(entry, path, self.nodes, self.problem)
+        by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
-        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), said)]
+        mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
         optical = entry.get("optical")
         frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "")
         stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
@@ -249,8 +248,8 @@ class _Builder:
         optical_joint = optical.get("joint", f"{optical['frame']}_joint")
         self.place("joint", optical_joint, inner)
         pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
-        said = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else said.of_optical()
-        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), said))
+        by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
+        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
         return made, mounts
 
     def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
@@ -292,9 +291,6 @@ class _Builder:
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
         return Output(name, backend, entry["file"], options)
 
-
-# Takes the rule, the message, the path and the way out of a problem.
-Problem = Callable[[str, str, Path, str], None]
 
 OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 IN_TURNS = Publisher(UNPUBLISHED, about="its publishers take turns")
@@ -342,7 +338,7 @@ def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem
 
 def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publisher], problem: Problem) -> Publishing:
     """Return who publishes the joint of an entry that stands at a path."""
-    said, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
+    wanted, here = entry.get("publisher", ROBOT_STATE_PUBLISHER), (*path, "publisher")
 
     def one(value: Any, at: Path) -> Publisher:
         if isinstance(value, dict):
@@ -353,52 +349,94 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
             return _NOT_FLOATING if entry.get("type") == "floating" else OF_THE_URDF
         return node(value, at, nodes, problem)
 
-    if not isinstance(said, list):
-        return Publishing(one(said, here))
+    if not isinstance(wanted, list):
+        return Publishing(one(wanted, here))
     turns = []
-    for index, item in enumerate(said):
+    for index, item in enumerate(wanted):
         at = (*here, index)
         turns.append(Turn(one(item["by"], (*at, "by")), item.get("when", ""), at))
     others = tuple(turn for turn in turns if turn.publisher.kind != ROBOT_STATE_PUBLISHER)
     return Publishing(IN_TURNS if len(others) == len(turns) else OF_THE_URDF, others)
 
 
-# Takes the rule, the message, the path and the way out of a problem.
+# What a simulation can still do with.
+MAX_COPIES = 100_000
+
+_KINDS = (SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT)
 
 
-def servo_group_of(name: str, entry: Mapping[str, Any], problem: Problem) -> ServoGroup:
-    """Return a group of servos; ``problem`` takes what is wrong with it."""
-    low, high = entry["pulse_range"]
-    if not low < high:
-        message = f"the pulse range goes from {low} to {high}"
-        problem("pulse-range", message, ("servos", name, "pulse_range"), "give the smaller pulse first")
-    elif not low <= entry["zero_pulse"] <= high:
-        message = f"the zero pulse {entry['zero_pulse']} is outside the pulse range {low} to {high}"
-        problem("pulse-range", message, ("servos", name, "zero_pulse"), "correct one of the two")
-    flipped, source = entry.get("flipped", False), source_of(entry.get("source"))
-    rad = float(entry["rad_per_pulse"])
-    if rad == 0:
-        message = "a pulse of no angle moves nothing"
-        problem("pulse-range", message, ("servos", name, "rad_per_pulse"), "give the angle of one pulse")
-    return ServoGroup(name, tuple(entry["joints"]), rad, entry["zero_pulse"], flipped, (low, high), source)
+class Frames(NamedTuple):
+    """The frames that an element may sit in: that of the sensor, its optical frame, and the link that it is on."""
+
+    sensor: str
+    mount: Pose
+    parent: str
+    optical: str = ""
 
 
-def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGroup], problem: Problem) -> JointPose:
-    """Return a named pose, pulses as positions; ``problem`` takes what is wrong with it."""
-    positions = {joint: float(value) for joint, value in sorted(entry.get("positions", {}).items())}
-    pulses = dict(sorted(entry.get("pulses", {}).items()))
-    for joint, pulse in pulses.items():
-        path: Path = ("poses", name, "pulses", joint)
-        group = next((group for group in servos if joint in group.joints), None)
-        if group is None:
-            known = [joint for group in servos for joint in group.joints]
-            message = f'no servo group has the joint "{joint}"'
-            problem("unknown-servo", message, path, did_you_mean(joint, known))
-            continue
-        low, high = group.pulse_range
-        if not low <= pulse <= high:
-            problem("pulse-range", f"the pulse {pulse} does not exist: {low} to {high}", path, "correct it")
-        if joint in positions:
-            problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
-        positions[joint] = group.radians(pulse)
-    return JointPose(name, positions, pulses, source_of(entry.get("source")))
+def build_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
+    """Yield the elements of a sensor. Raises ShapeProblem, whose path leads to the culprit within the entries."""
+    for index, entry in enumerate(entries):
+        try:
+            yield _element(sensor, entry, frames)
+        except ShapeProblem as problem:
+            raise ShapeProblem(problem.rule, problem.message, (index, *problem.path), problem.help) from None
+
+
+def _element(sensor: str, entry: Mapping[str, Any], frames: Frames) -> Simulated:
+    kinds = [kind for kind in _KINDS if kind in entry]
+    if len(kinds) != 1:
+        message = f"an element of mjcf has one of {', '.join(_KINDS)}; this one has {listed(kinds) or 'none'}"
+        raise ShapeProblem("missing-key", message, (), "write one entry an element")
+    if "section" in entry and kinds[0] != TEMPLATE_ELEMENT:
+        raise ShapeProblem("ignored-key", "only a template has a section", ("section",), "remove it")
+    link, pose = _place(entry, frames)
+    suffix = entry.get("name")
+    return Simulated(
+        kind=kinds[0],
+        element=entry[kinds[0]],
+        name=sensor if suffix is None else f"{sensor}_{suffix}",
+        link=link,
+        pose=pose,
+        attributes={name: _attribute(value) for name, value in sorted(entry.get("attributes", {}).items())},
+        replicas=_replicas(entry["replicate"]) if "replicate" in entry else None,
+        section=entry.get("section", ""),
+    )
+
+
+def _place(entry: Mapping[str, Any], frames: Frames) -> tuple[str, Pose | None]:
+    """Return the link of an element, and where it sits in it; None is at the frame of the link."""
+    own = pose_of_entry(entry) if any(key in entry for key in ("xyz", "rpy", "replicate")) else None
+    frame = entry.get("frame", "sensor")
+    if frame == "sensor":
+        return frames.sensor, own
+    if frame == "parent":
+        mount = frames.mount.transform()
+        return frames.parent, frames.mount if own is None else pose_of(mount.then(own.transform()))
+    if not frames.optical:
+        raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
+    return frames.optical, own
+
+
+def _replicas(entry: Mapping[str, Any]) -> Replicas:
+    if not 1 <= entry["count"] <= MAX_COPIES:
+        message = f"a count is 1 to {MAX_COPIES:,}, not {entry['count']}"
+        raise ShapeProblem("wrong-value", message, ("replicate", "count"), "correct it")
+    step = pose_of_entry(entry)
+    if sum(angle != 0 for angle in step.rpy) > 1:
+        # MuJoCo multiplies the angles by the number of the copy, which is no steady turn where there are several.
+        message = "copies turn about one axis: one of roll, pitch, yaw"
+        raise ShapeProblem("wrong-value", message, ("replicate", "rpy"), "turn the element itself with its own rpy")
+    return Replicas(entry["count"], step)
+
+
+def _attribute(value: Any) -> Attribute:
+    if isinstance(value, list):
+        return tuple(_scalar(item) for item in value)
+    return None if value is None else _scalar(value)
+
+
+def _scalar(value: Any) -> float | str | bool:
+    if isinstance(value, (bool, str)):
+        return value if isinstance(value, bool) else str(value)
+    return float(value)

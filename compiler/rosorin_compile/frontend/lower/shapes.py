@@ -1,4 +1,4 @@
-"""Building shapes: the entry of a collision or a visual becomes a geometry at a pose.
+"""Shapes: the entry of a collision or a visual becomes a geometry at a pose, that of an inertial a mass and an inertia.
 
 Inertials are as they were written, or those of shapes of even density.
 """
@@ -57,8 +57,8 @@ def build_shape(
     """
     kinds = [kind for kind in GEOMETRIES if kind in entry]
     if len(kinds) != 1:
-        found = listed(kinds) or "none of them"
-        message = f"a shape has one of {', '.join(GEOMETRIES)}; this one has {found}"
+        given = listed(kinds) or "none of them"
+        message = f"a shape has one of {', '.join(GEOMETRIES)}; this one has {given}"
         raise ShapeProblem("shape-kind", message, (), "write one entry a shape")
     kind = kinds[0]
     geometry = GEOMETRIES[kind](entry[kind])
@@ -175,16 +175,16 @@ def build_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]])
         ) from None
 
 
-def _shapes(said: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
+def _shapes(wanted: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
     """Return the shapes that an inertial is of; each has a volume."""
-    if isinstance(said, str):
-        shapes = own[said]
+    if isinstance(wanted, str):
+        shapes = own[wanted]
         if not shapes:
-            help = f"give the link a {said}, or list the shapes here: of: [box: {{size: [...]}}]"
-            raise ShapeProblem("shape-kind", f"the link has no {said} shape to take the inertia of", ("of",), help)
+            help = f"give the link a {wanted}, or list the shapes here: of: [box: {{size: [...]}}]"
+            raise ShapeProblem("shape-kind", f"the link has no {wanted} shape to take the inertia of", ("of",), help)
         paths: list[tuple[str | int, ...]] = [("of",)] * len(shapes)
     else:
-        shapes = [_shape(entry, index) for index, entry in enumerate(said)]
+        shapes = [_shape(entry, index) for index, entry in enumerate(wanted)]
         paths = [("of", index) for index in range(len(shapes))]
     for shape, path in zip(shapes, paths, strict=True):
         if isinstance(shape.geometry, Mesh):

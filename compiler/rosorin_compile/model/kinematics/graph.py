@@ -54,11 +54,11 @@ class Step(NamedTuple):
     @property
     def publishers(self) -> tuple[tuple[Publisher, str], ...]:
         """Who publishes it, and when: empty if nobody does, and "" for always."""
-        found: list[tuple[Publisher, str]] = []
+        senders: list[tuple[Publisher, str]] = []
         if self.joint is not None:
-            found.append((self.joint.publisher, ""))
-        found += [(edge.publisher, edge.when) for edge in self.edges]
-        return tuple(one for one in found if one[0].kind != UNPUBLISHED)
+            senders.append((self.joint.publisher, ""))
+        senders += [(edge.publisher, edge.when) for edge in self.edges]
+        return tuple(one for one in senders if one[0].kind != UNPUBLISHED)
 
     def transform(self, robot: Robot, positions: Positions) -> Transform:
         """Return the child in the parent at joint positions (radians or metres). Raises ValueError if not known."""
@@ -100,11 +100,11 @@ class Graph:
     @cached_property
     def parents(self) -> Mapping[str, tuple[Step, ...]]:
         """The steps that somebody publishes into a frame, by frame: those that tf2 knows of."""
-        found: dict[str, list[Step]] = {}
+        by_child: dict[str, list[Step]] = {}
         for step in self.steps:
             if step.publishers:
-                found.setdefault(step.child, []).append(step)
-        return {frame: tuple(steps) for frame, steps in found.items()}
+                by_child.setdefault(step.child, []).append(step)
+        return {frame: tuple(steps) for frame, steps in by_child.items()}
 
     def way(self, source: str, target: str) -> tuple[Move, ...]:
         """Return the moves from a frame to another, the shortest way whose numbers are known. Raises NoWay, KeyError.

@@ -3,7 +3,8 @@
 Order x y z w. The formulas are those of Bullet's linear algebra, which tf2 carries along (geometry2,
 ``tf2/LinearMath/Quaternion.h``, ``Matrix3x3.h``, the same in Humble and Jazzy).
 
-At the end, joints whose place is several numbers: what people write for a planar or floating joint.
+``at`` and ``from_angles`` are for joints whose place is several numbers: what people write for a planar or floating
+one.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Frames: how one hangs on the root, edge by edge, with every number of the way.
-
-Then the limits of a joint, the mass and the shapes of a link, each number with its origin.
-"""
+"""Frames: how one hangs on the root, edge by edge, with the numbers of the way; then those of joints and links."""
 
 from __future__ import annotations
 

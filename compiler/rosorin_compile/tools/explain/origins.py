@@ -1,6 +1,6 @@
 """Origins: where a value of the plain tree was written, and what the names in its expression stand for.
 
-What the names in an expression stand for comes with the place that gave each its value.
+``Origins`` finds the place of a value; ``Meanings`` goes on to the places that gave the names their values.
 """
 
 from __future__ import annotations

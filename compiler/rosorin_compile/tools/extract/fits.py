@@ -1,10 +1,10 @@
 """Shapes around a mesh: box, oriented box, cylinder, capsule, stack of boxes. Each of them holds the whole mesh.
 
 Numbers are rounded to ``digits`` decimals in such a way that the rounded shape still holds the mesh. The same mesh
-gives the same shape on every machine. Nice directions are preferred: a shape that is turned is taken only if it is more
-than one percent smaller than the one that is turned less.
+gives the same shape on every machine. Nice directions are preferred: a shape that is turned is taken only if it is
+more than one percent smaller than the one that is turned less.
 
-The smallest circle and the smallest rectangle around points of a plane stand at the end.
+``smallest_circle`` and ``smallest_rectangle`` are those around points of a plane: the shapes seen along an axis.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """How well a shape fits: how much of it is outside the mesh, how far it sticks out, how much of the mesh it holds.
 
-The solid inside of a mesh is seen along upright lines.
+``Ruler`` measures a shape; what is inside of the mesh is told by ``Solid``, which looks along upright lines.
 """
 
 from __future__ import annotations

@@ -1,7 +1,4 @@
-"""Poses of shapes around a mesh: angles that are nice where they may be, and numbers of a few decimals.
-
-Entries of a plain tree become YAML with the digits that their source has.
-"""
+"""Poses of shapes around a mesh: angles that are nice where they may be, and numbers of a few decimals."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Results of extract as YAML that can be pasted or included, and as values for JSON.
 
-Files are written one by one: whole or not at all, and never over somebody else's.
+``save`` and ``replace`` write files one by one: whole or not at all, and never over somebody else's.
 """
 
 from __future__ import annotations

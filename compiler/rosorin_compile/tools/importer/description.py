@@ -1,6 +1,7 @@
-"""Writing: the plain tree of a robot as the files of a description, as a person would have written them.
+"""Description: the plain tree of a robot as the files of a description, as a person would have written them.
 
-Files are named by the robot; values of a description that repeat get a name.
+``outputs`` says what the description asks for, ``write`` which file holds what, and ``named`` which values get a name
+because they repeat.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Telling: what became of a source, in a few lines for the person who imports it.
 
-Names of meshes and textures are relative to the source, and are made so that readers find them.
+``renamed`` makes the names of meshes and textures, which are relative to the source, such that readers find them.
 """
 
 from __future__ import annotations

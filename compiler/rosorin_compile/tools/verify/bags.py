@@ -1,7 +1,7 @@
 """Bags: rosbag2 recordings, read raw in batches by rosbags and decoded here, many messages at once.
 
-Which topics are looked at comes first; times of arrival are brought into the clock of the stamps, where the recorder
-had another one.
+``topics_of`` says which topics are looked at. ``Clock`` brings times of arrival into the clock of the stamps, where
+the recorder had another one.
 """
 
 from __future__ import annotations

@@ -1,9 +1,8 @@
 """Cut recordings: bags whose end is missing, because the recorder was killed or the copy broke off.
 
 rosbags opens a bag by what stands at its end: the index of an .mcap, the last pages of a .db3. Here they are read from
-their begin, one record after the other, until there is no more. The readers have what is used of those of rosbags.
-
-The records of an .mcap file are read one after the other, as far as they are whole (https://mcap.dev/spec).
+their begin, one record after the other, as far as they are whole (https://mcap.dev/spec). The readers have what is
+used of those of rosbags.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Judge: all findings about a recording, the most serious first.
 
-Edges and the tree have modules of their own; joints, the description that the robot ran with, sensors and pasted text
-are judged here. ``Verdict`` is what comes out.
+Edges and the tree have modules of their own (``judge_edges``, ``judge_tree``); joints, the description that the robot
+ran with, sensors and pasted text are judged here. ``Verdict`` is what comes out.
 """
 
 from __future__ import annotations

@@ -1,6 +1,7 @@
 """Pace: when the messages of one stream came, in statistics whose size does not grow with the recording.
 
-A stream that leaps back to where it was shortly before, or has two values at one stamp, has two sources.
+``Leaps`` notices a stream of two sources: it leaps back to where it was shortly before, or has two values at one
+stamp.
 """
 
 from __future__ import annotations

@@ -1,10 +1,10 @@
-"""Text: what people paste from a terminal. It may hold several things, one after the other.
+"""Pasted: what people copy from a terminal. It may hold several things, one after the other.
 
 The forms are those of ROS 2 Humble and Jazzy: tf2_ros/src/tf2_echo.cpp, tf2_tools/view_frames.py, and
 BufferCore::allFramesAsYAML in tf2/src/buffer_core.cpp; ``ros2 topic echo`` prints YAML documents.
 
-Plain lines come first: a text without what terminals put around it. Then each form: answers of tf2_echo, trees of
-view_frames, and ``ros2 topic echo``.
+``read_text`` first takes away what terminals put around a text (``plain_lines``), then reads each block in its form:
+answers of tf2_echo, trees of view_frames, documents of ``ros2 topic echo``.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
-"""Recording: what is kept of a recording while it streams by.
+"""Recording: what is kept of a recording while it streams by. Its size does not grow with the recording.
 
-Its size does not grow with the recording. Of sensors it is kept whether tf2 could have placed them when their messages
-came.
+``Recording`` takes batches, and keeps a series for each edge. ``SensorLog`` keeps, of each sensor, whether tf2 could
+have placed it when its messages came.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Series: everything that is kept of the transforms of one edge on one topic, in statistics of fixed size.
 
-A reference is what the transform of an edge should be at a time, for many times at once.
+``Still`` and ``Moving`` are what an edge should be: one transform, or one for each time (``reference``).
 """
 
 from __future__ import annotations

@@ -1,0 +1,52 @@
+"""Bodies: how an MJCF of ours names and groups what a robot has. Its writer and its readers both ask here."""
+
+from __future__ import annotations
+
+from ...model import Robot
+
+# The body that everything else stands in.
+WORLD = "world"
+
+# The ends of the names of the joints that stand for one, as MuJoCo's own reader of URDF names them.
+PLANAR = ("_TX", "_TY", "_RZ")
+FLOATING = ("_TX", "_TY", "_TZ", "_R")
+
+
+def body_name(robot: Robot, link: str) -> str:
+    """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    name = link if link != WORLD else f"{WORLD}_link"
+    known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
+    while name in known:
+        name += "_"
+    return name
+
+
+def weld_groups(robot: Robot) -> dict[str, list[str]]:
+    """Return the links that no joint moves against each other, in the order of the tree, by the topmost of them."""
+    top: dict[str, str] = {}
+    groups: dict[str, list[str]] = {}
+    for link in robot.walk():
+        joint = robot.joint_to.get(link.name)
+        top[link.name] = link.name if joint is None or not joint.is_fixed else top[joint.parent]
+        groups.setdefault(top[link.name], []).append(link.name)
+    return groups
+
+
+def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
+    """Return the pairs of links that are not to collide: those that a joint connects, and those that the robot names.
+
+    A joint connects each link that is fixed to its parent with each link that is fixed to its child; links without
+    collision shapes are left out.
+    """
+    groups = weld_groups(robot)
+    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
+    top_of = {name: top for top, names in groups.items() for name in names}
+    pairs: dict[frozenset[str], tuple[str, str]] = {}
+    for top in solid:
+        joint = robot.joint_to.get(top)
+        for above in solid[top_of[joint.parent]] if joint else ():
+            for below in solid[top]:
+                pairs.setdefault(frozenset((above, below)), (above, below))
+    for pair in robot.disabled_contacts:
+        pairs.setdefault(frozenset(pair), pair)
+    return [(body_name(robot, one), body_name(robot, other)) for one, other in pairs.values()]

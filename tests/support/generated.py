@@ -1,0 +1,36 @@
+"""What is committed and made by the generators in docs/make.
+
+    python tests/renew.py docs
+    python tests/renew.py schema
+
+write it anew: the first the pages, along with what commands print on all others, the second the editors' schema.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from pathlib import Path
+
+from support.paths import DOCS, SCHEMAS
+
+# Each file and the module of docs/make whose ``text()`` it is.
+GENERATED = {
+    DOCS / "language.md": "reference",
+    DOCS / "rules.md": "rules_reference",
+    DOCS / "parts-library.md": "library_reference",
+    SCHEMAS / "authoring.schema.json": "authoring",
+}
+
+
+def generated(path: Path) -> str:
+    """Return what a file has to be."""
+    text: str = import_module(GENERATED[path]).text()
+    return text
+
+
+def generate(path: Path) -> None:
+    path.write_text(generated(path), "utf-8")
+
+
+if __name__ == "__main__":
+    generate(SCHEMAS / "authoring.schema.json")

@@ -1,4 +1,4 @@
-"""The pipeline: load -> expand -> validate -> build -> check -> emit. Values in, values and diagnostics out.
+"""The pipeline: load -> expand -> validate -> lower -> check -> emit. Values in, values and diagnostics out.
 
 ``compile`` and ``read`` are the public API; the commands call ``compile_robot`` and ``understand``.
 """
@@ -18,7 +18,7 @@ from .frontend.accepting import settled, unknown
 from .frontend.expand import Expanded, expand
 from .frontend.expand.included_robots import Tell
 from .frontend.expression.functions import plugged as plugged_functions
-from .frontend.lower import Built, build
+from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
 from .model import Robot
@@ -72,7 +72,7 @@ class Understood(NamedTuple):
     """What a description says: its tree, its model and where it was written (each only as far as it was right)."""
 
     expanded: Expanded
-    built: Built | None
+    lowered: Lowered | None
     diagnostics: list[Diagnostic]
 
 
@@ -94,15 +94,15 @@ def understand(
     diagnostics = [*said, *validate(expanded.tree, FORMATS), *unknown(expanded.tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
-    built = build(expanded.tree)
-    diagnostics += built.diagnostics
-    if built.robot is not None:
+    lowered = lower(expanded.tree)
+    diagnostics += lowered.diagnostics
+    if lowered.robot is not None:
         try:
-            diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
+            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=built.robot is not None)
-    return Understood(expanded, built, arrange(diagnostics))
+    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)
+    return Understood(expanded, lowered, arrange(diagnostics))
 
 
 def compile(  # noqa: A001 - the word of the API
@@ -150,8 +150,8 @@ def read(
         return Reading(None, missing, ())
     if not is_description(file):
         return _read_foreign(file, asked, lenient)
-    expanded, built, diagnostics = understand(file, asked.arguments, packages=asked.packages)
-    robot = None if built is None or has_errors(diagnostics) else built.robot
+    expanded, lowered, diagnostics = understand(file, asked.arguments, packages=asked.packages)
+    robot = None if lowered is None or has_errors(diagnostics) else lowered.robot
     return Reading(robot, diagnostics, expanded.files)
 
 
@@ -171,9 +171,9 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
         diagnostics.append(deaf(path))
     if imported.tree is None or has_errors(diagnostics):
         return Reading(None, arrange(diagnostics), imported.files)
-    built = build(imported.tree)
-    diagnostics = arrange([*diagnostics, *built.diagnostics])
-    return Reading(None if has_errors(diagnostics) else built.robot, diagnostics, imported.files)
+    lowered = lower(imported.tree)
+    diagnostics = arrange([*diagnostics, *lowered.diagnostics])
+    return Reading(None if has_errors(diagnostics) else lowered.robot, diagnostics, imported.files)
 
 
 def compile_robot(
@@ -187,13 +187,13 @@ def compile_robot(
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
     ``packages`` as in ``understand``.
     """
-    expanded, built, diagnostics = understand(path, arguments, tell, packages)
-    if expanded.tree is None or built is None or built.robot is None or has_errors(diagnostics):
+    expanded, lowered, diagnostics = understand(path, arguments, tell, packages)
+    if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(lowered.robot, expanded.tree, path.parent)
     if has_errors(said):
         artifacts = ()
-    return Compiled(built.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
+    return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
 
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:

@@ -96,7 +96,7 @@ def check(
 ) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
-    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``build``); ``formats`` are
+    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
     those that outputs may name.
     """
     case = Case(robot, tree, places, collect(tree), formats)

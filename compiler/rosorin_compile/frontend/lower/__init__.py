@@ -1,6 +1,6 @@
-"""Build: the model made from a plain tree that has the right shape.
+"""Lower: the model made from a plain tree that has the right shape.
 
-A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Build
+A tree may still mean nothing sensible (a link nobody attached, an axis of zero); that is for the rules to say. Lowering
 reports only what keeps a value from being made at all.
 
 Publishers (who publishes the transform of a joint, always or in turns), servos and poses are lowered here too.
@@ -38,7 +38,7 @@ from ...model import (
 from ..accepting import accepted, names_at
 from ..schema import backend_of
 from ..tree import Map, Path, locate
-from .elements import Frames, build_elements
+from .elements import Frames, lower_elements
 from .entries import (
     calibration_of,
     dynamics_of,
@@ -52,7 +52,7 @@ from .entries import (
     texts_of,
     vector_of,
 )
-from .shapes import ShapeProblem, build_inertial, build_shape
+from .shapes import ShapeProblem, lower_inertial, lower_shape
 
 RULES = (
     Rule(
@@ -76,7 +76,7 @@ RULES = (
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 
 
-class Built(NamedTuple):
+class Lowered(NamedTuple):
     """The model (None after an error), where each joint, link and pose was written, and what is wrong.
 
     ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge that is the turn of
@@ -88,15 +88,15 @@ class Built(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def build(tree: Map) -> Built:
+def lower(tree: Map) -> Lowered:
     """Return the model of a tree that ``validate`` found nothing wrong with."""
-    builder = _Builder(tree)
-    robot = builder.robot()
-    refused = [problem for problem in builder.diagnostics if not accepted(tree, problem)]
-    return Built(None if refused else robot, builder.places, builder.diagnostics)
+    lowering = _Lowering(tree)
+    robot = lowering.robot()
+    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem)]
+    return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
-class _Builder:
+class _Lowering:
     """Reads one tree; collects what is wrong."""
 
     def __init__(self, tree: Map) -> None:
@@ -171,7 +171,7 @@ class _Builder:
         inertial = None
         if "inertial" in entry:
             try:
-                inertial = build_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+                inertial = lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
         return Link(name, inertial, visual, collision, source, texts_of(entry))
@@ -182,7 +182,7 @@ class _Builder:
             own = source_of(entry["source"]) if "source" in entry else source
             stand_in = own.note if own.status == "stand_in" else ""
             try:
-                made.append(build_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
+                made.append(lower_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, index))
         return made
@@ -258,7 +258,7 @@ class _Builder:
         path: Path = ("sensors", name, "mjcf")
         made: list[Simulated] = []
         try:
-            for element in build_elements(name, entry.get("mjcf") or (), frames):
+            for element in lower_elements(name, entry.get("mjcf") or (), frames):
                 if element.kind != TEMPLATE_ELEMENT:
                     self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
                 if element.kind == SENSOR_ELEMENT and element.pose is not None:

@@ -25,7 +25,7 @@ class Frames(NamedTuple):
     optical: str = ""
 
 
-def build_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
+def lower_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
     """Yield the elements of a sensor. Raises ShapeProblem, whose path leads to the culprit within the entries."""
     for index, entry in enumerate(entries):
         try:

@@ -11,9 +11,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .diagnostics import NOTE, Diagnostic, arrange, error, has_errors
-from .formats import FORMATS, Artifact, plugged_diagnostics
-from .formats.reading import Readers
+from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import settled, unknown
 from .frontend.expand import Expanded, expand
 from .frontend.expand.included_robots import Tell
@@ -26,6 +25,7 @@ from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
 
 if TYPE_CHECKING:
+    from .formats.imported import Imported
     from .frontend.asked import Asked
 
 # Of what there is to say, a notebook shows so much.
@@ -87,7 +87,7 @@ def understand(
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included.
     """
-    expanded = expand(path, arguments or {}, Readers(), tell, packages)
+    expanded = expand(path, arguments or {}, _Readers(), tell, packages)
     said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
@@ -103,6 +103,32 @@ def understand(
             diagnostics.append(problem.diagnostic)
     diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)
     return Understood(expanded, lowered, arrange(diagnostics))
+
+
+class _Readers:
+    """Reads the foreign robots that descriptions include (``expand.included_robots.ForeignReader``)."""
+
+    def endings(self) -> tuple[str, ...]:
+        """Return how the names of files end that a description may include and that are no descriptions."""
+        return endings(include=True)
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+    ) -> Imported:
+        """Return the robot of a file; ``by`` is the place that names it."""
+        from .formats.imported import ReadOptions
+        from .formats.reading import read_robot
+
+        read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        # Notes on what is accepted: the rules say so again, of the whole robot.
+        new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
+        return read._replace(diagnostics=new)
+
+    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
+        """Return the folder of a ROS package that a file names; None if it is not found."""
+        from .formats.packages import Packages
+
+        return Packages(packages, os.environ, by).find(name)
 
 
 def compile(  # noqa: A001 - the word of the API

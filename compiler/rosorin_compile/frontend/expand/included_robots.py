@@ -23,7 +23,6 @@ from ..tree import Instance, Map, Place
 from .ledger import Failed
 from .nearby import corrected, outside
 from .parts import sourced
-from .prefixing import moved, relative_files
 from .scope import Scope
 
 if TYPE_CHECKING:
@@ -152,6 +151,8 @@ class Robots:
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
+        from .prefixing import moved, relative_files
+
         files = relative_files(made)
         folder = entry.get("meshes")
         if folder is not None:

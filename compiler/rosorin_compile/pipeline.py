@@ -15,7 +15,6 @@ from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import settled, unknown
 from .frontend.expand import Expanded, expand
-from .frontend.expand.included_robots import Tell
 from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
@@ -27,6 +26,7 @@ from .rules import acceptable, check, plugged
 if TYPE_CHECKING:
     from .formats.imported import Imported
     from .frontend.asked import Asked
+    from .frontend.expand.included_robots import Tell
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200

@@ -43,7 +43,7 @@ RULES = (
 BUILTIN = "rosorin_compile/"
 
 # How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
-_INTERNAL = re.compile(r"'rosorin_compile\.[\w.]*\.(\w+) object'")
+_INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 
 
 class TemplateProblem(Exception):
@@ -136,7 +136,7 @@ class Templates:
         except jinja2.exceptions.SecurityError as problem:
             raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None
         except (jinja2.TemplateError, ArithmeticError, LookupError, TypeError, ValueError, RecursionError) as problem:
-            message = _INTERNAL.sub(r"a \1", str(problem)) or type(problem).__name__
+            message = re.sub(_INTERNAL, r"a \1", str(problem)) or type(problem).__name__
             raise self._problem("template-failed", message, name, _line(problem), asked) from None
 
     def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import settled, unknown
 from .frontend.expand import Expanded, expand
@@ -246,8 +247,7 @@ def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:
     """Return how many diagnostics of each severity there are."""
     counts = Counter(diagnostic.severity for diagnostic in diagnostics)
-    said = [f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items()]
-    return ", ".join(said) or "nothing to say"
+    return ", ".join(counted(count, severity) for severity, count in counts.items()) or "nothing to say"
 
 
 def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
@@ -258,5 +258,5 @@ def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
 
     remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
     if len(diagnostics) > MAX_SHOWN:
-        remarks += f"<p>and {len(diagnostics) - MAX_SHOWN:,} more</p>"
+        remarks += f"<p>{and_more(len(diagnostics) - MAX_SHOWN).strip()}</p>"
     return remarks + (robot._repr_html_() if robot is not None else "")

@@ -5,6 +5,7 @@ from __future__ import annotations
 from html import escape
 from typing import TYPE_CHECKING
 
+from ..diagnostics.wording import and_more
 from .frame_tree import Line, lines, rows
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ def html(robot: Robot) -> str:
     heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
     body = "".join(map(_line, tree[:MOST]))
     if len(tree) > MOST:
-        body += f'<tr><td colspan="{len(_HEADS)}">and {len(tree) - MOST:,} more</td></tr>'
+        body += f'<tr><td colspan="{len(_HEADS)}">{and_more(len(tree) - MOST).strip()}</td></tr>'
     caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
 

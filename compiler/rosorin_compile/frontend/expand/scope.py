@@ -3,7 +3,7 @@
 A named value is evaluated when it is first needed, once. ``resolve`` returns a new tree: pieces without any expression
 are taken over as they are.
 
-Each turn of a ``for`` is a scope of its own, and values are told as people read them.
+Each round of a ``for`` is a scope of its own, and values are told as people read them.
 """
 
 from __future__ import annotations
@@ -339,7 +339,7 @@ def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
         scope.bind(split[0], value, place)
         return
     if not isinstance(value, list) or len(value) != len(split):
-        scope.report("wrong-type", f"a turn of this loop does not give {len(split)} values", place, "")
+        scope.report("wrong-type", f"a round of this loop does not give {len(split)} values", place, "")
         raise Failed
     for name, item in zip(split, value, strict=True):
         scope.bind(name, item, place)

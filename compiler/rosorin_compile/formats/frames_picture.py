@@ -18,7 +18,7 @@ from .templating import Templates
 
 if TYPE_CHECKING:
     from ..rules.case import Case
-    from .drawing.reading import Shown
+    from .drawing.shown import Shown
 
 RULES = (
     Rule(
@@ -59,7 +59,7 @@ def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
 
 def read(text: str) -> Facts:
     """Return what a picture says about frames. Raises ValueError if it is damaged."""
-    from .drawing.reading import facts
+    from .drawing.shown import facts
 
     return facts(shown_in(text))
 

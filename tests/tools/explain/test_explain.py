@@ -10,7 +10,7 @@ import pytest
 from rosorin_compile.frontend.arguments import read
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.explain.answer import NotThere, explain
-from rosorin_compile.tools.explain.values import Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.tools.explain.explanation import Explanation, Meaning, Number, Origin, Where
 from support.commands import HANDY
 
 PROJECT = HANDY

@@ -13,7 +13,7 @@ from rosorin_compile.frontend.load import plain_scalar
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.explain.answer import explain
-from rosorin_compile.tools.explain.values import Explanation, Number
+from rosorin_compile.tools.explain.explanation import Explanation, Number
 from support.paths import ROOT, ROSORIN
 
 

@@ -13,7 +13,7 @@ from .situations import Situation
 from .svg import Panel, svg
 
 if TYPE_CHECKING:
-    from .reading import Shown
+    from .shown import Shown
 
 # Each kind of picture by the end of its file name.
 _WRITERS: Mapping[str, Callable[[str, Sequence[Panel], Mapping[str, str]], str]] = {
@@ -40,6 +40,6 @@ def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
 
 def read(text: str) -> list[Shown]:
     """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
-    from .reading import read_graph, read_svg
+    from .shown import read_graph, read_svg
 
     return read_svg(text) if text.lstrip().startswith("<") else read_graph(text)

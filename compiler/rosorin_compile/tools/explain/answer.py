@@ -9,9 +9,9 @@ from ...diagnostics import did_you_mean, nearest
 from ...frontend.expand import Expanded
 from ...frontend.lower import Lowered
 from ...model import Robot
-from .frames import Frames, of_joint, of_mass, of_shapes
+from .chains import Frames, of_joint, of_mass, of_shapes
+from .explanation import Explanation
 from .origins import Origins
-from .values import Explanation
 
 __all__ = ["Explanation", "NotThere", "explain"]
 

@@ -20,7 +20,7 @@ from ..shared import (
 )
 
 if TYPE_CHECKING:
-    from .values import Explanation
+    from .explanation import Explanation
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     if options.format == "json":
         import json
 
-        from .values import as_json
+        from .explanation import as_json
 
         print(json.dumps([as_json(explanation) for explanation in found], indent=2))
     else:

@@ -120,8 +120,9 @@ def _stopped(problem: Exception) -> int:
     return PROBLEMS
 
 
-def parse(words: Sequence[str]) -> argparse.Namespace:
+def parse(words: list[str]) -> argparse.Namespace:
     """Return the options of a command line; words may stand before, between and after its options."""
+    words = words[1:] if words[:1] == ["--"] else words
     top = parser(words)
     options: argparse.Namespace
     options, more = top.parse_known_args(words)
@@ -136,7 +137,7 @@ def parse(words: Sequence[str]) -> argparse.Namespace:
 
 
 def parser(words: Sequence[str]) -> Parser:
-    """Return the parser of a command line; of the commands only the one that ``words`` call is complete."""
+    """Return the parser of a command line; of the commands it has only the one that ``words`` call."""
     top = Parser(
         prog="rosorin-compile",
         usage="rosorin-compile [-h] [--version] COMMAND ...",
@@ -149,14 +150,14 @@ def parser(words: Sequence[str]) -> Parser:
     called = _called(words)
     if called and called not in COMMANDS:
         top.error(f'there is no command "{called}"; {_near(called, COMMANDS)}')
-    for name, help in COMMANDS.items():
-        command = commands.add_parser(name, description=f"{help[0].upper()}{help[1:]}.")
-        if name == called:
-            module = import_module(f".tools.{MODULES.get(name, name)}", __package__)
-            module.options(command)
-            if name in WORDS:
-                command.usage = f"{top.prog} {name} [options] {WORDS[name]}"
-            command.set_defaults(run=module.run, known=command.long_options())
+    if called:
+        help = COMMANDS[called]
+        command = commands.add_parser(called, description=f"{help[0].upper()}{help[1:]}.")
+        module = import_module(f".tools.{MODULES.get(called, called)}", __package__)
+        module.options(command)
+        if called in WORDS:
+            command.usage = f"{top.prog} {called} [options] {WORDS[called]}"
+        command.set_defaults(run=module.run, known=command.long_options())
     return top
 
 

@@ -11,14 +11,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .diagnostics import NOTE, Diagnostic, arrange, error, has_errors
-from .formats import FORMATS, Artifact, plugged_diagnostics
-from .formats.reading import Readers
+from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .diagnostics.wording import and_more, counted
+from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import settled, unknown
 from .frontend.expand import Expanded, expand
-from .frontend.expand.included_robots import Tell
 from .frontend.expression.functions import plugged as plugged_functions
-from .frontend.lower import Built, build
+from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
 from .model import Robot
@@ -26,7 +25,9 @@ from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
 
 if TYPE_CHECKING:
+    from .formats.imported import Imported
     from .frontend.asked import Asked
+    from .frontend.expand.included_robots import Tell
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
@@ -72,7 +73,7 @@ class Understood(NamedTuple):
     """What a description says: its tree, its model and where it was written (each only as far as it was right)."""
 
     expanded: Expanded
-    built: Built | None
+    lowered: Lowered | None
     diagnostics: list[Diagnostic]
 
 
@@ -87,22 +88,48 @@ def understand(
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included.
     """
-    expanded = expand(path, arguments or {}, Readers(), tell, packages)
+    expanded = expand(path, arguments or {}, _Readers(), tell, packages)
     said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
     diagnostics = [*said, *validate(expanded.tree, FORMATS), *unknown(expanded.tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
-    built = build(expanded.tree)
-    diagnostics += built.diagnostics
-    if built.robot is not None:
+    lowered = lower(expanded.tree)
+    diagnostics += lowered.diagnostics
+    if lowered.robot is not None:
         try:
-            diagnostics += check(built.robot, expanded.tree, built.places, FORMATS)
+            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=built.robot is not None)
-    return Understood(expanded, built, arrange(diagnostics))
+    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)
+    return Understood(expanded, lowered, arrange(diagnostics))
+
+
+class _Readers:
+    """Reads the foreign robots that descriptions include (``expand.included_robots.ForeignReader``)."""
+
+    def endings(self) -> tuple[str, ...]:
+        """Return how the names of files end that a description may include and that are no descriptions."""
+        return endings(include=True)
+
+    def read(
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+    ) -> Imported:
+        """Return the robot of a file; ``by`` is the place that names it."""
+        from .formats.imported import ReadOptions
+        from .formats.reading import read_robot
+
+        read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        # Notes on what is accepted: the rules say so again, of the whole robot.
+        new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
+        return read._replace(diagnostics=new)
+
+    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
+        """Return the folder of a ROS package that a file names; None if it is not found."""
+        from .formats.packages import Packages
+
+        return Packages(packages, os.environ, by).find(name)
 
 
 def compile(  # noqa: A001 - the word of the API
@@ -150,8 +177,8 @@ def read(
         return Reading(None, missing, ())
     if not is_description(file):
         return _read_foreign(file, asked, lenient)
-    expanded, built, diagnostics = understand(file, asked.arguments, packages=asked.packages)
-    robot = None if built is None or has_errors(diagnostics) else built.robot
+    expanded, lowered, diagnostics = understand(file, asked.arguments, packages=asked.packages)
+    robot = None if lowered is None or has_errors(diagnostics) else lowered.robot
     return Reading(robot, diagnostics, expanded.files)
 
 
@@ -171,9 +198,9 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
         diagnostics.append(deaf(path))
     if imported.tree is None or has_errors(diagnostics):
         return Reading(None, arrange(diagnostics), imported.files)
-    built = build(imported.tree)
-    diagnostics = arrange([*diagnostics, *built.diagnostics])
-    return Reading(None if has_errors(diagnostics) else built.robot, diagnostics, imported.files)
+    lowered = lower(imported.tree)
+    diagnostics = arrange([*diagnostics, *lowered.diagnostics])
+    return Reading(None if has_errors(diagnostics) else lowered.robot, diagnostics, imported.files)
 
 
 def compile_robot(
@@ -187,13 +214,13 @@ def compile_robot(
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
     ``packages`` as in ``understand``.
     """
-    expanded, built, diagnostics = understand(path, arguments, tell, packages)
-    if expanded.tree is None or built is None or built.robot is None or has_errors(diagnostics):
+    expanded, lowered, diagnostics = understand(path, arguments, tell, packages)
+    if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    artifacts, said, templates = _emit(built.robot, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(lowered.robot, expanded.tree, path.parent)
     if has_errors(said):
         artifacts = ()
-    return Compiled(built.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
+    return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
 
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
@@ -220,8 +247,7 @@ def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:
     """Return how many diagnostics of each severity there are."""
     counts = Counter(diagnostic.severity for diagnostic in diagnostics)
-    said = [f"{count} {severity}{'s' if count > 1 else ''}" for severity, count in counts.items()]
-    return ", ".join(said) or "nothing to say"
+    return ", ".join(counted(count, severity) for severity, count in counts.items()) or "nothing to say"
 
 
 def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
@@ -232,5 +258,5 @@ def _html(robot: Robot | None, diagnostics: Sequence[Diagnostic]) -> str:
 
     remarks = f"<pre>{escape(text(diagnostics[:MAX_SHOWN]))}</pre>" if diagnostics else ""
     if len(diagnostics) > MAX_SHOWN:
-        remarks += f"<p>and {len(diagnostics) - MAX_SHOWN:,} more</p>"
+        remarks += f"<p>{and_more(len(diagnostics) - MAX_SHOWN).strip()}</p>"
     return remarks + (robot._repr_html_() if robot is not None else "")

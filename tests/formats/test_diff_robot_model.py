@@ -11,7 +11,7 @@ import pytest
 from rosorin_compile.diagnostics import has_errors
 from rosorin_compile.formats.imported import Imported
 from rosorin_compile.formats.reading import read_robot
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.tree import locate
 from rosorin_compile.model import Box, HeightMap
 from support.comparing import told
@@ -33,7 +33,7 @@ def test_the_driver_model_of_the_reference_robot_is_read_whole() -> None:
     imported = read_robot(OURS)
     assert imported.tree is not None
     assert not has_errors(imported.diagnostics)
-    robot = build(imported.tree).robot
+    robot = lower(imported.tree).robot
     assert robot is not None
     model = json.loads(OURS.read_text("utf-8"))
     assert list(robot.joint) == list(model["joints"])

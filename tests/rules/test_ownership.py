@@ -16,7 +16,7 @@ from rosorin_compile.formats import frames
 from rosorin_compile.formats.drawing.situations import situations
 from rosorin_compile.formats.static_tf import condition
 from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Link, Robot
 from rosorin_compile.pipeline import compile_robot
@@ -227,7 +227,7 @@ def joined(pairs: set[tuple[str, str]], a: str, b: str) -> bool:
 
 
 def model(description: dict[str, Any]) -> Robot:
-    robot = build(parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))).robot
+    robot = lower(parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))).robot
     assert robot is not None
     return robot
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import NOTE
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.schema import schema, with_formats
 from rosorin_compile.model import IDENTITY, Inertial
 from rosorin_compile.model.mass import principal_moments
@@ -30,8 +30,8 @@ def test_reference_robot_is_right():
 
 def test_reference_robot_names_its_stand_ins_once():
     tree = expand(ROSORIN, {}, None).tree
-    built = build(tree)
-    notes = [d.message for d in check(built.robot, tree, built.places, FORMATS)]
+    lowered = lower(tree)
+    notes = [d.message for d in check(lowered.robot, tree, lowered.places, FORMATS)]
     assert len(notes) == len(set(notes)) >= 3
     assert any("chassis height map" in note and note.endswith("(base_footprint collision[0])") for note in notes)
     assert any("(joint1 limit, joint2 limit, joint3 limit, joint4 limit, joint5 limit)" in note for note in notes)

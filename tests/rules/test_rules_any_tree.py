@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import NOTE, Source, has_errors
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
 from rosorin_compile.rules import check
 from support.robots import rules
@@ -133,11 +133,11 @@ def test_no_rule_crashes(description):
     tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False, allow_unicode=True)))
     if has_errors(validate(tree, FORMATS)):
         return
-    built = build(tree)
-    if built.robot is None:
+    lowered = lower(tree)
+    if lowered.robot is None:
         return
-    first = check(built.robot, tree, built.places, FORMATS)
-    assert first == check(built.robot, tree, built.places, FORMATS)
+    first = check(lowered.robot, tree, lowered.places, FORMATS)
+    assert first == check(lowered.robot, tree, lowered.places, FORMATS)
     for diagnostic in first:
         assert diagnostic.span is not None, diagnostic
         line = diagnostic.span.source.line(diagnostic.span.line)

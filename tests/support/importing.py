@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.tree import Map, Seq
 
 NAMES = ("base", "arm one", "ns/hand", "größe", "a-b.c", "finger", "Rad_3")
@@ -150,7 +150,7 @@ def urdf_of(tree: Map) -> str:
     output.put("version", "1.2", tree.span, tree.span)
     outputs.put("urdf", output, tree.span, tree.span)
     whole.put("outputs", outputs, tree.span, tree.span)
-    robot = build(whole).robot
+    robot = lower(whole).robot
     assert robot is not None
     text, said = FORMATS["urdf"].write(robot, robot.outputs[0], Templates(Path()))
     assert not [d for d in said if d.severity == "error"], said

@@ -14,7 +14,7 @@ from rosorin_compile.diagnostics import NOTE, Diagnostic, Source, arrange, has_e
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
 from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import Robot
@@ -75,9 +75,9 @@ def found(description: dict[str, Any]) -> list[Diagnostic]:
     """Return what the rules say of a description of the right shape."""
     tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))
     assert not has_errors(validate(tree, FORMATS)), arrange(validate(tree, FORMATS))
-    built = build(tree)
-    assert built.robot is not None, built.diagnostics
-    return check(built.robot, tree, built.places, FORMATS)
+    lowered = lower(tree)
+    assert lowered.robot is not None, lowered.diagnostics
+    return check(lowered.robot, tree, lowered.places, FORMATS)
 
 
 def rules(description: dict[str, Any]) -> list[str]:

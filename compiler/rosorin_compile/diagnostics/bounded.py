@@ -18,8 +18,9 @@ MAX_DEPTH = 100
 MAX_NODE_DEPTH = 150
 
 _TOO_DEEP = f"nested deeper than {MAX_DEPTH} levels"
-_JSON = re.compile(r'"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]', re.DOTALL)
-_INDENT = re.compile(r"^[ \t?-]+", re.MULTILINE)
+# Compiled when they are needed first.
+_JSON = r'(?s)"[^"\\]*(?:\\.[^"\\]*)*"|[\[\]{}]'
+_INDENT = r"(?m)^[ \t?-]+"
 
 
 def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = None) -> Any:
@@ -27,7 +28,7 @@ def json_of(text: str | bytes, parse_constant: Callable[[str], Any] | None = Non
     if isinstance(text, bytes):
         text = text.decode(json.detect_encoding(text))
     depth = 0
-    for match in _JSON.finditer(text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
+    for match in re.finditer(_JSON, text) if text.count("[") + text.count("{") > MAX_DEPTH else ():
         depth += (match[0] in "[{") - (match[0] in "]}")
         if depth > MAX_DEPTH:
             raise json.JSONDecodeError(_TOO_DEEP, text, match.start())
@@ -68,7 +69,7 @@ def _may_be_deep(text: str) -> bool:
 
     A list may begin where the key above it does, so two levels may have one column.
     """
-    indent = max((len(blank) for blank in _INDENT.findall(text)), default=0)
+    indent = max((len(blank) for blank in re.findall(_INDENT, text)), default=0)
     return text.count("[") + text.count("{") + 2 * indent + 2 > MAX_DEPTH
 
 

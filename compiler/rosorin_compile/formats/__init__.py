@@ -68,9 +68,17 @@ def _names() -> tuple[str, ...]:
 
 @cache
 def _homes() -> frozenset[str]:
-    """Return the modules of this folder by name; those that export a record are formats."""
-    names = (path.name.removesuffix(".py") for path in Path(__path__[0]).iterdir() if not path.name.startswith("_"))
-    return frozenset(name for name in names if name.isidentifier())
+    """Return the modules of this folder that are formats, by name."""
+    files = ((path.name.removesuffix(".py"), path) for path in Path(__path__[0]).iterdir())
+    return frozenset(name for name, path in files if name.isidentifier() and _exports(path))
+
+
+def _exports(module: Path) -> bool:
+    """Say whether a module exports a record, by its source: what only helps to read and write stays unimported."""
+    try:
+        return b"\nFORMAT = " in (module if module.suffix else module / "__init__.py").read_bytes()
+    except OSError:  # a folder that is no module
+        return False
 
 
 @cache

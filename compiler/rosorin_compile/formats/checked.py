@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ..diagnostics import ERROR, NOTE, Diagnostic, has_errors
 from ..frontend.accepting import settled
-from ..frontend.lower import build
+from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
 from ..frontend.validate import validate
 from ..rules import acceptable, check
@@ -27,7 +27,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         return None, wrong
     problems = _problems(tree)
     names: dict[str, dict[str, Diagnostic]] = {}
-    for _ in range(3):  # what build refuses hides what the rules would say
+    for _ in range(3):  # what lowering refuses hides what the rules would say
         before = sum(map(len, names.values()))
         for diagnostic in problems:
             if _acceptable(tree, diagnostic, lenient):
@@ -45,14 +45,14 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 
 def _problems(tree: Map) -> list[Diagnostic]:
-    """Return what build and the rules say of a tree that is to become what robot_state_publisher reads."""
+    """Return what lowering and the rules say of a tree that is to become what robot_state_publisher reads."""
     whole = _copied(tree)
     if "outputs" not in whole:
         whole.put("outputs", _published(tree), tree.span, tree.span)
-    built = build(whole)
-    diagnostics = list(built.diagnostics)
-    if built.robot is not None:
-        diagnostics += check(built.robot, whole, built.places, FORMATS)
+    lowered = lower(whole)
+    diagnostics = list(lowered.diagnostics)
+    if lowered.robot is not None:
+        diagnostics += check(lowered.robot, whole, lowered.places, FORMATS)
     return diagnostics
 
 

@@ -90,7 +90,7 @@ class Asked(NamedTuple):
     remark: str = ""
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True, kw_only=True, repr=False, eq=False)  # which would be compiled at every start, for nobody
 class Format:
     """A format that is written, read, or both.
 

@@ -33,10 +33,12 @@ _DEGREE_DIGITS = 4
 
 # What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
 _MARKS = re.compile(r"[\\`*\[\]<>|~&#!]|(?<!\w)_|_(?!\w)")
-_ESCAPED = re.compile(r"\\(.)")
 _CAPITAL = re.compile(r"(?<=[a-z])(?=[A-Z])")
-_ALONE = re.compile(r"^The robot has one frame, .*\.$", re.MULTILINE)
-_SEPARATOR = re.compile(r"(?<!\\)\|")
+
+# What reading looks for; compiled when a table is read.
+_ALONE = r"(?m)^The robot has one frame, .*\.$"
+_SEPARATOR = r"(?<!\\)\|"
+_ESCAPED = r"\\(.)"
 
 
 class _Frame(NamedTuple):
@@ -197,7 +199,7 @@ def read(text: str) -> Facts:
     "publisher when slam" for a publisher that takes turns.
     """
     frames = list(_parse(text, _FRAME_HEADERS))
-    if not frames and _ALONE.search(text):
+    if not frames and re.search(_ALONE, text):
         return {}
     if not frames:
         raise ValueError("there is no table of frames")
@@ -250,13 +252,13 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
     """Yield the rows of the table with these headers. Raises ValueError for a row of another length."""
     inside = False
     for line in text.splitlines():
-        cells = [cell.strip() for cell in _SEPARATOR.split(line)[1:-1]]
+        cells = [cell.strip() for cell in re.split(_SEPARATOR, line)[1:-1]]
         if not inside:
             inside = tuple(cells) == tuple(headers)
         elif not cells:
             return
         elif set("".join(cells)) != {"-"}:
-            yield {key: _ESCAPED.sub(r"\1", cell) for key, cell in zip(headers, cells, strict=True)}
+            yield {key: re.sub(_ESCAPED, r"\1", cell) for key, cell in zip(headers, cells, strict=True)}
 
 
 def carried(robot: Robot) -> list[str]:

@@ -9,16 +9,16 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..model import Output, Robot
 from ..rules.case import suggest
+from ..xml.elements import canonical, tree_of
 from .drawing import SUFFIXES, picture, suffix
 from .drawing import read as shown_in
-from .drawing.reading import Shown, facts
 from .drawing.situations import Situation, TooMany, situations
+from .format import Asked, Facts, Format
 from .templating import Templates
 
 if TYPE_CHECKING:
     from ..rules.case import Case
-from ..xml.elements import canonical, tree_of
-from .format import Asked, Facts, Format
+    from .drawing.shown import Shown
 
 RULES = (
     Rule(
@@ -59,6 +59,8 @@ def _asked(robot: Robot, output: Output) -> tuple[Situation, ...]:
 
 def read(text: str) -> Facts:
     """Return what a picture says about frames. Raises ValueError if it is damaged."""
+    from .drawing.shown import facts
+
     return facts(shown_in(text))
 
 

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Callable, Mapping
 from pathlib import Path
 
 from ..diagnostics import NOTE, Diagnostic, Source, Span, error
 from ..diagnostics.registry import READING, Rule
 from ..project import ENDINGS
-from ..rules import acceptable
 from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
-from . import FORMATS, Format, Opened, endings
+from . import FORMATS, Format, Opened
 from .imported import Imported, ReadOptions
 
 RULES = (
@@ -151,9 +148,6 @@ def _wrong_root(document: Document) -> Diagnostic:
     return error("wrong-root", message, root.span, help)
 
 
-Tell = Callable[[Diagnostic], None]
-
-
 def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | None = None) -> Imported:
     """Return the robot of a file in any format. Never raises: what is wrong is a diagnostic, and then no tree.
 
@@ -161,26 +155,3 @@ def read_robot(path: Path, options: ReadOptions | None = None, asked: Span | Non
     description does.
     """
     return read(path, options or ReadOptions(), asked)
-
-
-class Readers:
-    """Reads the foreign robots that descriptions include (``expand.vendor.ForeignReader``)."""
-
-    def endings(self) -> tuple[str, ...]:
-        """Return how the names of files end that a description may include and that are no descriptions."""
-        return endings(include=True)
-
-    def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
-    ) -> Imported:
-        """Return the robot of a file; ``by`` is the place that names it."""
-        read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
-        # Notes on what is accepted: the rules say so again, of the whole robot.
-        new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
-        return read._replace(diagnostics=new)
-
-    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
-        """Return the folder of a ROS package that a file names; None if it is not found."""
-        from .packages import Packages
-
-        return Packages(packages, os.environ, by).find(name)

@@ -61,8 +61,8 @@ def robot_of(path: Path) -> str:
     if path.stat().st_size > _LARGEST:
         return ""
     try:
-        content = json.loads(path.read_bytes())
-    except (ValueError, RecursionError):
+        content = json_of(path.read_bytes())
+    except ValueError:
         return ""
     robot = content.get("robot") if isinstance(content, dict) and "static_transform_publisher" in content else None
     return robot if isinstance(robot, str) else ""
@@ -80,7 +80,7 @@ FORMAT = Format(
     endings=(".json",),
     write=write,
     facts=read,
-    syntax=json.loads,
+    syntax=json_of,
     schema="static_tf",
     frames=frames,
     feeds=(STATIC_TRANSFORM_PUBLISHER,),

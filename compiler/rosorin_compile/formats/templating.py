@@ -41,7 +41,7 @@ RULES = (
 BUILTIN = "rosorin_compile/"
 
 # How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
-_INTERNAL = re.compile(r"'rosorin_compile\.[\w.]*\.(\w+) object'")
+_INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
 
 
 class TemplateProblem(Exception):
@@ -105,7 +105,7 @@ class Templates:
         except TemplateProblem:
             raise
         except Exception as problem:  # a filter of Jinja raises whatever comes, AssertionError among them
-            message = _INTERNAL.sub(r"a \1", str(problem)) or type(problem).__name__
+            message = re.sub(_INTERNAL, r"a \1", str(problem)) or type(problem).__name__
             raise self._problem("template-failed", message, name, _line(problem), asked) from None
 
     def _problem(self, rule: str, message: str, name: str, line: int, asked: Span | None) -> TemplateProblem:

@@ -18,7 +18,7 @@ Path = tuple[str | int, ...]
 class Instance(NamedTuple):
     """How a piece of the tree came to stand where it is: included or instantiated at ``span``, within ``parent``.
 
-    ``made`` is true for a part, a sensor type and the turn of a loop, which make something; an include only reads it.
+    ``made`` is true for a part, a sensor type and the round of a loop, which make something; an include only reads it.
     """
 
     message: str

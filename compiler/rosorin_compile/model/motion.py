@@ -59,8 +59,8 @@ def plane_axes(normal: Vector) -> tuple[Vector, Vector]:
     across = math.hypot(x, y)
     if across == 0.0:
         return (1.0, 0.0, 0.0), (0.0, math.copysign(1.0, z), 0.0)
-    turn = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
-    (a, d, _), (b, e, _), (c, f, _) = turn
+    rotation = rotation_about((-y / across, x / across, 0.0), math.atan2(across, z))
+    (a, d, _), (b, e, _), (c, f, _) = rotation
     return (a + 0.0, b + 0.0, c + 0.0), (d + 0.0, e + 0.0, f + 0.0)
 
 

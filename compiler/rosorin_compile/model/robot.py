@@ -137,11 +137,13 @@ class Robot:
 
     def __repr__(self) -> str:
         """Return the name and what there is how often: a robot in full is pages long."""
+        from ..diagnostics.wording import counted
+
         moving = sum(not joint.is_fixed for joint in self.joints)
         counts = {"link": len(self.links), "joint": len(self.joints), "sensor": len(self.sensors)}
-        counted = [f"{count} {word}{'' if count == 1 else 's'}" for word, count in counts.items()]
-        counted[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
-        return f"<Robot {self.name}: {', '.join(counted)}>"
+        sizes = [counted(count, word) for word, count in counts.items()]
+        sizes[1] += f" ({moving} that move{'s' if moving == 1 else ''})"
+        return f"<Robot {self.name}: {', '.join(sizes)}>"
 
     def _repr_html_(self) -> str:
         """Return the tree of frames, for a notebook."""

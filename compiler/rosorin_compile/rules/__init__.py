@@ -34,7 +34,8 @@ __all__ = ["CHECKS", "acceptable", "check", "plugged"]
 
 def _modules() -> list[ModuleType]:
     """Return the modules of this folder that have checks, in the order in which they are asked."""
-    names = sorted(path.stem for path in Path(__path__[0]).glob("*.py") if path.stem != "__init__")
+    files = (path.name for path in Path(__path__[0]).iterdir())  # glob would cost a millisecond more
+    names = sorted(name.removesuffix(".py") for name in files if name.endswith(".py") and not name.startswith("_"))
     modules = {name: module for name in names if checks_of(module := import_module(f".{name}", __name__))}
 
     def place(name: str) -> tuple[str, ...]:
@@ -96,7 +97,7 @@ def check(
 ) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
-    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``build``); ``formats`` are
+    ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
     those that outputs may name.
     """
     case = Case(robot, tree, places, collect(tree), formats)

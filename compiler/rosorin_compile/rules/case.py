@@ -19,7 +19,7 @@ USED = "used here"
 
 
 class Case(NamedTuple):
-    """A robot, the tree that it was built from, and the paths in it of joints, links and turns, by kind and name.
+    """A robot, the tree that it was lowered from, and the paths in it of joints, links and turns, by kind and name.
 
     ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
     ``formats`` those that outputs may name.

@@ -11,7 +11,7 @@ from ..formats.imported import Imported, ReadOptions
 from ..formats.reading import read
 from ..formats.templating import Templates
 from ..frontend.expand import Expanded
-from ..frontend.lower import build
+from ..frontend.lower import lower
 from ..frontend.tree import Map
 from ..pipeline import Compiled, Understood
 from .importer.description import outputs as wanted
@@ -32,23 +32,23 @@ def understand_foreign(
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
         return Understood(expanded, None, arrange(imported.diagnostics))
-    built = build(tree)
-    return Understood(expanded, built, arrange([*imported.diagnostics, *built.diagnostics]))
+    lowered = lower(tree)
+    return Understood(expanded, lowered, arrange([*imported.diagnostics, *lowered.diagnostics]))
 
 
 def compile_foreign(
     path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
 ) -> Compiled:
     """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
-    expanded, built, diagnostics = understand_foreign(path, arguments, packages, tell)
-    if built is None or built.robot is None or has_errors(diagnostics):
+    expanded, lowered, diagnostics = understand_foreign(path, arguments, packages, tell)
+    if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    format, (output,) = published(), built.robot.outputs
-    text, remarks = format.written(built.robot, output, Templates(path.parent))
+    format, (output,) = published(), lowered.robot.outputs
+    text, remarks = format.written(lowered.robot, output, Templates(path.parent))
     if path.suffix.lower() in format.endings:
         text = path.read_text("utf-8", "replace")  # what robot_state_publisher was given
     artifact = Artifact(output.file, text, format.name, output.name)
-    return Compiled(built.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
+    return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 
 
 def _with_published(imported: Imported, tree: Map) -> Map:

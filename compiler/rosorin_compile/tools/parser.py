@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import Any, Protocol
 
 # A number below zero, with a unit or more numbers after it; argparse knows that of plain numbers only.
-_NEGATIVE = re.compile(r"-\.?\d")
+_NEGATIVE = r"-\.?\d"
 
 
 class Options(Protocol):
@@ -65,7 +65,7 @@ class Parser(argparse.ArgumentParser):
         for word in words:
             before = made[-1] if made else ""
             named = len(before) > 2 and any(name.startswith(before) for name in takes)
-            if named and _NEGATIVE.match(word):
+            if named and re.match(_NEGATIVE, word):
                 made[-1] = f"{before}={word}"
             else:
                 made.append(word)

@@ -292,15 +292,15 @@ def understood(given: Given, description: Description, console: Console) -> Know
     from ..rules.remarkable import collect
 
     try:
-        expanded, built, diagnostics = read(given, description, console)
+        expanded, lowered, diagnostics = read(given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    if built is None or built.robot is None or expanded.tree is None or has_errors(diagnostics):
+    if lowered is None or lowered.robot is None or expanded.tree is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no frames and joints to ask about")
         return None
-    return Known(built.robot, Case(built.robot, expanded.tree, built.places, collect(expanded.tree)))
+    return Known(lowered.robot, Case(lowered.robot, expanded.tree, lowered.places, collect(expanded.tree)))
 
 
 def beyond_limit(known: Known, found: Beyond, severity: str) -> Diagnostic:

@@ -127,26 +127,26 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
 def _description(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
     from ..pipeline import understand
 
-    _, built, diagnostics = understand(path, arguments, packages=packages)
+    _, lowered, diagnostics = understand(path, arguments, packages=packages)
     errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
-    if errors or built is None or built.robot is None:
+    if errors or lowered is None or lowered.robot is None:
         return Read(None, errors)
     said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD]
-    return Read(Side(word, YAML, built.robot, folder=path.parent), said)
+    return Read(Side(word, YAML, lowered.robot, folder=path.parent), said)
 
 
 def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
     from ..formats.imported import ReadOptions
     from ..formats.reading import read_robot
-    from ..frontend.lower import build
+    from ..frontend.lower import lower
 
     texts = {name: str(value) for name, value in arguments.items()}
     imported = read_robot(path, ReadOptions(texts, packages, lenient=True))
     said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in _TOLD]
     if imported.tree is None or has_errors(said):
         return Read(None, said)
-    built = build(imported.tree)
-    if built.robot is None:
-        return Read(None, [*said, *built.diagnostics])
-    side = Side(word, FORMATS[imported.format], built.robot, printing_of(imported.tree), path.parent)
+    lowered = lower(imported.tree)
+    if lowered.robot is None:
+        return Read(None, [*said, *lowered.diagnostics])
+    side = Side(word, FORMATS[imported.format], lowered.robot, printing_of(imported.tree), path.parent)
     return Read(side, said, tuple(left.what for left in imported.left_out))

@@ -22,7 +22,7 @@ from rosorin_compile.formats.imported import ReadOptions  # noqa: E402
 from rosorin_compile.formats.reading import read_robot  # noqa: E402
 from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
-from rosorin_compile.frontend.lower import build  # noqa: E402
+from rosorin_compile.frontend.lower import lower  # noqa: E402
 from rosorin_compile.model import Output, Robot  # noqa: E402
 from support.paths import OUTPUTS, ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
@@ -45,7 +45,7 @@ def both(text: str, folder: Path) -> tuple[Robot, Any, Any]:
     path.write_text(with_masses(_MESHES.sub("", text)), "utf-8")
     imported = read_robot(path, ReadOptions())
     assert imported.tree is not None, [d.message for d in imported.diagnostics]
-    robot = build(imported.tree).robot
+    robot = lower(imported.tree).robot
     assert robot is not None
     ours, _ = load(emit(robot))
     with_settings = re.sub(r"(<robot\b[^>]*>)", rf"\1{SETTINGS}", path.read_text("utf-8"), count=1)

@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.frontend.lower import build
+from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.item import YAML, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tolerance import printing_of
@@ -149,7 +149,7 @@ def _read(robot: Robot, folder: Path, form: str) -> Side:
     path.write_text(text, "utf-8")
     imported = read_robot(path)
     assert imported.tree is not None, imported.diagnostics
-    made = build(imported.tree).robot
+    made = lower(imported.tree).robot
     assert made is not None
     return Side(form, FORMATS["urdf"], made, printing_of(imported.tree))
 

@@ -10,16 +10,16 @@ import pytest
 from rosorin_compile.frontend.arguments import read
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.explain.answer import NotThere, explain
-from rosorin_compile.tools.explain.values import Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.tools.explain.explanation import Explanation, Meaning, Number, Origin, Where
 from support.commands import HANDY
 
 PROJECT = HANDY
 
 
 def found(*names: str, pose: str = "", **given: str) -> list[Explanation]:
-    expanded, built, diagnostics = understand(Path("descriptions/handy/robot.yaml"), given)
-    assert built is not None, diagnostics
-    return explain(expanded, built, given, names, pose)
+    expanded, lowered, diagnostics = understand(Path("descriptions/handy/robot.yaml"), given)
+    assert lowered is not None, diagnostics
+    return explain(expanded, lowered, given, names, pose)
 
 
 def number(explanation: Explanation, name: str) -> Number:
@@ -201,9 +201,9 @@ def test_a_pose() -> None:
 def test_an_argument_from_a_file(project: Path) -> None:
     (project / "mine.yaml").write_text("scale: 3\n", "utf-8")
     given = read([Path("mine.yaml")], {})
-    expanded, built, _ = understand(Path("descriptions/handy/robot.yaml"), given)
-    assert built is not None
-    (shelf,) = explain(expanded, built, given, ["shelf"])
+    expanded, lowered, _ = understand(Path("descriptions/handy/robot.yaml"), given)
+    assert lowered is not None
+    (shelf,) = explain(expanded, lowered, given, ["shelf"])
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
 
 

@@ -13,22 +13,22 @@ from rosorin_compile.frontend.load import plain_scalar
 from rosorin_compile.model import Robot, Transform
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.explain.answer import explain
-from rosorin_compile.tools.explain.values import Explanation, Number
+from rosorin_compile.tools.explain.explanation import Explanation, Number
 from support.paths import ROOT, ROSORIN
 
 
 def all_explanations() -> Iterator[tuple[Path, list[Explanation]]]:
     """Yield the explanations of every frame of every robot in this repository."""
     for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]:
-        expanded, built, _ = understand(path)
-        assert built is not None
-        assert built.robot is not None
-        names = [link.name for link in built.robot.links]
-        pose = built.robot.poses[0].name if built.robot.poses else ""
-        explanations = explain(expanded, built, {}, names, pose)
+        expanded, lowered, _ = understand(path)
+        assert lowered is not None
+        assert lowered.robot is not None
+        names = [link.name for link in lowered.robot.links]
+        pose = lowered.robot.poses[0].name if lowered.robot.poses else ""
+        explanations = explain(expanded, lowered, {}, names, pose)
         assert [e.name for e in explanations] == names
         for explanation in explanations:
-            check_transforms(explanation, built.robot, pose)
+            check_transforms(explanation, lowered.robot, pose)
         yield path, explanations
 
 

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.frontend.load import parse_yaml
-from rosorin_compile.frontend.lower.shapes import build_shape
+from rosorin_compile.frontend.lower.shapes import lower_shape
 from rosorin_compile.model import IDENTITY, Box, Capsule, Cylinder, Pose, Shape
 from rosorin_compile.tools.extract import writing
 from rosorin_compile.tools.extract.fits import KINDS, Fit, fits, smallest_circle, smallest_rectangle
@@ -251,4 +251,4 @@ def test_what_is_written_reads_back_as_the_same_shape(kind: str) -> None:
     for piece in fits(moved, 5, 3)[kind].pieces:
         entry = parse_yaml(Source("pasted.yaml", f"shape: {writing.shape(piece)}\n"))["shape"]
         xyz, rpy = (tuple(map(float, entry.get(key, (0, 0, 0)))) for key in ("xyz", "rpy"))
-        assert build_shape(entry, Pose(xyz, rpy), "") == piece
+        assert lower_shape(entry, Pose(xyz, rpy), "") == piece

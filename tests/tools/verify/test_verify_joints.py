@@ -46,10 +46,10 @@ STAMP = np.array([5], np.int64)
 def robot(tmp_path_factory: pytest.TempPathFactory) -> Robot:
     path: Path = tmp_path_factory.mktemp("robot") / "robot.yaml"
     path.write_text(ROBOT, "utf-8")
-    _, built, diagnostics = understand(path)
-    assert built is not None
-    assert built.robot is not None, text(diagnostics)
-    return built.robot
+    _, lowered, diagnostics = understand(path)
+    assert lowered is not None
+    assert lowered.robot is not None, text(diagnostics)
+    return lowered.robot
 
 
 ANGLE = st.floats(-3.0, 3.0)

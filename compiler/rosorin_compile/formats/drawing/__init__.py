@@ -8,14 +8,17 @@ for all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 from ...model import Robot
 from ...model.frame_tree import lines, publishers, rows
 from .graphs import dot, markdown, mermaid
 from .letters import colours
-from .reading import Shown, read_graph, read_svg
 from .situations import Situation
 from .svg import Panel, svg
+
+if TYPE_CHECKING:
+    from .shown import Shown
 
 # Each kind of picture by the end of its file name.
 _WRITERS: Mapping[str, Callable[[str, Sequence[Panel], Mapping[str, str]], str]] = {
@@ -42,4 +45,6 @@ def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
 
 def read(text: str) -> list[Shown]:
     """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
+    from .shown import read_graph, read_svg
+
     return read_svg(text) if text.lstrip().startswith("<") else read_graph(text)

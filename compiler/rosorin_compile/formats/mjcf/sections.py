@@ -87,10 +87,10 @@ def _pair(names: list[str], element: Element) -> Map:
 
 def _implied(reading: Reading) -> set[frozenset[str]]:
     """Return the pairs of links that every MJCF of this robot excludes."""
-    from ...frontend.lower import build
+    from ...frontend.lower import lower
     from .bodies import excluded_contacts
 
-    robot = build(reading.tree).robot if reading.facts["excludes"] else None
+    robot = lower(reading.tree).robot if reading.facts["excludes"] else None
     return set(map(frozenset, excluded_contacts(robot))) if robot else set()
 
 

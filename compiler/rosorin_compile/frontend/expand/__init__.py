@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean, error
 from ...project import data_folder, shown
@@ -22,12 +22,14 @@ from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .files import Reader, table_loader
 from .forms import ENTRIES, SECTIONS, check_controls
-from .included_robots import ForeignReader, Robots, Tell
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
 from .scope import Scope
 from .sensor_types import apply_types
+
+if TYPE_CHECKING:
+    from .included_robots import ForeignReader, Tell
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
@@ -71,7 +73,11 @@ def expand(
     for name, value, place, value_place in reader.lets:
         scope.define(name, value, place, value_place)
     _declare_arguments(root, arguments, reader, scope)
-    included = list(Robots(reader, robots, scope, tell, packages or {}).fragments()) if robots else []
+    included: list[Map | None] = []
+    if robots and reader.robots:
+        from .included_robots import Robots
+
+        included += Robots(reader, robots, scope, tell, packages or {}).fragments()
     tree = _evaluate(root, scope, reader, included)
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same

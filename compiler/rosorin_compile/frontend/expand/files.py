@@ -8,17 +8,19 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
 from ...diagnostics.registry import FILES, Rule
-from ...project import data_folder, shown
+from ...project import ENDINGS, data_folder, shown
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
-from .included_robots import Asked, ForeignReader, foreign
 from .nearby import corrected, outside
 from .parts import copy, sourced
+
+if TYPE_CHECKING:
+    from .included_robots import ForeignReader
 
 RULES = (
     Rule(
@@ -53,6 +55,27 @@ _JOINED = (
 _LISTED = ("edges", "disabled_contacts", "urdf_elements", "accept")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
+
+
+class Asked(NamedTuple):
+    """An include of a foreign robot: what it says, where, and the file in which it stands."""
+
+    item: Map
+    place: Place
+    by: Path
+
+
+def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, ...]]) -> Asked | None:
+    """Return an entry of ``include`` that is about a foreign robot, whose file has one of ``endings``; else None."""
+    name = item.get("file") if isinstance(item, Map) else item
+    is_foreign = isinstance(name, str) and not name.endswith(ENDINGS) and name.lower().endswith(endings())
+    if isinstance(item, Map):
+        return Asked(item, place, by) if is_foreign or "package" in item else None
+    if not is_foreign:
+        return None
+    made = Map(place.span, place.via)
+    made.put("file", item, place.span, place.span)
+    return Asked(made, place, by)
 
 
 class Reader:

@@ -13,18 +13,18 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
-from ...project import ENDINGS, shown
+from ...project import shown
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
+from .files import Asked
 from .ledger import Failed
 from .nearby import corrected, outside
 from .parts import sourced
-from .prefixing import moved, relative_files
 from .scope import Scope
 
 if TYPE_CHECKING:
@@ -59,7 +59,7 @@ _FEW = 4
 
 
 class ForeignReader(Protocol):
-    """What reads robots in other formats; ``formats.reading`` has one."""
+    """What reads robots in other formats; the pipeline has one."""
 
     def endings(self) -> tuple[str, ...]:
         """Return how the names of files end that a description may include and that are no descriptions."""
@@ -84,27 +84,6 @@ class Foreign(Protocol):
 
     @property
     def files(self) -> tuple[Path, ...]: ...
-
-
-class Asked(NamedTuple):
-    """An include of a foreign robot: what it says, where, and the file in which it stands."""
-
-    item: Map
-    place: Place
-    by: Path
-
-
-def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, ...]]) -> Asked | None:
-    """Return an entry of ``include`` that is about a foreign robot, whose file has one of ``endings``; else None."""
-    name = item.get("file") if isinstance(item, Map) else item
-    is_foreign = isinstance(name, str) and not name.endswith(ENDINGS) and name.lower().endswith(endings())
-    if isinstance(item, Map):
-        return Asked(item, place, by) if is_foreign or "package" in item else None
-    if not is_foreign:
-        return None
-    made = Map(place.span, place.via)
-    made.put("file", item, place.span, place.span)
-    return Asked(made, place, by)
 
 
 class Robots:
@@ -153,6 +132,8 @@ class Robots:
 
     def _meshes(self, made: Map, entry: Map, via: Instance) -> Map:
         """Return a robot whose meshes are named as its artifacts find them; say where they do not."""
+        from .prefixing import moved, relative_files
+
         files = relative_files(made)
         folder = entry.get("meshes")
         if folder is not None:

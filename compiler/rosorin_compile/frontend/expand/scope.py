@@ -351,7 +351,7 @@ def _bind(scope: Scope, names: str, value: Any, place: Place) -> None:
         scope.bind(split[0], value, place)
         return
     if not isinstance(value, list) or len(value) != len(split):
-        scope.report("wrong-type", f"a turn of this loop does not give {len(split)} values", place, "")
+        scope.report("wrong-type", f"a round of this loop does not give {len(split)} values", place, "")
         raise Failed
     for name, item in zip(split, value, strict=True):
         scope.bind(name, item, place)

@@ -5,7 +5,7 @@ reports only what keeps a value from being made at all.
 
 ``_Builder`` goes through the sections of the tree, with the help of ``entries`` (what becomes one value) and ``shapes``
 (geometries and inertias). Below it stand the two things that take more than that: who publishes a joint, always or in
-turns (``publishing``), and what a simulation has of a sensor (``build_elements``).
+turns (``publishing``), and what a simulation has of a sensor (``lower_elements``).
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ from .entries import (
     texts_of,
     vector_of,
 )
-from .shapes import ShapeProblem, build_inertial, build_shape
+from .shapes import ShapeProblem, lower_inertial, lower_shape
 
 RULES = (
     Rule(
@@ -75,7 +75,7 @@ RULES = (
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 
 
-class Built(NamedTuple):
+class Lowered(NamedTuple):
     """The model (None after an error), where each joint, link and pose was written, and what is wrong.
 
     ``places`` is keyed by kind and name: ("joint", "lidar_joint") -> ("sensors", "lidar"); an edge that is the turn of
@@ -87,15 +87,15 @@ class Built(NamedTuple):
     diagnostics: list[Diagnostic]
 
 
-def build(tree: Map) -> Built:
+def lower(tree: Map) -> Lowered:
     """Return the model of a tree that ``validate`` found nothing wrong with."""
-    builder = _Builder(tree)
-    robot = builder.robot()
-    refused = [problem for problem in builder.diagnostics if not accepted(tree, problem)]
-    return Built(None if refused else robot, builder.places, builder.diagnostics)
+    lowering = _Lowering(tree)
+    robot = lowering.robot()
+    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem)]
+    return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
-class _Builder:
+class _Lowering:
     """Reads one tree; collects what is wrong."""
 
     def __init__(self, tree: Map) -> None:
@@ -170,7 +170,7 @@ class _Builder:
         inertial = None
         if "inertial" in entry:
             try:
-                inertial = build_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+                inertial = lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
         return Link(name, inertial, visual, collision, source, texts_of(entry))
@@ -181,7 +181,7 @@ class _Builder:
             own = source_of(entry["source"]) if "source" in entry else source
             stand_in = own.note if own.status == "stand_in" else ""
             try:
-                made.append(build_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
+                made.append(lower_shape(entry, pose_of_entry(entry), stand_in, self.taken((*path, index))))
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, index))
         return made
@@ -257,7 +257,7 @@ class _Builder:
         path: Path = ("sensors", name, "mjcf")
         made: list[Simulated] = []
         try:
-            for element in build_elements(name, entry.get("mjcf") or (), frames):
+            for element in lower_elements(name, entry.get("mjcf") or (), frames):
                 if element.kind != TEMPLATE_ELEMENT:
                     self.place(f"MuJoCo {element.element}", element.name, (*path, len(made)))
                 if element.kind == SENSOR_ELEMENT and element.pose is not None:
@@ -374,7 +374,7 @@ class Frames(NamedTuple):
     optical: str = ""
 
 
-def build_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
+def lower_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:
     """Yield the elements of a sensor. Raises ShapeProblem, whose path leads to the culprit within the entries."""
     for index, entry in enumerate(entries):
         try:

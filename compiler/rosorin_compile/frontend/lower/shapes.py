@@ -38,7 +38,7 @@ RULES = (
 
 
 class ShapeProblem(Exception):
-    """A shape that cannot be built; ``path`` leads to the culprit within the entry."""
+    """A shape that cannot be made; ``path`` leads to the culprit within the entry."""
 
     def __init__(self, rule: str, message: str, path: tuple[str | int, ...] = (), help: str = "") -> None:
         super().__init__(message)
@@ -48,7 +48,7 @@ class ShapeProblem(Exception):
         self.help = help
 
 
-def build_shape(
+def lower_shape(
     entry: Mapping[str, Any], pose: Pose, stand_in: str, accept: Callable[[ShapeProblem], bool] = lambda _: False
 ) -> Shape:
     """Return the shape of an entry; ``stand_in`` is what is not measured about it.
@@ -147,7 +147,7 @@ GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
 }
 
 
-def build_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]]) -> Inertial:
+def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]]) -> Inertial:
     """Return the inertial of an entry; ``own`` are the shapes of its link by purpose (collision, visual).
 
     Raises ShapeProblem, whose path leads to the culprit within the entry.
@@ -195,6 +195,6 @@ def _shapes(wanted: Any, own: Mapping[str, Sequence[Shape]]) -> Sequence[Shape]:
 
 def _shape(entry: Mapping[str, Any], index: int) -> Shape:
     try:
-        return build_shape(entry, pose_of_entry(entry), "")
+        return lower_shape(entry, pose_of_entry(entry), "")
     except ShapeProblem as problem:
         raise ShapeProblem(problem.rule, problem.message, ("of", index, *problem.path), problem.help) from None

@@ -171,17 +171,17 @@ class Kinematics:
         elif joint.type == "planar":
             x, y, angle = np.moveaxis(motion.sign * _part(given[joint.name], part, 1), -1, 0)
             if motion.sign < 0:
-                _turn(np, state, angle)
+                _rotate(np, state, angle)
             state[:, 3] += state[:, 0] * x + state[:, 1] * y
             if motion.sign > 0:
-                _turn(np, state, angle)
+                _rotate(np, state, angle)
         else:
             leader = self._leader(joint)
             q = motion.sign * self.robot.position(joint, {leader: _part(given[leader], part, 0)})  # type: ignore[dict-item]
             if joint.type == "prismatic":
                 state[:, 3] += state[:, 2] * q
             else:
-                _turn(np, state, q)
+                _rotate(np, state, q)
 
 
 def _part(positions: Array, part: slice, inner: int) -> Array:
@@ -189,15 +189,15 @@ def _part(positions: Array, part: slice, inner: int) -> Array:
     return positions[part] if positions.ndim > inner else positions
 
 
-def _turn(np: Any, state: Array, angle: Array | float) -> None:
+def _rotate(np: Any, state: Array, angle: Array | float) -> None:
     """Turn states (3, 4, m) about z by angles (m,), in place."""
     sine, cosine = np.sin(angle), np.cos(angle)
     x, y = state[:, 0], state[:, 1]
-    turned = x * cosine
-    turned += y * sine
+    rotated = x * cosine
+    rotated += y * sine
     y *= cosine
     y -= x * sine
-    x[...] = turned
+    x[...] = rotated
 
 
 def _poses(np: Any, poses: Array, sign: float) -> tuple[Array, Array]:
@@ -253,10 +253,10 @@ def is_spatial(joint: Joint) -> bool:
 def motion_of(joint: Joint, up: bool) -> Motion:
     """Return what a joint does, from parent to child or, ``up``, back."""
     origin = joint.origin.transform()
-    turn = Transform() if joint.type == "floating" else _onto(joint.axis)
+    rotation = Transform() if joint.type == "floating" else _onto(joint.axis)
     if up:
-        return Motion(joint, -1.0, turn, turn.inverse().then(origin.inverse()))
-    return Motion(joint, 1.0, origin.then(turn), turn.inverse())
+        return Motion(joint, -1.0, rotation, rotation.inverse().then(origin.inverse()))
+    return Motion(joint, 1.0, origin.then(rotation), rotation.inverse())
 
 
 def _onto(axis: Vector) -> Transform:

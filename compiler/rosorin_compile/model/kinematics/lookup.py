@@ -84,9 +84,9 @@ def _up(graph: Graph, steps: Iterable[Step], positions: Positions) -> _Accumulat
     quaternion, vector = _NOTHING
     for step in steps:
         transform = _published(step, graph.robot, positions)
-        turn = of_rows(transform.rows)
-        vector = _plus(rotate(turn, vector), transform.xyz)
-        quaternion = product(turn, quaternion)
+        rotation = of_rows(transform.rows)
+        vector = _plus(rotate(rotation, vector), transform.xyz)
+        quaternion = product(rotation, quaternion)
     return quaternion, vector
 
 

@@ -7,11 +7,11 @@ from typing import Any
 
 from ...diagnostics import did_you_mean, nearest
 from ...frontend.expand import Expanded
-from ...frontend.lower import Built
+from ...frontend.lower import Lowered
 from ...model import Robot
-from .frames import Frames, of_joint, of_mass, of_shapes
+from .chains import Frames, of_joint, of_mass, of_shapes
+from .explanation import Explanation
 from .origins import Origins
-from .values import Explanation
 
 __all__ = ["Explanation", "NotThere", "explain"]
 
@@ -21,19 +21,19 @@ class NotThere(Exception):
 
 
 def explain(
-    expanded: Expanded, built: Built, given: Mapping[str, Any], names: Sequence[str], pose: str = ""
+    expanded: Expanded, lowered: Lowered, given: Mapping[str, Any], names: Sequence[str], pose: str = ""
 ) -> list[Explanation]:
     """Return what is known of each frame, link, joint or sensor, of a description without errors.
 
     ``given`` are the arguments of the run, ``pose`` is a named pose to show the frames in beside all joints at zero.
     Raises NotThere.
     """
-    if expanded.tree is None or expanded.scope is None or built.robot is None:
+    if expanded.tree is None or expanded.scope is None or lowered.robot is None:
         raise ValueError("a description with errors has no meaning to explain")
     origins = Origins(expanded.tree, expanded.scope, dict(given))
-    frames = Frames(built.robot, built.places, origins)
-    if pose and all(known.name != pose for known in built.robot.poses):
-        raise NotThere(_missing("pose", pose, [known.name for known in built.robot.poses]))
+    frames = Frames(lowered.robot, lowered.places, origins)
+    if pose and all(known.name != pose for known in lowered.robot.poses):
+        raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
     targets: dict[str, None] = {}
     for name in names:
         targets |= dict.fromkeys(_targets(frames, name))

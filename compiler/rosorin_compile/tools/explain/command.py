@@ -20,7 +20,7 @@ from ..shared import (
 )
 
 if TYPE_CHECKING:
-    from .values import Explanation
+    from .explanation import Explanation
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -47,7 +47,7 @@ def run(options: argparse.Namespace) -> int:
     if options.format == "json":
         import json
 
-        from .values import as_json
+        from .explanation import as_json
 
         print(json.dumps([as_json(explanation) for explanation in found], indent=2))
     else:
@@ -92,12 +92,12 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, built, diagnostics = understand(description.path, arguments, console.ahead)
-    if built is None or built.robot is None or has_errors(diagnostics):
+    expanded, lowered, diagnostics = understand(description.path, arguments, console.ahead)
+    if lowered is None or lowered.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")
         return None
     try:
-        return explain(expanded, built, arguments, names, pose)
+        return explain(expanded, lowered, arguments, names, pose)
     except NotThere as problem:
         raise WrongUsage(f"{description.name}: {problem}") from None

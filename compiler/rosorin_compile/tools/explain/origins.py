@@ -19,7 +19,7 @@ from ...frontend.tree import Instance, Map, Path, Place, Seq, locate
 from ...frontend.written import Piece, Written
 from ...numbers import exact
 from ...units import NUMBER, Quantity, describe
-from .values import Meaning, Origin, Step, Where
+from .explanation import Meaning, Origin, Step, Where
 
 _POSE = ("xyz", "rpy")
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ...numbers import exact, fixed
-from .values import Edge, Explanation, Meaning, Number, Step, Transform, Where
+from .explanation import Edge, Explanation, Meaning, Number, Step, Transform, Where
 
 _DIGITS = 9  # of a quaternion and of an angle in degrees: enough to recognise it
 

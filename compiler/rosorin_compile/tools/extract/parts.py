@@ -77,16 +77,16 @@ def read_source(word: str, options: ReadOptions) -> RobotSource:
     path = Path(word)
     if path.suffix.lower() in (".yaml", ".yml") or not path.is_file():
         return _described(word, options)
-    from ...frontend.lower import build
+    from ...frontend.lower import lower
 
     imported = read_robot(path, options)
-    built = None if imported.tree is None else build(imported.tree)
-    if imported.tree is None or built is None or built.robot is None:
-        raise SourceProblem([*imported.diagnostics, *(built.diagnostics if built else [])])
+    lowered = None if imported.tree is None else lower(imported.tree)
+    if imported.tree is None or lowered is None or lowered.robot is None:
+        raise SourceProblem([*imported.diagnostics, *(lowered.diagnostics if lowered else [])])
     environment = os.environ if options.environment is None else options.environment
     packages = Packages(options.packages, environment, path)
     remarks = [one for one in imported.diagnostics if one.severity != NOTE and one.rule not in _NOT_FOR_NUMBERS]
-    return RobotSource(built.robot, imported.tree, path.parent, packages, imported.files, remarks)
+    return RobotSource(lowered.robot, imported.tree, path.parent, packages, imported.files, remarks)
 
 
 class SourceProblem(ExtractProblem):
@@ -107,14 +107,14 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
     except NoDescription as problem:
         raise missing("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
     understood = understand(description.path, options.arguments)
-    if understood.built is None or understood.built.robot is None or has_errors(understood.diagnostics):
+    if understood.lowered is None or understood.lowered.robot is None or has_errors(understood.diagnostics):
         raise SourceProblem(understood.diagnostics)
     tree = understood.expanded.tree
     assert tree is not None  # a model is made of a tree  # noqa: S101
     environment = os.environ if options.environment is None else options.environment
     folder = description.path.parent
     packages = Packages(options.packages, environment, description.path)
-    return RobotSource(understood.built.robot, tree, folder, packages, understood.expanded.files)
+    return RobotSource(understood.lowered.robot, tree, folder, packages, understood.expanded.files)
 
 
 def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | None:

@@ -14,7 +14,7 @@ from ...diagnostics.wording import and_more
 from ...formats import published
 from ...formats.imported import Imported, ReadOptions
 from ...formats.reading import read_robot
-from ...frontend.lower import build
+from ...frontend.lower import lower
 from ...meaning.sameness import different
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
@@ -86,13 +86,13 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = tree_of(imported), published()
-    source = build(tree).robot
+    source = lower(tree).robot
     file = stage / f"compiled{format.endings[0]}"
     file.write_text(next(one.text for one in compiled.artifacts if one.backend == format.name), "utf-8")
     back = read_robot(file, ReadOptions(lenient=True, checked=False))
     if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
-    again = build(back.tree).robot if back.tree is not None else None
+    again = lower(back.tree).robot if back.tree is not None else None
     made = compiled.robot
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]

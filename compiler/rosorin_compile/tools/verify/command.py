@@ -209,14 +209,14 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     expands = description.path.suffix == ".xacro"  # that runs code: once is enough
     if expands or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, built, _ = read(given, description, console)
-    if expanded.tree is None or built is None:
+    expanded, lowered, _ = read(given, description, console)
+    if expanded.tree is None or lowered is None:
         return verdict.findings
     found = []
     for finding in verdict.findings:
         edge = edges.get(finding.of[0])
         if edge is not None:
-            path = edge.place if edge.joint is None else built.places.get(("joint", edge.joint.name), ())
+            path = edge.place if edge.joint is None else lowered.places.get(("joint", edge.joint.name), ())
             finding = with_place(finding, locate(expanded.tree, path, key=True).span)
         found.append(finding)
     return found

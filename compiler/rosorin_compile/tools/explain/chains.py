@@ -1,4 +1,4 @@
-"""Frames: how one hangs on the root, edge by edge, with the numbers of the way; then those of joints and links."""
+"""Chains: how a frame hangs on the root, edge by edge, with the numbers of the way; then those of joints and links."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from ...model import (
 from ...model import Edge as NodeEdge
 from ...model import Transform as Rigid
 from ...numbers import exact
+from .explanation import Edge, Number, Placed, Shape, Transform
 from .origins import Origins
-from .values import Edge, Number, Placed, Shape, Transform
 
 _POSE = (("xyz", ("x", "y", "z"), "m"), ("rpy", ("roll", "pitch", "yaw"), "rad"))
 _NOT_WRITTEN = "not written"

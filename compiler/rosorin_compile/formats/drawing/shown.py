@@ -1,4 +1,4 @@
-"""Reading: what a picture of frames shows, for comparison by meaning, in the terms of the list of frames."""
+"""Shown: what a picture of frames shows, for comparison by meaning, in the terms of the list of frames."""
 
 from __future__ import annotations
 

@@ -10,6 +10,7 @@ from collections import Counter
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
+from ..diagnostics.wording import and_more
 from .joint import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Publisher
 from .robot import Robot
 
@@ -192,7 +193,7 @@ def html(robot: Robot) -> str:
     heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
     body = "".join(map(_line, tree[:MOST]))
     if len(tree) > MOST:
-        body += f'<tr><td colspan="{len(_HEADS)}">and {len(tree) - MOST:,} more</td></tr>'
+        body += f'<tr><td colspan="{len(_HEADS)}">{and_more(len(tree) - MOST).strip()}</td></tr>'
     caption = f'<caption style="{_LEFT}">{escape(repr(robot)[1:-1])}</caption>'
     return f"<table>{caption}<thead><tr>{heads}</tr></thead><tbody>{body}</tbody></table>"
 

@@ -21,22 +21,22 @@ _NAMES = {
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    names = _names()
-    width = max(map(len, names))
+    known = names()
+    width = max(map(len, known))
     command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in names.items())
+    command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
     command.add_argument("name", nargs="?", default="authoring", metavar="NAME", help="see below; default: authoring")
 
 
-def _names() -> dict[str, str]:
+def names() -> dict[str, str]:
     """Return the schemas, and whose form they describe: those of formats are named by their records."""
     return {**_NAMES, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
 
 
 def run(options: argparse.Namespace) -> int:
     """Print a schema to the letter."""
-    names = _names()
-    if options.name not in names:
-        raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, names)}')
+    known = names()
+    if options.name not in known:
+        raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
     sys.stdout.write((data_folder("schemas") / f"{options.name}.schema.json").read_text("utf-8"))
     return FINE

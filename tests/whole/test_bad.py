@@ -7,8 +7,9 @@ A case is a file, or a folder with robot.yaml where a defect needs several files
     #   help: HELP
     #   related: LINE:COLUMN: MESSAGE
 
-A line may end with "..." in place of a list of all that is known, which grows. All errors and warnings are compared, in their order; notes too where the case expects one. Characters that cannot be
-printed stand as \\xNN. A failing case prints the comments that would fit.
+A line may end with "..." in place of a list of all that is known, which grows. All errors and warnings are compared,
+in their order; notes too where the case expects one. Characters that cannot be printed stand as \\xNN. A failing case
+prints the comments that would fit.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ from rosorin_compile.tools.schema import names
 from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
-COMMANDS_FOLDER = PACKAGE / "commands"
+COMMANDS_FOLDER = PACKAGE / "tools"
 # Options whose value is another one in another command, and why.
 OTHER_VALUES = {
     "-o": "a file or a folder, as the command writes one or several",

@@ -15,7 +15,6 @@ from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
 from . import FORMATS, Format, Opened, endings, is_built_in, plugged_diagnostics
-from .described import imported
 from .imported import Imported, ReadOptions
 
 RULES = (
@@ -101,6 +100,8 @@ def _format_of(document: Document, path: Path) -> Format | None:
 
 
 def _read(format: Format, opened: Opened) -> Imported:
+    from .described import imported
+
     if format.read is None:
         raise ValueError(f"{format.word} is not read")
     try:

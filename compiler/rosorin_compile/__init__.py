@@ -1,7 +1,8 @@
 """rosorin-compile: one description of a robot in YAML, and every artifact that other programs read.
 
-The public Python API (docs/python.md): ``compile``, ``read``, ``diff`` and the values that they return. Each name is
-imported when it is first asked for, so that importing the package costs nothing.
+The public Python API: ``compile``, ``read``, ``diff`` and the values that they return (docs/python.md), and what a
+plug-in is made of (docs/extend.md). Each name is imported when it is first asked for, so that importing the package
+costs nothing.
 """
 
 __version__ = "0.1.0"
@@ -9,8 +10,10 @@ __version__ = "0.1.0"
 TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
     from .diagnostics import Diagnostic
-    from .diagnostics.registry import rule
-    from .formats.format import Format
+    from .diagnostics.registry import Rule, rule
+    from .formats.format import Fact, Facts, Format, Opened, Value
+    from .formats.static_tf import frame_facts
+    from .formats.templating import Templates
     from .frontend.expression.functions import function
     from .meaning.item import Difference
     from .model import Robot
@@ -20,33 +23,50 @@ if TYPE_CHECKING:
         compile,  # noqa: A004 - re.compile is called so, too
         read,
     )
+    from .rules.case import Case
     from .tools.sides import diff
 
 # Each public name and the module that has it.
 _HOMES = {
+    "Case": "rules.case",
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
     "Difference": "meaning.item",
+    "Fact": "formats.format",
+    "Facts": "formats.format",
     "Format": "formats.format",
+    "Opened": "formats.format",
     "Reading": "pipeline",
     "Robot": "model",
+    "Rule": "diagnostics.registry",
+    "Templates": "formats.templating",
+    "Value": "formats.format",
     "compile": "pipeline",
     "diff": "tools.sides",
+    "frame_facts": "formats.static_tf",
     "function": "frontend.expression.functions",
     "read": "pipeline",
     "rule": "diagnostics.registry",
 }
 
 __all__ = [
+    "Case",
     "Compiled",
     "Diagnostic",
     "Difference",
+    "Fact",
+    "Facts",
     "Format",
+    "Opened",
     "Reading",
     "Robot",
+    "Rule",
+    "Templates",
+    "Value",
     "__version__",
     "compile",
     "diff",
+    "frame_facts",
     "function",
     "read",
     "rule",

@@ -191,10 +191,10 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
     texts, wrong = as_texts(asked.arguments)
     if wrong:
         return Reading(None, wrong, ())
-    told: list[Diagnostic] = []  # that a xacro runs code: then it takes arguments
+    told: list[Diagnostic] = []
     imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, tell=told.append))
     diagnostics = [*told, *imported.diagnostics]
-    if texts and not told and imported.tree is not None:
+    if texts and not imported.takes_arguments and imported.tree is not None:
         diagnostics.append(deaf(path))
     if imported.tree is None or has_errors(diagnostics):
         return Reading(None, arrange(diagnostics), imported.files)

@@ -148,10 +148,15 @@ def _sources(module: str) -> list[Path]:
     with suppress(ImportError, ValueError, AttributeError):
         spec = find_spec(module)
         if spec is not None and spec.submodule_search_locations:
-            return sorted(path for folder in spec.submodule_search_locations for path in Path(folder).rglob("*.py"))
+            return sorted(path for folder in spec.submodule_search_locations for path in _files(folder))
         if spec is not None and spec.origin and Path(spec.origin).is_file():
             return [Path(spec.origin)]
     return []
+
+
+def _files(folder: str) -> list[Path]:
+    """Return the files of a package, templates and other data among them; compiled ones follow from these."""
+    return [path for path in Path(folder).rglob("*") if path.suffix != ".pyc" and path.is_file()]
 
 
 def _entry_points() -> tuple[tuple[Plugin, EntryPoint], ...]:

@@ -24,6 +24,7 @@ README = ROOT / "README.md"
 MARK = re.compile(r"<!-- (file|edit|continues): (\S+) -->")
 FENCED = re.compile(r"^```.*?^```$", re.MULTILINE | re.DOTALL)
 ELLIPSIS = "..."
+PACKAGES = ".packages"  # where packages stand that a page installs
 
 
 class Block(NamedTuple):
@@ -137,8 +138,13 @@ def commands(block: Block, folder: Path) -> Iterator[Ran]:
 
 
 def run(command: str, folder: Path) -> tuple[str, int]:
-    """Return what a command prints, standard output and errors together as on a terminal, and its exit code."""
-    if not command.startswith("rosorin-compile "):
+    """Return what a command prints, standard output and errors together as on a terminal, and its exit code.
+
+    Where a page has installed a package, for it alone, each command is a process that finds it.
+    """
+    if command.startswith("pip install "):
+        return install(command.removeprefix("pip install "), folder)
+    if (folder / PACKAGES).is_dir() or not command.startswith("rosorin-compile "):
         return run_in_shell(command, folder)
     command, bar, others = command.partition(" | ")
     if bar:
@@ -154,8 +160,19 @@ def run(command: str, folder: Path) -> tuple[str, int]:
     return terminal.getvalue(), code
 
 
+def install(package: str, folder: Path) -> tuple[str, int]:
+    """Install a package of a page beside its files, offline; return what pip has to complain about."""
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check", "install", "--quiet", "--no-index", "--no-deps"]
+    pip += ["--no-build-isolation", "--target", str(folder / PACKAGES), package]
+    ran = subprocess.run(pip, cwd=folder, check=False, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    return ran.stdout, ran.returncode
+
+
 def run_in_shell(command: str, folder: Path, given: str = "") -> tuple[str, int]:
     environment = {**os.environ, "LC_ALL": "C"}
+    if (folder / PACKAGES).is_dir():
+        environment |= {"PYTHONPATH": str(folder / PACKAGES), "ROSORIN_COMPILE_CACHE": str(folder / ".cache")}
+        command = f'rosorin-compile() {{ "{sys.executable}" -m rosorin_compile "$@"; }}; {command}'
     options = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT, "text": True}
     ran = subprocess.run(["bash", "-c", command], cwd=folder, env=environment, check=False, input=given, **options)
     return ran.stdout, ran.returncode

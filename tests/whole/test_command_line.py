@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.cli import COMMANDS, GROUPS, MODULES, main, parse, parser
 from rosorin_compile.tools.parser import Parser
-from rosorin_compile.tools.schema import NAMES
+from rosorin_compile.tools.schema import names
 from support.paths import DATA, DOCS, IMPORTED, PACKAGE, ROOT, SCHEMAS
 
 Shown = pytest.CaptureFixture[str]
@@ -111,8 +111,8 @@ def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: t
 
 
 def test_every_schema_is_printed(capsys: Shown) -> None:
-    assert {f"{name}.schema.json" for name in NAMES} == {path.name for path in (SCHEMAS).glob("*.json")}
-    for name in NAMES:
+    assert {f"{name}.schema.json" for name in names()} == {path.name for path in (SCHEMAS).glob("*.json")}
+    for name in names():
         assert main(["schema", name]) == 0
         shown = capsys.readouterr().out
         assert shown == (SCHEMAS / f"{name}.schema.json").read_text("utf-8")
@@ -127,7 +127,7 @@ def test_the_pages_tell_of_every_command_and_schema() -> None:
         assert any(f"$ rosorin-compile {name} " in page for page in pages.values()) or name in ("watch", "schema"), name
     assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
     listed = pages["README.md"].partition("## Schemas")[2]
-    assert all(f"`{name}`" in listed for name in NAMES)
+    assert all(f"`{name}`" in listed for name in names())
 
 
 def test_a_mode_is_said_in_the_same_ways_everywhere(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:

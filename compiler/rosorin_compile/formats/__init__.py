@@ -35,6 +35,7 @@ __all__ = [
     "Value",
     "endings",
     "feeds",
+    "is_built_in",
     "names_meshes",
     "plugged_diagnostics",
     "published",
@@ -62,8 +63,8 @@ FORMATS = Formats()
 
 @cache
 def _names() -> tuple[str, ...]:
-    every = [*filter(None, map(_built_in, _homes())), *_of_others().values()]
-    return tuple(one.name for one in sorted(every, key=lambda one: (one.rank, one.name)))
+    groups = (filter(None, map(_built_in, _homes())), _of_others().values())
+    return tuple(one.name for group in groups for one in sorted(group, key=lambda one: (one.rank, one.name)))
 
 
 @cache
@@ -98,7 +99,19 @@ def _of_others() -> Mapping[str, Format]:
 def _plugged() -> Plugged:
     from .plugged import plugged
 
-    return plugged(_homes())
+    return plugged(_homes(), _known_files)
+
+
+@cache
+def _known_files() -> frozenset[str]:
+    """Return by what files are known that hold a robot in a format of this folder: endings, and <root> elements."""
+    readable = [one for one in filter(None, map(_built_in, _homes())) if one.read is not None]
+    return frozenset(mark for one in readable for mark in (*one.endings, *(f"<{root}>" for root in one.roots)))
+
+
+def is_built_in(name: str) -> bool:
+    """Say whether a format is one of this folder."""
+    return _built_in(name) is not None
 
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:

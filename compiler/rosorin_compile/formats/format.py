@@ -8,15 +8,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..diagnostics import Diagnostic, Source, Span, error
+
 if TYPE_CHECKING:
-    from ..diagnostics import Diagnostic
+    from ..diagnostics.registry import Rule
     from ..frontend.tree import Map
     from ..model import Edge, Output, Robot, Shape
     from ..rules.case import Case
-    from ..xml.markup import Document
+    from ..xml.markup import Document, MarkupError
     from .imported import Imported, ReadOptions
     from .templating import Templates
 
@@ -65,15 +68,62 @@ NUMBER_FORMAT: Mapping[str, Any] = {
     " keeps more.",
 }
 
+# A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
+Description = Mapping[str, Any]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]
 
 
-class Opened(NamedTuple):
-    """A file to be read: its path, what was said beside it, and its elements if it is XML."""
+class Placed(NamedTuple):
+    """A value of a description, and where in the file it was written."""
+
+    value: Any
+    span: Span
+
+
+@dataclass(frozen=True)
+class Opened:
+    """A file to be read: its path, what was said beside it, its elements if it is XML, and the place that names it.
+
+    Places are a line and a column, which count from 1, or the ``span`` of an element.
+    """
 
     path: Path
     options: ReadOptions
     document: Document | None = None
+    asked: Span | None = None
+
+    @property
+    def text(self) -> str:
+        """The text of the file. Raises MarkupError if it has none, which the caller of a reader expects."""
+        return self.source.text
+
+    @cached_property
+    def source(self) -> Source:
+        """The file as diagnostics name it. Raises MarkupError as ``text``."""
+        from ..xml.files import read_source
+
+        return self.document.source if self.document else read_source(self.path, self.asked)
+
+    def at(self, value: Any, where: int | Span, column: int = 1, length: int = 1) -> Placed:
+        """Return a value of a description with its place, for what there may be to say about it."""
+        return Placed(value, self._span(where, column, length))
+
+    def problem(
+        self, message: str, where: int | Span = 1, column: int = 1, length: int = 1, help: str = ""
+    ) -> MarkupError:
+        """Return what a reader raises where the file is not written as its format wants."""
+        from ..xml.markup import MarkupError
+
+        return MarkupError(error("file-syntax", message, self._span(where, column, length), help))
+
+    def left_out(self, what: str, where: int | Span, column: int = 1, length: int = 1, help: str = "") -> Diagnostic:
+        """Return the warning about something that a description has no word for."""
+        from .imported import cannot_carry
+
+        return cannot_carry(what, self._span(where, column, length), help)
+
+    def _span(self, where: int | Span, column: int, length: int) -> Span:
+        return where if isinstance(where, Span) else Span(self.source, where, column, length)
 
     @property
     def xml(self) -> Document:
@@ -99,6 +149,7 @@ class Format:
     - ``name``: its name under ``outputs:``.
     - ``options``: the JSON Schema of each key of its entry there, beside ``file`` and ``backend``.
     - ``check``: yields what is wrong with an entry that no schema sees.
+    - ``rules``: those that its diagnostics name; only of a format of another package.
 
     What people and lists call it: ``word`` ("URDF") with its ``article`` ("a"), ``files`` (its files, in a list of what
     is read; by default the word and the root element), ``about`` (what a person has it for), ``rank`` (its place in
@@ -110,9 +161,9 @@ class Format:
     What it does:
 
     - ``write``: Robot, Output, Templates to text, and diagnostics about what the format cannot say.
-    - ``read``: a file to the tree of a description, for ``import``, ``include`` and ``diff``. ``include`` says that a
-      description may include such a file, ``takes_arguments`` that it is told arguments, ``becomes`` the format that it
-      is once it is read (xacro: urdf).
+    - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
+      ``described.imported``). ``include`` says that a description may include such a file, ``takes_arguments`` that it
+      is told arguments, ``becomes`` the format that it is once it is read (xacro: urdf).
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
@@ -152,12 +203,13 @@ class Format:
     rank: int = 1000
     options: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
     check: Callable[[Case, Output], Iterator[Diagnostic]] | None = None
+    rules: tuple[Rule, ...] = ()
     file: str = ""
     endings: tuple[str, ...] = ()
     roots: tuple[str, ...] = ()
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
-    read: Callable[[Opened], Imported] | None = None
+    read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     include: bool = True
     takes_arguments: bool = False
     becomes: str = ""
@@ -187,6 +239,11 @@ class Format:
     adapted: str = ""
     asked: Callable[[Map, str, str], Asked] | None = None
     optional: bool = False
+
+    @property
+    def is_xml(self) -> bool:
+        """Whether its files are known by what stands in them rather than by their names."""
+        return bool(self.roots or self.recognises)
 
     @property
     def named(self) -> str:

@@ -55,7 +55,8 @@ class Imported(NamedTuple):
 
     ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
     was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
-    ``format`` is the name of the format that was read; of a xacro that of what it expands to.
+    ``format`` is the name of the format that was read; of a xacro that of what it expands to. ``takes_arguments`` says
+    that the file was told arguments.
     """
 
     tree: Map | None
@@ -65,6 +66,7 @@ class Imported(NamedTuple):
     left_out: tuple[LeftOut, ...] = ()
     version: str = ""
     format: str = ""
+    takes_arguments: bool = False
 
 
 def cannot_carry(what: str, span: Span, help: str = "") -> Diagnostic:

@@ -1,21 +1,28 @@
-"""Formats of other packages: entry points of ``rosorin_compile.formats``, held so that none of them stops the tool."""
+"""Formats of other packages: entry points of ``rosorin_compile.formats``, held so that none of them stops the tool.
+
+What a record of theirs is and gives is looked at before anything else sees it: a mistake there is a diagnostic that
+names the package.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import replace
-from functools import cache
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import fields, replace
+from functools import cache, partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..plugins import Plugin, PluginFailed, failed, load
-from .format import Format
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import OF_PLUGINS, Rule, find
+from ..plugins import Plugin, PluginFailed, broken, failed, load
+from ..project import ENDINGS, data_folder
+from .format import Asked, Fact, Facts, Format, Value
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
-    from ..diagnostics import Diagnostic
+    from .imported import Imported
 
-# What else of a record is called; what goes wrong there stops the command that asks, with a word on whose fault it is.
-_CALLED = ("recognises", "frames", "solids", "cannot_say", "names", "leaves_out", "adds", "beside", "robot_of", "asked")
+_ENDING = re.compile(r"\.[a-z0-9_+-]+")
 
 
 class Plugged(NamedTuple):
@@ -26,68 +33,136 @@ class Plugged(NamedTuple):
 
 
 @cache
-def plugged(built_in: Collection[str]) -> Plugged:
-    """Return the formats of plug-ins; ``built_in`` are the names that they may not have."""
-    loaded, diagnostics = load("formats", Format, _names, built_in.__contains__)
+def plugged(built_in: Collection[str], files: Callable[[], Collection[str]]) -> Plugged:
+    """Return the formats of plug-ins; ``built_in`` are the names that they may not have, ``files`` the endings."""
+
+    def is_taken(name: str) -> bool:
+        return name in built_in or name in ENDINGS or name in files() or ("-" in name and bool(find([name])))
+
+    loaded, diagnostics = load("formats", Format, partial(_marks, built_in), is_taken)
+    OF_PLUGINS.update((rule.id, rule) for _, format in loaded for rule in format.rules)
     return Plugged({format.name: _guarded(plugin, format) for plugin, format in loaded}, diagnostics)
 
 
-def _names(format: Format) -> list[str]:
-    """Return the name of a plug-in's format. Raises ValueError if no output can have it."""
+def _marks(built_in: Collection[str], format: Format) -> list[str]:
+    """Return what nobody else may have: a format's name, by what its files are known, the ids of its rules.
+
+    Raises ValueError or TypeError for a record that is none.
+    """
+    _check_types(format)
     if not (format.name.isidentifier() and format.name == format.name.lower()):
         raise ValueError(f'"{format.name}" cannot be the name of a format: small letters, digits and _')
     if format.write is None and format.read is None:
         raise ValueError(f"{format.name} is neither written nor read")
-    return [format.name]
+    if format.becomes and format.becomes not in built_in:
+        raise ValueError(f'becomes is "{format.becomes}", which is no format')
+    if format.schema and not (data_folder("schemas") / f"{format.schema}.schema.json").is_file():
+        raise ValueError(f'schema is "{format.schema}", which is none of those that ship with the tool')
+    _check_options(format)
+    files = [f"<{root}>" for root in format.roots] if format.is_xml else list(format.endings)
+    if format.read is not None and not all(_ENDING.fullmatch(ending) for ending in format.endings):
+        raise ValueError(f"what is read ends like .{format.name}, in small letters, not {', '.join(format.endings)}")
+    return [format.name, *(files if format.read else ()), *(rule.id for rule in format.rules)]
+
+
+# The fields of a record that hold many things, and what each of them is; the others say it by their default.
+_MANY = {"endings": str, "roots": str, "feeds": str, "lacks": str, "rules": Rule}
+
+
+def _check_types(format: Format) -> None:
+    """Raise TypeError where a field of a record holds something else than it is for."""
+    for field in fields(format):
+        value, default = getattr(format, field.name), field.default
+        if field.name in _MANY:
+            item, kind = _MANY[field.name], frozenset if field.name == "lacks" else tuple
+            is_fit = isinstance(value, kind) and all(isinstance(one, item) for one in value)
+        elif field.name == "options":
+            is_fit = isinstance(value, Mapping) and all(isinstance(one, Mapping) for one in value.values())
+        elif default is None:
+            is_fit = value is None or callable(value)
+        else:
+            is_fit = isinstance(value, str if field.name in ("name", "word") else type(default))
+        if not is_fit:
+            raise TypeError(f"{field.name} of its format is {str(value)[:60]!r}")
+
+
+def _check_options(format: Format) -> None:
+    """Raise ValueError where the options of a format are no JSON Schema."""
+    from ..frontend.schema import schema, validator_of
+
+    own = {"type": "object", "properties": {key: dict(option) for key, option in format.options.items()}}
+    validator_of({**schema(), "properties": {"outputs": own}})
 
 
 def _guarded(plugin: Plugin, format: Format) -> Format:
-    """Return a format whose functions raise nothing that their callers do not expect."""
-    whole: dict[str, Any] = {name: _stopping(plugin, getattr(format, name)) for name in _CALLED}
-    whole |= {name: _to_value_error(plugin, getattr(format, name)) for name in ("facts", "syntax")}
-    whole |= {name: _yielding(plugin, getattr(format, name)) for name in ("check", "disagreements")}
-    return replace(format, write=_written(plugin, format.write), read=_read(plugin, format.read), **whole)
+    """Return a format whose functions raise nothing, and give nothing, that their callers do not expect."""
+    whole: dict[str, Any] = {name: _stopping(plugin, getattr(format, name), fit) for name, fit in _GIVES.items()}
+    whole["facts"] = _to_value_error(plugin, format.facts, _facts)
+    whole["syntax"] = _to_value_error(plugin, format.syntax, lambda value: value)
+    whole["check"] = _telling(plugin, format.check)
+    whole["disagreements"] = _yielding(plugin, format.disagreements)
+    write = _written(plugin, format.write, whole["facts"])
+    return replace(format, write=write, read=_read(plugin, format.read), **whole)
 
 
-def _written(plugin: Plugin, write: Callable[..., Any] | None) -> Callable[..., Any] | None:
+def _written(plugin: Plugin, write: Callable[..., Any] | None, facts: Callable[..., Any] | None) -> Any:
+    """Return a writer whose text its own ``facts`` can read back."""
+
     def guarded(*given: Any) -> tuple[str, list[Diagnostic]]:
         try:
             text, diagnostics = write(*given)  # type: ignore[misc]
-            return str(text), list(diagnostics)
+            if not isinstance(text, str):
+                raise TypeError(f"write gives a text and diagnostics, and this text is of type {type(text).__name__}")
+            told = [_diagnostic(one) for one in diagnostics]
+            if facts is not None and not any(one.severity == "error" for one in told):
+                facts(text)
         except TemplateProblem:
             raise
         except (Exception, SystemExit) as problem:
             return "", [failed(plugin, problem)]
+        return text, told
 
     return write and guarded
 
 
+def _diagnostic(value: object) -> Diagnostic:
+    if not isinstance(value, Diagnostic):
+        raise TypeError(f"what there is to say is a Diagnostic, not {str(value)[:60]!r}")
+    return value
+
+
 def _read(plugin: Plugin, read: Callable[..., Any] | None) -> Callable[..., Any] | None:
-    def guarded(opened: Any) -> Any:
+    def guarded(opened: Any) -> Imported:
+        from ..xml.markup import MarkupError
+        from .described import imported
         from .imported import Imported
 
         try:
-            return read(opened)  # type: ignore[misc]
+            return imported(read(opened), opened)  # type: ignore[misc]
+        except MarkupError:
+            raise  # what the file is like, not the plug-in
         except (Exception, SystemExit) as problem:
             return Imported(None, [failed(plugin, problem)], files=(opened.path,))
 
     return read and guarded
 
 
-def _stopping(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
+def _stopping(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable[[Any], Any]) -> Any:
+    """Return a function that stops the command that asks where it fails, with a word on whose fault it is."""
+
     def guarded(*given: Any) -> Any:
         try:
-            return function(*given)  # type: ignore[misc]
+            return fit(function(*given))  # type: ignore[misc]
         except (Exception, SystemExit) as problem:
             raise PluginFailed(failed(plugin, problem)) from None
 
     return function and guarded
 
 
-def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
+def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None, fit: Callable[[Any], Any]) -> Any:
     def guarded(text: str) -> Any:
         try:
-            return function(text)  # type: ignore[misc]
+            return fit(function(text))  # type: ignore[misc]
         except ValueError:
             raise
         except (Exception, SystemExit) as problem:
@@ -96,11 +171,81 @@ def _to_value_error(plugin: Plugin, function: Callable[..., Any] | None) -> Call
     return function and guarded
 
 
-def _yielding(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
-    def guarded(*given: Any) -> Iterator[Any]:
+def _telling(plugin: Plugin, check: Callable[..., Any] | None) -> Callable[..., Any] | None:
+    def guarded(*given: Any) -> Iterator[Diagnostic]:
         try:
-            yield from function(*given)  # type: ignore[misc]
+            for one in check(*given) or ():  # type: ignore[misc]
+                yield _diagnostic(one)
         except (Exception, SystemExit) as problem:
-            raise PluginFailed(failed(plugin, problem)) from None
+            yield failed(plugin, problem)
+
+    return check and guarded
+
+
+def _yielding(plugin: Plugin, function: Callable[..., Any] | None) -> Callable[..., Any] | None:
+    def guarded(*given: Any) -> Iterator[str]:
+        try:
+            yield from _texts(function(*given))  # type: ignore[misc]
+        except (Exception, SystemExit) as problem:
+            raise PluginFailed(broken(plugin, f"cannot tell what is wrong: {problem}")) from None
 
     return function and guarded
+
+
+def _facts(value: Any) -> Facts:
+    """Return facts, whole numbers as numbers. Raises TypeError for others."""
+    made: Facts = {}
+    for fact, said in dict(value).items():
+        if not (isinstance(fact, Fact) and isinstance(said, Value) and all(isinstance(part, str) for part in fact)):
+            raise TypeError(f"facts gives a Value by Fact, not {str(said)[:60]!r} by {str(fact)[:60]!r}")
+        if isinstance(said.value, bool) or not isinstance(said.value, (str, int, float)):
+            raise TypeError(f"{' '.join(fact)} is {str(said.value)[:60]!r}, neither text nor a number")
+        made[fact] = said if isinstance(said.value, str) else said._replace(value=float(said.value))
+    return made
+
+
+def _texts(value: Any) -> list[str]:
+    texts = list(value)
+    if isinstance(value, str) or not all(isinstance(one, str) for one in texts):
+        raise TypeError(f"texts are wanted, not {str(value)[:60]!r}")
+    return texts
+
+
+def _text_by_text(value: Any) -> dict[str, str]:
+    texts = dict(value)
+    _texts([*texts, *texts.values()])
+    return texts
+
+
+def _shapes(value: Any) -> Sequence[Any] | None:
+    from ..model import Shape
+
+    shapes = None if value is None else list(value)
+    if shapes and not all(isinstance(one, Shape) for one in shapes):
+        raise TypeError(f"solids are shapes of a link, not {str(value)[:60]!r}")
+    return shapes
+
+
+def _text(value: Any) -> str:
+    return _texts([value])[0]
+
+
+def _asked(value: Any) -> Asked:
+    """Return the output that the description of an imported robot has: an entry, or one with a remark."""
+    entry, remark = value if isinstance(value, tuple) else (value, "")
+    return Asked(dict(entry), _text(remark))
+
+
+# What else of a record is called, and what each of them has to give.
+_GIVES: Mapping[str, Callable[[Any], Any]] = {
+    "recognises": bool,
+    "frames": _texts,
+    "solids": _shapes,
+    "cannot_say": bool,
+    "names": _text_by_text,
+    "leaves_out": bool,
+    "adds": bool,
+    "beside": _texts,
+    "robot_of": _text,
+    "asked": _asked,
+}

@@ -6,11 +6,12 @@ from pathlib import Path
 
 from ..diagnostics import NOTE, Diagnostic, Source, Span, error
 from ..diagnostics.registry import READING, Rule
+from ..plugins import PluginFailed
 from ..project import ENDINGS
 from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
-from . import FORMATS, Format, Opened
+from . import FORMATS, Format, Opened, is_built_in, plugged_diagnostics
 from .imported import Imported, ReadOptions
 
 RULES = (
@@ -44,23 +45,30 @@ _OTHER_FORMATS = {
 
 def read(path: Path, options: ReadOptions, asked: Span | None = None) -> Imported:
     """Return the robot of a file (see ``read_robot``)."""
+    try:
+        return _read_any(path, options, asked)
+    except PluginFailed as problem:
+        return _refused(problem.diagnostic, path)
+
+
+def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
     suffix = path.suffix.lower()
     if suffix in ENDINGS:
         message = f"{path.name} is a description already, or another file in YAML"
         return _refused(error("wrong-format", message, asked, f"import reads {known()}"), path)
-    format = next((one for one in _readable() if suffix in one.endings and not _is_xml(one)), None)
+    format = next((one for one in _readable() if suffix in one.endings and not one.is_xml), None)
     if format is not None:
-        return _read(format, Opened(path, options))
+        return _read(format, Opened(path, options, asked=asked))
     try:
         source = read_source(path, asked)
         _check_text(source)
         document = _parsed(source, options)
     except MarkupError as problem:
-        return _refused(problem.diagnostic, path)
+        return _refused(problem.diagnostic, path, *plugged_diagnostics())
     format = _format_of(document, path)
     if format is None:
-        return _refused(_wrong_root(document), path)
-    read = _read(format, Opened(path, options, document))
+        return _refused(_wrong_root(document), path, *plugged_diagnostics())
+    read = _read(format, Opened(path, options, document, asked))
     return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
 
 
@@ -74,21 +82,30 @@ def _readable() -> list[Format]:
     return [one for one in FORMATS.values() if one.read is not None]
 
 
-def _is_xml(format: Format) -> bool:
-    return bool(format.roots or format.recognises)
-
-
 def _format_of(document: Document, path: Path) -> Format | None:
-    """Return the format of an XML file: the one that recognises it, else that of its root element."""
-    readable = _readable()
-    recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
-    return next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+    """Return the format of an XML file: the one that recognises it, else that of its root element.
+
+    What is built in is asked first.
+    """
+    for built_in in (True, False):
+        readable = [one for one in _readable() if is_built_in(one.name) is built_in]
+        recognised = (one for one in readable if one.recognises is not None and one.recognises(document, path))
+        format = next(recognised, None) or next((one for one in readable if document.root.tag in one.roots), None)
+        if format is not None:
+            return format
+    return None
 
 
 def _read(format: Format, opened: Opened) -> Imported:
+    from .described import imported
+
     if format.read is None:
         raise ValueError(f"{format.word} is not read")
-    return format.read(opened)._replace(format=format.becomes or format.name)
+    try:
+        read = imported(format.read(opened), opened)
+    except MarkupError as problem:
+        return _refused(problem.diagnostic, opened.path)
+    return read._replace(format=format.becomes or format.name, takes_arguments=format.takes_arguments)
 
 
 def _parsed(source: Source, options: ReadOptions) -> Document:
@@ -115,8 +132,9 @@ def _mending(source: Source, document: Document) -> list[Diagnostic]:
     return [Diagnostic(SYNTAX, NOTE, what, document.root.span)]
 
 
-def _refused(diagnostic: Diagnostic, path: Path) -> Imported:
-    return Imported(None, [diagnostic], (), (path,))
+def _refused(diagnostic: Diagnostic, path: Path, *others: Diagnostic) -> Imported:
+    """Return what comes of a file that is not read; ``others`` are plug-ins that might have read it."""
+    return Imported(None, [diagnostic, *others], (), (path,))
 
 
 def _check_text(source: Source) -> None:

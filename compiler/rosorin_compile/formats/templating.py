@@ -1,13 +1,15 @@
 """Templates: Jinja in its sandbox, where an undefined name is an error and XML is escaped.
 
 Templates that ship with the tool are reached as ``rosorin_compile/NAME``; any other name is a file in the folder of the
-description. Foreign templates are safe to render: they reach plain values and a few functions, no Python.
+description, or in that of a plug-in (``Templates.package``). Foreign templates are safe to render: they reach plain
+values and a few functions, no Python.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -71,18 +73,23 @@ def comment(text: str) -> str:
 class Templates:
     """Renders the templates of the tool and those in ``folder``, the folder of a description."""
 
-    def __init__(self, folder: Path | None = None) -> None:
+    def __init__(self, folder: Path | None = None, named: str = "the folder of the description") -> None:
         import jinja2
 
         from .sandbox import Sandbox
 
         self.folder = folder
+        self.named = named
         self.used: set[Path] = set()
         cache = _bytecode_cache()
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
         self.environment = Sandbox(autoescape=_is_xml, **options)
+
+    def package(self, name: str) -> Templates:
+        """Return what renders the templates in the folder ``templates`` of a Python package, and no others."""
+        return Templates(Path(import_module(name).__path__[0], "templates"), f"the package {name}")
 
     def render(self, name: str, values: Mapping[str, Any], asked: Span | None = None) -> str:
         """Return the text of a template; ``asked`` is the place in the description that names it.
@@ -98,7 +105,7 @@ class Templates:
             line, where = problem.lineno, problem.name or name
             raise self._problem("template-syntax", problem.message or "not a template", where, line, asked) from None
         except jinja2.TemplateNotFound as problem:
-            message = f"there is no template {problem.name} in the folder of the description"
+            message = f"there is no template {problem.name} in {self.named}"
             raise TemplateProblem(error("template-missing", message, asked, "check the name")) from None
         except jinja2.exceptions.SecurityError as problem:
             raise self._problem("template-unsafe", str(problem), name, _line(problem), asked) from None

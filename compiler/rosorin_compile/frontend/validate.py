@@ -237,6 +237,12 @@ class Complaint:
         message = f"{self.where} has {len(self.value)} items, not {wanted}"
         return self._make("wrong-length", message, _sentence(fragment.get("description", "")))
 
+    def _minimum(self) -> list[Diagnostic]:
+        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.kind.limit}")]
+
+    def _maximum(self) -> list[Diagnostic]:
+        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.kind.limit}")]
+
     def _pattern(self) -> list[Diagnostic]:
         help = _sentence(str(self._fragment(1).get("description", "")))
         return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]

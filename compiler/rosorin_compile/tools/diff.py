@@ -29,11 +29,14 @@ _SIDES = ("A", "B")
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
+    from ..formats import endings
+
+    *others, last = endings()
     command.add_argument(
         "words",
         nargs="+",
         metavar="A B",
-        help="two robots: each the name, folder or file of a description, or a URDF, xacro, MJCF or driver's JSON",
+        help=f"two robots: each the name, folder or file of a description, or a {', '.join(others)} or {last} file",
     )
     for side in _SIDES:
         command.add_argument(

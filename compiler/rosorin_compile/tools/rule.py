@@ -9,7 +9,7 @@ from collections.abc import Iterable
 
 from ..diagnostics import Diagnostic, did_you_mean, has_errors
 from ..diagnostics.console import Console
-from ..diagnostics.registry import PLUGINS, Rule, every_rule, find
+from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
 from .shared import FINE, PROBLEMS, WrongUsage, json_option
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
@@ -46,9 +46,11 @@ def run(options: argparse.Namespace) -> int:
 
 def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:
     """Return the rules of plug-ins by id, and what is wrong with plug-ins."""
+    from ..formats import plugged_diagnostics
     from ..rules import plugged
 
-    return {rule.id: rule for _, check in plugged().checks for rule in check.rules}, plugged().diagnostics
+    diagnostics = (*plugged().diagnostics, *plugged_diagnostics())
+    return dict(OF_PLUGINS), diagnostics
 
 
 def entry(rule: Rule) -> list[str]:

@@ -6,15 +6,14 @@ import argparse
 import sys
 
 from ..diagnostics import did_you_mean
+from ..formats import FORMATS
 from ..project import data_folder
 from .shared import FINE, WrongUsage
 
-# The schemas, and whose form they describe.
-NAMES = {
+# The schemas that are no format's, and whose form they describe.
+_NAMES = {
     "authoring": "a description as people write it, with expressions, parts and loops: for editors (default)",
     "description": "a description after includes, arguments and expressions",
-    "robot_model": "the artifact robot_model",
-    "static_tf": "the artifact static_tf_json",
     "robot_diff": "what diff --json prints",
     "recording": "what verify --json prints",
 }
@@ -22,15 +21,22 @@ NAMES = {
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    width = max(map(len, NAMES))
+    known = names()
+    width = max(map(len, known))
     command.formatter_class = argparse.RawDescriptionHelpFormatter
-    command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in NAMES.items())
+    command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
     command.add_argument("name", nargs="?", default="authoring", metavar="NAME", help="see below; default: authoring")
+
+
+def names() -> dict[str, str]:
+    """Return the schemas, and whose form they describe: those of formats are named by their records."""
+    return {**_NAMES, **{one.schema: f"the artifact {one.name}" for one in FORMATS.values() if one.schema}}
 
 
 def run(options: argparse.Namespace) -> int:
     """Print a schema to the letter."""
-    if options.name not in NAMES:
-        raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, NAMES)}')
+    known = names()
+    if options.name not in known:
+        raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
     sys.stdout.write((data_folder("schemas") / f"{options.name}.schema.json").read_text("utf-8"))
     return FINE

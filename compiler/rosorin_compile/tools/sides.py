@@ -19,26 +19,19 @@ from ..plugins import PluginFailed
 from ..project import NoDescription, find, is_file
 
 # What a person is to know before a foreign file is opened.
-_XACRO = "xacro-runs-code"
-_TOLD = (_XACRO,)
+_TOLD = ("xacro-runs-code",)
 
 
 class Read(NamedTuple):
-    """One side (None if it could not be read), what there is to say, and what of the file is not part of it."""
+    """One side (None if it could not be read), what there is to say, and what of the file is not part of it.
+
+    ``deaf`` says that there is a robot that takes no arguments: neither a description nor, say, a xacro.
+    """
 
     side: Side | None
     diagnostics: list[Diagnostic]
     left_out: tuple[str, ...] = ()
-
-    @property
-    def expanded(self) -> bool:
-        """Whether the file is a xacro, which takes arguments."""
-        return any(said.rule == _XACRO for said in self.diagnostics)
-
-    @property
-    def deaf(self) -> bool:
-        """Whether there is a robot that takes no arguments: neither a description nor a xacro."""
-        return self.side is not None and self.side.format is not YAML and not self.expanded
+    deaf: bool = False
 
     def lines(self, label: str, each: bool) -> list[str]:
         """Return the lines on what of the file is not part of the robot: all of it, or the first ones."""
@@ -149,4 +142,4 @@ def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapp
     if lowered.robot is None:
         return Read(None, [*said, *lowered.diagnostics])
     side = Side(word, FORMATS[imported.format], lowered.robot, printing_of(imported.tree), path.parent)
-    return Read(side, said, tuple(left.what for left in imported.left_out))
+    return Read(side, said, tuple(left.what for left in imported.left_out), not imported.takes_arguments)

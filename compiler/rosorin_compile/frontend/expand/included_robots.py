@@ -74,7 +74,10 @@ class ForeignReader(Protocol):
 
 
 class Foreign(Protocol):
-    """What comes of reading a foreign robot: its tree, None for a broken one, what is to say, and what was read."""
+    """What comes of reading a foreign robot: its tree, None for a broken one, what is to say, and what was read.
+
+    ``takes_arguments`` says that its file was told arguments.
+    """
 
     @property
     def tree(self) -> Map | None: ...
@@ -84,6 +87,9 @@ class Foreign(Protocol):
 
     @property
     def files(self) -> tuple[Path, ...]: ...
+
+    @property
+    def takes_arguments(self) -> bool: ...
 
 
 class Robots:
@@ -180,17 +186,15 @@ class Robots:
         via: Instance,
     ) -> Map | None:
         """Return the tree of a file that is read for the first time; None for one that is wrong, after telling."""
-        ran: list[Diagnostic] = []
 
         def tell(diagnostic: Diagnostic) -> None:
-            ran.append(diagnostic)
             self._say(diagnostic, via, ahead=True)
 
         read = self.robots.read(path, texts, packages, lenient, tell, include.place.span)
         self.reader.files += [file for file in read.files if file not in self.reader.files]
         for diagnostic in read.diagnostics:
             self._say(corrected(diagnostic, entry["file"], path), via)
-        if not texts or ran or read.tree is None:
+        if not texts or read.takes_arguments or read.tree is None:
             return read.tree
         place = Place(entry["args"].key_spans[next(iter(texts))], via.parent)
         message = f"{path.name} has no arguments: only a xacro has them"

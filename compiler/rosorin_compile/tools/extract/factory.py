@@ -14,6 +14,7 @@ from typing import Any
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.console import Progress
 from ...diagnostics.registry import MESHES, Rule
+from ...formats import FORMATS, published
 from ...formats.packages import package_name
 from ...frontend.tree import Map
 from ...model import Box, HeightMap
@@ -92,9 +93,10 @@ def robot_file(package: Path, asked: str | None) -> Path:
 
 
 def _candidates(package: Path) -> list[Path]:
-    texts: dict[Path, str] = {}
+    format, texts = published(), dict[Path, str]()
+    endings = [ending for one in FORMATS.values() if format.name in (one.name, one.becomes) for ending in one.endings]
     for path in sorted(package.rglob("*")):
-        if path.suffix.lower() in (".urdf", ".xacro") and path.is_file():
+        if path.suffix.lower() in endings and path.is_file():
             texts[path] = path.read_bytes()[:5_000_000].decode("utf-8", "replace")
     included = {address.rpartition("/")[2] for text in texts.values() for address in _INCLUDES.findall(text)}
     return [path for path, text in texts.items() if _ROBOT.search(text) and path.name not in included]

@@ -7,6 +7,7 @@ import re
 import shlex
 import stat
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -37,7 +38,10 @@ _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    command.add_argument("words", nargs="+", metavar="SOURCE", help="a .urdf, .xacro or .xml file")
+    from ...formats import endings
+
+    *others, last = endings(include=True)
+    command.add_argument("words", nargs="+", metavar="SOURCE", help=f"a {', '.join(others)} or {last} file")
     command.add_argument(
         "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
     )
@@ -67,14 +71,9 @@ def run(options: argparse.Namespace) -> int:
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
     console = Console(options.format)
-    expanded: list[Diagnostic] = []
-
-    def tell(said: Diagnostic) -> None:
-        expanded.append(said)
-        _show(console, [said])
-
+    tell = partial(_tell, console)
     imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
-    if arguments and not expanded and imported.tree is not None:
+    if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
@@ -122,6 +121,10 @@ def _alike(path: Path) -> str:
     """Return a file of the same folder whose name is nearly that, in words."""
     close = nearest_file(path)
     return f'; did you mean "{close}"?' if close else ""
+
+
+def _tell(console: Console, diagnostic: Diagnostic) -> None:
+    _show(console, [diagnostic])
 
 
 def _show(console: Console, diagnostics: list[Diagnostic]) -> None:

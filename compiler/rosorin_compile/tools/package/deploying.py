@@ -21,7 +21,7 @@ from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
 from .meshes import settle
 from .naming import NOWHERE
-from .package import Options
+from .package import Options, folder_of
 
 RULES = (
     Rule(
@@ -142,8 +142,7 @@ def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnosti
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not places:
-        format = FORMATS[artifact.backend]
-        return f"{format.folder}/{name}" if format.deploys else NOWHERE
+        return f"{folder_of(artifact)}/{name}" if FORMATS[artifact.backend].deploys else NOWHERE
     if len(places) > 1:
         message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
-from ...formats import FORMATS, Artifact, feeds, names_meshes, published
+from ...formats import FORMATS, Artifact, feeds, is_built_in, names_meshes, published
 from ...formats.static_tf import StaticTransform, describe, numbers_of, static_in_modes, static_transforms
 from ...formats.templating import BUILTIN, Templates, comment
 from ...frontend.yaml_text import quoted
@@ -42,7 +42,7 @@ RULES = (
 
 
 BUILD_TYPES = ("ament_cmake", "ament_python")
-FOLDERS = ("config", "doc", "launch", "meshes", "mjcf", "rviz", "urdf")
+FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # beside those that formats ask for
 LAUNCH = "description.launch"
 _NODES = ("joint_state_publisher", "joint_state_publisher_gui", "robot_state_publisher", "rviz2", "tf2_ros")
 # Where what a format does not place stands, by the ending of its file.
@@ -132,16 +132,17 @@ def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
 
 def place_of(artifact: Artifact, main: Artifact) -> str:
     """Return where an artifact stands in a package; empty for the launch file, which the package has of its own."""
-    format = FORMATS[artifact.backend]
-    if not format.packaged:
+    if not FORMATS[artifact.backend].packaged:
         return ""
-    folder = format.folder or _folder_of(artifact.file)
-    otherwise = "robot.urdf" if artifact is main else artifact.file.rpartition("/")[2]
-    return f"{folder}/{file_name(artifact.file, otherwise)}"
+    otherwise = published().file.format("robot") if artifact is main else artifact.file.rpartition("/")[2]
+    return f"{folder_of(artifact)}/{file_name(artifact.file, otherwise)}"
 
 
-def _folder_of(file: str) -> str:
-    """Return the folder of a file whose format does not say it, by its ending."""
+def folder_of(artifact: Artifact) -> str:
+    """Return the folder of an artifact: as its format says, else by the ending of its name."""
+    own, file = FORMATS[artifact.backend].folder, artifact.file
+    if own:
+        return own
     formats = (one.folder for one in FORMATS.values() if one.read and one.folder and file.endswith(one.endings))
     others = (folder for ending, folder in _BY_ENDING.items() if file.endswith(ending))
     return next(others, "") or next(formats, "config")
@@ -179,7 +180,7 @@ def _made(
         "robot": robot,
         "package": dataclasses.asdict(package),
         "depends": sorted({*_NODES, *launch, *needs}),
-        "folders": FOLDERS,
+        "folders": _folders(carried),
         "arguments": [*ARGUMENTS, *of_modes],
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
@@ -203,6 +204,12 @@ def _made(
     engine = Templates()
     made = {n: engine.render(f"{BUILTIN}package_{t}.jinja", values).encode() for n, t in templates.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
+
+
+def _folders(carried: Sequence[tuple[str, Artifact]]) -> list[str]:
+    """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
+    own = (one.folder for one in FORMATS.values() if one.folder and is_built_in(one.name))
+    return sorted({*FOLDERS, *own, *(place.partition("/")[0] for place, _ in carried)})
 
 
 def _view(robot: Robot, options: Options) -> dict[str, Any]:

@@ -206,8 +206,8 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     from .findings import with_place
 
     edges = {edge.name: edge for edge in verdict.description.edges}
-    expands = description.path.suffix == ".xacro"  # that runs code: once is enough
-    if expands or not any(finding.of[0] in edges for finding in verdict.findings):
+    # What takes arguments may run code: once is enough.
+    if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
     expanded, lowered, _ = read(given, description, console)
     if expanded.tree is None or lowered is None:
@@ -220,6 +220,13 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
             finding = with_place(finding, locate(expanded.tree, path, key=True).span)
         found.append(finding)
     return found
+
+
+def _takes_arguments(path: Path) -> bool:
+    """Say whether a robot in another format than a description is told arguments."""
+    from ...formats import FORMATS
+
+    return any(one.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:

@@ -1,0 +1,428 @@
+"""The package that docs/extend.md builds, installed with pip: each command with it, and what becomes of broken ones."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from support.pages import PACKAGES, blocks, install
+from support.paths import DOCS
+
+pytestmark = pytest.mark.slow
+
+PAGE = (DOCS / "extend.md").read_text("utf-8")
+FILES = {block.mark[1]: "\n".join(block.lines) + "\n" for block in blocks(PAGE) if block.mark[0] == "file"}
+PLAIN = "robot: plain\nlinks: {base: {}, tip: {}}\njoints: {j: {type: fixed, parent: base, child: tip}}\n"
+URDF = (
+    '<robot name="r"><link name="a"/><link name="b"/><joint name="j" type="fixed"><parent link="a"/><child link="b"/>'
+)
+URDF += "</joint></robot>\n"
+WHO = "the plug-in rosorin-toy 1.0 (rosorin_compile.formats: toy = toy_robot.toy:FORMAT)"
+
+
+class Machine:
+    """A folder with the files of the page, and with packages."""
+
+    def __init__(self, folder: Path, packages: Path) -> None:
+        self.folder = folder
+        self.packages = folder / PACKAGES
+        shutil.copytree(packages, self.packages)
+        for name, text in FILES.items():
+            if not name.startswith("rosorin-toy/"):
+                self.write(name, text)
+        self.write("plain/robot.yaml", f"{PLAIN}outputs: {{toy: {{file: plain.toy}}, urdf: {{file: plain.urdf}}}}\n")
+        self.write("arm.urdf", URDF)
+
+    def write(self, name: str, text: str) -> None:
+        path = self.folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, "utf-8")
+
+    def read(self, name: str) -> str:
+        return (self.folder / name).read_text("utf-8")
+
+    def change(self, *pairs: tuple[str, str]) -> None:
+        """Change the module of the format."""
+        path = self.packages / "toy_robot" / "toy.py"
+        text = path.read_text("utf-8")
+        for old, new in pairs:
+            assert text.count(old) == 1, old
+            text = text.replace(old, new)
+        path.write_text(text, "utf-8")
+
+    def record(self, *fields: str, before: str = "") -> None:
+        """Add to, or say anew, fields of the record."""
+        text = before + "FORMAT = dataclasses.replace(FORMAT, " + ", ".join(fields) + ")\n"
+        path = self.packages / "toy_robot" / "toy.py"
+        path.write_text(f"{path.read_text('utf-8')}\nimport dataclasses\n\n{text}", "utf-8")
+
+    def run(self, *words: str, code: int | None = None, within: str = "-m rosorin_compile") -> str:
+        """Return what a command prints; it ends with ``code``, and never with a traceback."""
+        environment = {**os.environ, "PYTHONPATH": str(self.packages), "PYTHONDONTWRITEBYTECODE": "1"}
+        environment["ROSORIN_COMPILE_CACHE"] = str(self.folder / ".cache")
+        ran = subprocess.run(
+            [sys.executable, *within.split(" ", 1), *words],
+            cwd=self.folder,
+            env=environment,
+            check=False,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
+        assert "Traceback" not in ran.stdout, ran.stdout
+        assert code in (None, ran.returncode), ran.stdout
+        return ran.stdout
+
+
+@pytest.fixture(scope="module")
+def packages(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder in which pip has installed the package of the page."""
+    folder = tmp_path_factory.mktemp("page")
+    for name, text in FILES.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text, "utf-8")
+    assert install("./rosorin-toy", folder) == ("", 0)
+    return folder / PACKAGES
+
+
+@pytest.fixture
+def machine(tmp_path: Path, packages: Path) -> Machine:
+    return Machine(tmp_path, packages)
+
+
+def test_it_is_listed_and_the_schema_is_as_it_was(machine: Machine):
+    assert machine.run("--version", code=0).splitlines()[1:] == ["plug-in rosorin-toy 1.0 (formats, functions, rules)"]
+    with_it = machine.run("schema", code=0)
+    shutil.rmtree(machine.packages)
+    assert machine.run("schema", code=0) == with_it
+    assert '"toy"' not in with_it
+    assert 'there is no backend "toy"' in machine.run("all", "plain", code=1)
+
+
+def test_all_and_check(machine: Machine):
+    machine.run("all", "cart", code=0)
+    assert "2 artifacts as committed" in machine.run("check", "cart", code=0)
+    text = machine.read("outputs/cart/cart.toy")
+    machine.write("outputs/cart/cart.toy", text.replace("2.000000", "2.500000").replace("0.785398", "0.700000"))
+    printed = machine.run("check", "cart", code=1)
+    assert "base mass 2.5 -> 2 kg" in printed
+    assert "pole turned" in printed or "pole yaw" in printed or "mast" in printed
+    machine.write("outputs/cart/cart.toy", text.replace("joint axle", "joint"))
+    assert "the committed file is damaged and compared as text alone" in machine.run("check", "cart", code=1)
+    machine.write("outputs/cart/cart.toy", f"{text}# a word more\n")
+    assert "cart.toy: same meaning" not in machine.run("check", "cart", code=1)  # it has no syntax to tell by
+
+
+def test_check_holds_it_against_the_other_artifacts(machine: Machine):
+    machine.change(("[*joint.origin.xyz,", "[0.25, *joint.origin.xyz[1:],"))
+    machine.run("all", "cart", code=0)
+    printed = machine.run("check", "cart", code=1)
+    assert "error[artifacts-disagree]: ball origin x: cart.toy says 0.25 m, cart.urdf and the model say 0 m" in printed
+
+
+def test_a_frame_that_is_not_there(machine: Machine):
+    machine.record("frames=lambda robot: ['ghost']")
+    machine.run("all", "plain", code=0)
+    printed = machine.run("check", "plain", code=1)
+    assert "plain.toy does not carry the frame ghost, which it should" in printed
+
+
+def test_a_format_without_facts_is_compared_as_text(machine: Machine):
+    machine.record("facts=None")
+    machine.run("all", "cart", code=0)
+    assert "as committed" in machine.run("check", "cart", code=0)
+    text = machine.read("outputs/cart/cart.toy")
+    machine.write("outputs/cart/cart.toy", text.replace("0.150000", "0.160000"))
+    printed = machine.run("check", "cart", code=1)
+    assert "--- committed/cart.toy\n+++ compiled/cart.toy\n" in printed
+    assert "\n-joint axle fixed base ball 0.000000 0.160000" in printed
+    assert "\n+joint axle fixed base ball 0.000000 0.150000" in printed
+    assert "axle origin y" not in printed
+
+
+def test_the_other_commands_on_such_a_file(machine: Machine):
+    machine.run("import", "dolls/doll.toy", code=0)
+    assert "type: fixed" in machine.read("descriptions/doll/robot.yaml")
+    assert "rpy: [0, 0, 90 deg]" in machine.read("descriptions/doll/robot.yaml")
+    machine.run("diff", "dolls/doll.toy", "doll", code=0)
+    machine.write("dolls/other.toy", machine.read("dolls/doll.toy").replace("0.3", "0.4"))
+    assert "head moved 100.0 mm" in machine.run("diff", "dolls/doll.toy", "dolls/other.toy", code=1)
+    assert "head" in machine.run("frames", "dolls/doll.toy", code=0)
+    assert "0.3" in machine.run("tf", "body", "head", "dolls/doll.toy", code=0)
+    code = (
+        "import rosorin_compile as r; print(r.read('dolls/doll.toy')); print(*r.read('dolls/broken.toy').diagnostics)"
+    )
+    printed = machine.run(code, within="-c")
+    assert "<Reading <Robot doll: 2 links, 1 joint" in printed
+    assert 'dolls/broken.toy:3:1: error[file-syntax]: "wheel" and what follows' in printed
+
+
+def test_include(machine: Machine):
+    machine.write("rider/doll.toy", machine.read("dolls/doll.toy"))
+    machine.run("all", "rider", code=0)
+    assert "joint neck fixed body head 0.000000 0.000000 0.300000" in machine.read("outputs/rider/rider.toy")
+    machine.write("rider/doll.toy", machine.read("dolls/broken.toy"))
+    printed = machine.run("all", "rider", code=1)
+    assert "rider/doll.toy:3:1: error[file-syntax]" in printed
+    assert "included here" in printed
+
+
+def test_package_deploy_and_verify(machine: Machine):
+    machine.run("all", "cart", code=0)
+    machine.run("package", "cart", "-o", "cart_description", code=0)
+    assert machine.read("cart_description/toy/cart.toy") == machine.read("outputs/cart/cart.toy")
+    assert "config doc launch meshes mjcf rviz toy urdf" in machine.read("cart_description/CMakeLists.txt")
+    machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
+    assert "toy/cart.toy" in machine.run("deploy", "cart", "--to", "mine", code=0)
+    machine.write("mine/toy/cart.toy", machine.read("mine/toy/cart.toy").replace("0.500000", "0.600000"))
+    assert "toy/cart.toy" in machine.run("check", "cart", "--deployed", "mine", code=1)
+    echo = "At time 0.0\n- Translation: [0.000, 0.000, {}]\n"
+    echo += "- Rotation: in Quaternion (xyzw) [0.000, 0.000, 0.383, 0.924]\n"
+    asked = ("--frames", "base", "mast")
+    for height, code in (("0.500", 0), ("0.600", 1)):
+        machine.write("echo.txt", echo.format(height))
+        machine.run("verify", "echo.txt", "cart", *asked, code=code)
+        machine.run("verify", "echo.txt", "outputs/cart/cart.toy", *asked, code=code)
+
+
+def test_a_format_that_has_no_folder_is_deployed_by_its_ending(machine: Machine):
+    machine.record("folder=''")
+    machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
+    machine.run("deploy", "plain", "--to", "mine", code=0)
+    assert (machine.folder / "mine" / "config" / "plain.toy").is_file()
+
+
+def test_the_rules_of_a_format(machine: Machine):
+    assert "has no word for a link that is no ball" in machine.run("rule", "toy-cannot-say", code=0)
+    machine.write(
+        "box.yaml", "robot: b\nlinks: {a: {collision: [{box: {size: [1, 1, 1]}}]}}\noutputs: {toy: {file: b.toy}}\n"
+    )
+    printed = machine.run("all", "box.yaml", code=0)
+    assert "box.yaml:3:11: warning[toy-cannot-say]: link a is no ball, and is left bare" in printed
+
+
+def test_options(machine: Machine):
+    def told(options: str) -> str:
+        machine.write("plain/robot.yaml", f"{PLAIN}outputs: {{toy: {{file: plain.toy, {options}}}}}\n")
+        return machine.run("all", "plain", code=1)
+
+    assert 'plain/robot.yaml:4:42: error[wrong-value]: output "toy" angles cannot be "dge"' in told("angles: dge")
+    assert 'did you mean "deg"? (one of rad, deg)' in told("angles: dge")
+    assert 'plain/robot.yaml:4:42: error[wrong-value]: output "toy" digits is 0, less than 1' in told("digits: 0")
+    assert 'output "toy" digits is 16, more than 15' in told("digits: 16")
+    assert 'output "toy" digits is a whole number, not the text "few"' in told("digits: few")
+    assert 'plain/robot.yaml:4:34: error[unknown-option]: the backend "toy" has no option "digts"' in told("digts: 3")
+    assert 'did you mean "digits"? (its options: angles, digits)' in told("digts: 3")
+
+
+def test_templates_of_the_package(machine: Machine):
+    template = machine.packages / "toy_robot" / "templates" / "robot.toy.jinja"
+    text = template.read_text("utf-8")
+    machine.run("all", "plain", code=0)
+    template.write_text(text.replace("angles", "# changed\nangles"), "utf-8")
+    assert "written: plain.toy" in machine.run("all", "plain", code=0)  # though nothing else did
+    template.write_text(text.replace("robot.name", "robot.nam"), "utf-8")
+    assert "toy_robot/templates/robot.toy.jinja:1:1: error[template-failed]: a Robot has no attribute 'nam'" in (
+        machine.run("all", "plain", code=1)
+    )
+    template.unlink()
+    printed = machine.run("all", "plain", code=1)
+    assert "there is no template robot.toy.jinja in the package toy_robot" in printed
+
+
+LEGO = """
+def read(opened):
+    links = {one.get("name"): opened.at({}, one.span) for one in opened.xml.root.children if one.tag == "brick"}
+    told = [opened.left_out(f"<{one.tag}>", one.span) for one in opened.xml.root.children if one.tag != "brick"]
+    return {"robot": opened.options.arguments.get("name", "lego"), "links": links}, told
+
+
+FORMAT = Format(name="toy", word="Lego", roots=("lego",), endings=(".lego",), read=read, takes_arguments=True)
+"""
+
+
+def test_a_format_in_xml_that_takes_arguments(machine: Machine):
+    machine.record(before=LEGO)
+    machine.write("a.lego", '<lego>\n<brick name="red"/>\n  <glue/>\n</lego>\n')
+    printed = machine.run("import", "a.lego", "name:=tower", code=0)
+    assert "a.lego:3:4: warning[import-cannot-carry]: <glue> is not carried over" in printed
+    assert "descriptions/tower: 1 link" in printed
+    assert "not carried over: 1, see the warning above" in printed
+    machine.write(
+        "tower.yaml", "robot: t\ninclude: [{file: a.lego, args: {name: b}}]\noutputs: {urdf: {file: t.urdf}}\n"
+    )
+    machine.run("all", "tower.yaml", code=0)
+    machine.write("a.lego", '<lego>\n<brick name="re&lt;d"/>\n</lego>\n')
+    assert "a.lego:2:2: error[bad-name]" in machine.run("import", "a.lego", code=1)
+    assert "a.xml:1:2: error[wrong-root]: the root element is <duplo>" in (
+        machine.write("a.xml", "<duplo/>") or machine.run("import", "a.xml", code=1)
+    )
+
+
+def test_an_output_that_an_imported_robot_has(machine: Machine):
+    machine.record("asked=lambda tree, version, name: {'file': f'{name}.toy'}")
+    machine.run("import", "dolls/doll.toy", code=0)
+    assert "toy: {file: doll.toy}" in machine.read("descriptions/doll/robot.yaml")
+    machine.run("all", "doll", code=0)
+
+
+WRITE = "def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:\n"
+FACTS = '    """Return what an artifact says. Raises ValueError for a damaged one."""\n'
+END = "    return templates.package("
+# A change of the module, and what is said of it by ``all``.
+WRITTEN = {
+    "import raises": (
+        ("import math\n", "import math\nraise OSError('no disk')\n"),
+        "cannot be loaded: OSError: no disk",
+    ),
+    "no format": (("\nFORMAT = Format(", "\nFORMAT = dict("), "it is of type dict, not a Format of rosorin_compile"),
+    "write raises": ((WRITE, f"{WRITE}    1 / 0\n"), "fails: ZeroDivisionError: division by zero"),
+    "write leaves": ((WRITE, f"{WRITE}    raise SystemExit(3)\n"), "fails: SystemExit: 3"),
+    "write gives nothing": ((END, f"    return None\n{END}"), "fails: TypeError"),
+    "write gives bytes": (
+        (END, f"    return b'', []\n{END}"),
+        "write gives a text and diagnostics, and this text is of",
+    ),
+    "write tells text": ((END, f"    return '', ['oh']\n{END}"), "what there is to say is a Diagnostic, not 'oh'"),
+    "facts raises": ((FACTS, f"{FACTS}    return {{}}[0]\n"), "fails: KeyError: 0"),
+    "facts refuses": ((FACTS, f"{FACTS}    raise ValueError('damaged')\n"), "fails: ValueError: damaged"),
+    "facts gives a list": ((FACTS, f"{FACTS}    return [1]\n"), "fails: TypeError"),
+    "facts gives texts": ((FACTS, f"{FACTS}    return {{'a': 'b'}}\n"), "facts gives a Value by Fact, not 'b' by 'a'"),
+    "facts gives none": (
+        (FACTS, f"{FACTS}    return {{Fact('a', 'b', 'c'): Value(None)}}\n"),
+        "a b c is 'None', neither text nor a number",
+    ),
+    "no package of templates": (('package("toy_robot")', 'package("toys")'), "No module named 'toys'"),
+}
+# Fields of the record.
+RECORDS = {
+    "check=lambda case, output: 1 / 0": "fails: ZeroDivisionError",
+    "check=lambda case, output: ['oh']": "what there is to say is a Diagnostic, not 'oh'",
+    "options={'digits': {'type': 'nmber'}}": "cannot be loaded: ",
+    "options=['digits']": "options of its format is \"['digits']\"",
+    "endings='.toy'": "endings of its format is '.toy'",
+    "endings=('.Toy',)": "what is read ends like .toy, in small letters, not .Toy",
+    "word=3": "word of its format is '3'",
+    "name='Toy'": '"Toy" cannot be the name of a format',
+    "read=None, write=None": "toy is neither written nor read",
+    "becomes='lego'": 'becomes is "lego", which is no format',
+    "schema='lego'": 'schema is "lego", which is none of those that ship with the tool',
+    "lacks=('mass',)": "lacks of its format is",
+    "rules=('toy-cannot-say',)": "rules of its format is",
+    "frames=3": "frames of its format is '3'",
+}
+# What is noticed when somebody compares.
+COMPARED = {
+    "frames=lambda robot: 1 / 0": "fails: ZeroDivisionError",
+    "frames=lambda robot: 3": "fails: TypeError",
+    "names=lambda output: {1: 2}": "texts are wanted",
+    "disagreements=lambda *given: [1]": "cannot tell what is wrong: texts are wanted",
+}
+READ = '    """Return what a file says, as YAML would have it."""\n'
+READINGS = {
+    "raise OSError('gone')": "fails: OSError: gone",
+    "return None": "a reader gives a description, not NoneType",
+    "return [3]": "a reader gives a description, not list",
+    "return {1: 2}": "the description has a key that is no text: 1",
+    "return {'links': {'a': object()}}": 'link "a" is of the type object, which no description holds',
+    "return {'links': {}}, ['oh']": "what a reader has to say are Diagnostics",
+    "a = {}; a['links'] = a; return a": "nested deeper than",
+}
+
+
+@pytest.mark.parametrize("case", WRITTEN)
+def test_a_broken_writer_is_told_and_nothing_is_written(machine: Machine, case: str):
+    change, words = WRITTEN[case]
+    machine.change(change)
+    _refused(machine, words)
+
+
+@pytest.mark.parametrize("fields", RECORDS)
+def test_a_broken_record_is_told(machine: Machine, fields: str):
+    machine.record(fields)
+    _refused(machine, RECORDS[fields])
+
+
+def _refused(machine: Machine, words: str) -> None:
+    printed = machine.run("all", "plain", code=1)
+    assert f"error[plugin-broken]: {WHO} " in printed
+    assert words in printed
+    assert "upgrade it, or pip uninstall rosorin-toy" in printed
+    assert not (machine.folder / "outputs").exists()
+    assert "the same robot" in machine.run("diff", "arm.urdf", "arm.urdf", code=0)
+
+
+@pytest.mark.parametrize("fields", COMPARED)
+def test_a_record_that_fails_when_it_is_compared(machine: Machine, fields: str):
+    machine.record(fields)
+    machine.run("all", "plain", code=0)
+    machine.write("outputs/plain/plain.toy", machine.read("outputs/plain/plain.toy").replace("0.000000", "0.100000"))
+    printed = machine.run("check", "plain", code=1)
+    assert f"error[plugin-broken]: {WHO} " in printed
+    assert COMPARED[fields] in printed
+
+
+@pytest.mark.parametrize("body", READINGS)
+def test_a_broken_reader_is_told(machine: Machine, body: str):
+    machine.change((READ, f"{READ}    {body}\n"))
+    for words in (("import", "dolls/doll.toy"), ("diff", "dolls/doll.toy", "plain"), ("frames", "dolls/doll.toy")):
+        printed = machine.run(*words, code=1)
+        assert f"error[plugin-broken]: {WHO} fails: " in printed
+        assert READINGS[body] in printed
+    assert not (machine.folder / "descriptions").exists()
+
+
+def test_a_file_that_a_broken_plugin_would_read(machine: Machine):
+    machine.record("word=3")
+    printed = machine.run("import", "dolls/doll.toy", code=1)
+    assert "error[wrong-format]: dolls/doll.toy is not XML" in printed
+    assert f"error[plugin-broken]: {WHO} cannot be loaded" in printed
+
+
+@pytest.mark.parametrize(
+    ("fields", "name"),
+    [
+        ("name='urdf'", "urdf"),
+        ("name='reading'", "reading"),
+        ("endings=('.json',)", ".json"),
+        ("endings=('.urdf',)", ".urdf"),
+        ("endings=('.yaml',)", ".yaml"),
+        ("roots=('robot',)", "<robot>"),
+        ("rules=(Rule('axis-zero', 'It is zero.'),)", "axis-zero"),
+    ],
+)
+def test_it_cannot_take_what_is_built_in(machine: Machine, fields: str, name: str):
+    machine.record(fields)
+    printed = machine.run("all", "plain", code=1)
+    assert f'error[plugin-clash]: {WHO} brings "{name}", which is built in' in printed
+    assert "the same robot" in machine.run("diff", "arm.urdf", "arm.urdf", code=0)
+    machine.write("small.yaml", f"{PLAIN}outputs: {{urdf: {{file: plain.urdf}}}}\n")
+    shutil.rmtree(machine.packages)
+    machine.run("all", "small.yaml", code=0)
+
+
+def test_it_does_not_come_before_what_is_built_in(machine: Machine):
+    machine.record("rank=-1", "feeds=('robot_state_publisher',)", "recognises=lambda document, path: True")
+    assert "the compiled URDF is the same robot" in machine.run("import", "arm.urdf", code=0)
+    assert "A: arm.urdf (URDF of r, 2 links" in machine.run("diff", "arm.urdf", "arm.urdf", code=0)
+
+
+def test_two_packages_with_one_ending(machine: Machine):
+    other = machine.packages / "other_toy-2.dist-info"
+    other.mkdir()
+    (other / "METADATA").write_text("Metadata-Version: 2.1\nName: other-toy\nVersion: 2\n", "utf-8")
+    (other / "entry_points.txt").write_text("[rosorin_compile.formats]\nother = other_toy:FORMAT\n", "utf-8")
+    code = "from rosorin_compile import Format\n"
+    code += "FORMAT = Format(name='other', word='Other', endings=('.toy',), read=print)\n"
+    (machine.packages / "other_toy.py").write_text(code, "utf-8")
+    printed = machine.run("all", "plain", code=1)
+    assert (
+        'rosorin-toy 1.0 (rosorin_compile.formats: toy = toy_robot.toy:FORMAT) brings ".toy", which the plug-in other'
+        in (printed)
+    )

@@ -389,7 +389,6 @@ def test_a_file_that_a_broken_plugin_would_read(machine: Machine):
     ("fields", "name"),
     [
         ("name='urdf'", "urdf"),
-        ("name='reading'", "reading"),
         ("endings=('.json',)", ".json"),
         ("endings=('.urdf',)", ".urdf"),
         ("endings=('.yaml',)", ".yaml"),

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 
 from ..model import Transform, Vector
 from ..model.geometry import dot
-from ..numbers import six
+from ..numbers import SIX, six
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
 
@@ -61,13 +61,6 @@ def number_of(text: str) -> float:
     return value
 
 
-def half_width(value: float) -> float:
-    """Return half of the last digit of a value printed by ``formatting.six``; it prints 0 for zero alone."""
-    if value == 0:
-        return 0.0
-    return min(0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5), 5e-7)
-
-
 def is_exact(root: Element) -> bool:
     """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
     for element in root.iter():
@@ -92,9 +85,9 @@ class FactSheet:
         self.facts: Facts = {}
         self.exact = is_exact(self.root)
 
-    def half_width(self, value: float) -> float:
-        """Return half the width of what was printed of a value: 0 where every digit was printed."""
-        return 0.0 if self.exact else half_width(value)
+    def tolerance(self, value: float) -> float:
+        """Return how well a printed value is known: 0 where every digit was printed."""
+        return 0.0 if self.exact else SIX.tolerance(value)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -127,7 +120,7 @@ class FactSheet:
         if isinstance(value, str):
             self.facts[fact] = Value(value)
         else:
-            self.facts[fact] = Value(value, unit, self.half_width(value) if tolerance is None else tolerance)
+            self.facts[fact] = Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
@@ -141,7 +134,7 @@ class FactSheet:
     def angle_tolerance(self, transform: Transform) -> float:
         """Return how well roll, pitch and yaw are known; near pitch +-90 degrees roll and yaw are hardly told apart."""
         cosine = math.hypot(transform.rows[2][1], transform.rows[2][2])
-        return (ROTATION_ROUNDING + 4 * self.half_width(1.0)) / max(cosine, 1e-6)
+        return (ROTATION_ROUNDING + 4 * self.tolerance(1.0)) / max(cosine, 1e-6)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
@@ -151,7 +144,7 @@ class FactSheet:
         turned = frame.rows != Transform().rows
         rounding = max(map(abs, inertia)) * ROTATION_ROUNDING if turned else 0.0
         for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
-            tolerance = self.half_width(value) + rounding
+            tolerance = self.tolerance(value) + rounding
             self.add(Fact("link", link, f"inertia {name}"), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
@@ -164,7 +157,7 @@ class FactSheet:
             self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", tolerance)
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
-            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.half_width(value))
+            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
 
 
 # Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.

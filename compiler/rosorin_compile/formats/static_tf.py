@@ -214,15 +214,15 @@ def facts_of(name: object, arguments: object) -> Facts:
         raise ValueError(f"the flags of {name} are {', '.join(given)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     pose = Pose((x, y, z), (roll, pitch, yaw))
-    metres, radians = _half_widths([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
+    metres, radians = _tolerances([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
     facts = frame_facts(given[_CHILD], pose, metres, radians)
     facts[Fact("frame", given[_CHILD], "parent")] = Value(given[_PARENT])
     facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
     return facts
 
 
-def _half_widths(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
-    """Return half of what was printed (m, rad); nothing where a number has more digits than rounded ones have."""
+def _tolerances(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
+    """Return how well printed numbers are known (m, rad): exactly, if one has more digits than rounded ones have."""
     printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
     if any(len(text.partition(".")[2]) > digits for digits, text in printed):
         return _NOTHING, _NOTHING
@@ -230,7 +230,7 @@ def _half_widths(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector,
 
 
 def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vector = _NOTHING) -> Facts:
-    """Return where a frame sits in its parent; ``metres`` and ``radians`` are half widths of what was printed.
+    """Return where a frame sits in its parent; ``metres`` and ``radians`` are how well its numbers are known.
 
     Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).
     """
@@ -241,10 +241,10 @@ def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vect
         rounding = ROTATION_ROUNDING + 4 * max(radians)
         radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
     facts: Facts = {}
-    for axis, value, width in zip(AXES, pose.xyz, metres, strict=True):
-        facts[Fact("frame", child, f"origin {axis}")] = Value(value, "m", width)
-    for angle, value, width in zip(ANGLES, rpy, radians, strict=True):
-        facts[Fact("frame", child, angle)] = Value(value, "rad", width)
+    for axis, value, tolerance in zip(AXES, pose.xyz, metres, strict=True):
+        facts[Fact("frame", child, f"origin {axis}")] = Value(value, "m", tolerance)
+    for angle, value, tolerance in zip(ANGLES, rpy, radians, strict=True):
+        facts[Fact("frame", child, angle)] = Value(value, "rad", tolerance)
     return facts
 
 

@@ -15,7 +15,8 @@ from ..frontend.schema import misfits
 from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
 from .causes import COLLISION
 from .solids import Solid, remainder, same_set, solid_from
-from .view import ANGLES, AXES, View, agree, called, same_turn, view_of
+from .tolerance import NOISE, same_turn, same_value
+from .view import ANGLES, AXES, View, called, view_of
 from .wording import number_pair, value_text
 
 RULES = (
@@ -30,7 +31,7 @@ RULES = (
 _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"
 # What the way through frames, quaternions and half sizes costs (m, and rotation entries).
-_ROOM = 1e-9
+_TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
@@ -161,9 +162,9 @@ def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
 def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for fact, value in reading.view.plain.items():
         meant = model.plain.get(fact)
-        if meant is None or agree(value, meant) or _cannot_say(robot, reading, fact):
+        if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
-        others = (other for other in readings if agree(other.view.plain.get(fact), meant))
+        others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
         yield _error(f"{fact.name} {fact.quantity}", reading, mine, theirs, next(others, None))
 
@@ -224,4 +225,4 @@ def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
         return None
     if any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
-    return [solid_from(solid, _ROOM) for shape in own for solid in shape.solids()]
+    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]

@@ -48,11 +48,11 @@ def causes(
     for tree, view, every in zip(trees, (pair.old, pair.new), (whole.old, whole.new), strict=True):
         if link not in tree.link:
             return []
-        room = 4 * max((solid.room for solids in every.shapes.values() for solid in solids), default=0.0)
+        tolerance = 8 * max((solid.tolerance for solids in every.shapes.values() for solid in solids), default=0.0)
         shapes, lenders = tree.shapes_at(link, view.names, purpose)
         # Colours and materials are said differently in each artifact.
         mine = [solid._replace(words=()) for solid in view.shapes.get(thing, ())]
-        if not same_set(mine, [solid_from(shape, room) for shape in shapes]):
+        if not same_set(mine, [solid_from(shape, tolerance) for shape in shapes]):
             return []
         members |= lenders
     return [at for at, change in enumerate(found) if members and _moves(change, pair, thing, members, trees)]

@@ -10,7 +10,8 @@ from ..model import Robot, Vector
 from .causes import causes
 from .entities import Entities, Entry, Pair
 from .solids import Delta, Solid, delta
-from .view import ANGLES, AXES, NOISE, Turn, agree, differs, same_turn, turned, wrapped
+from .tolerance import NOISE, Turn, joined, same_angles, same_turn, same_value, wrapped
+from .view import ANGLES, AXES
 from .wording import Change, cells_change, contacts_change, shapes_change, value_change
 
 # The order of the lines about one thing.
@@ -58,7 +59,7 @@ def _plain(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
     old, new = pair.old.plain, pair.new.plain
     for fact in dict.fromkeys([*old, *new]):
         before, after = old.get(fact), new.get(fact)
-        if not differs(before, after) or fact.quantity.startswith(_CONTACT):
+        if same_value(before, after) or fact.quantity.startswith(_CONTACT):
             continue
         twin = fact._replace(quantity=_REPEATED.get(fact.quantity, ""))
         if twin.quantity and before in (None, old.get(twin)) and after in (None, new.get(twin)):
@@ -83,20 +84,23 @@ def _single_box(pair: Pair, link: str, purpose: str) -> Iterator[tuple[Fact, Ent
     before, after = old[0].box, new[0].box
     if before is None or after is None:
         return
-    room, name = 2 * max(old[0].room, new[0].room) + NOISE, "box" if purpose == "collision" else f"{purpose} box"
+    tolerance, name = (
+        2 * max(old[0].tolerance, new[0].tolerance) + NOISE,
+        "box" if purpose == "collision" else f"{purpose} box",
+    )
     for end, first, second in (("min", before.lower, after.lower), ("max", before.upper, after.upper)):
         for axis, a, b in zip(AXES, first, second, strict=True):
-            entry = Entry(pair.output, Value(a, "m", room), Value(b, "m", room))
-            if differs(entry.old, entry.new):
+            entry = Entry(pair.output, Value(a, "m", tolerance), Value(b, "m", tolerance))
+            if not same_value(entry.old, entry.new):
                 yield Fact("link", link, f"{name} {end} {axis}"), entry
 
 
 def _value_changes(robot: Robot, fact: Fact, group: Sequence[Entry]) -> Iterator[Change]:
     """Yield a change for each set of artifacts that mean the same by it, in the numbers of the most precise one."""
     clusters: list[list[Entry]] = []
-    for entry in sorted(group, key=_room):
+    for entry in sorted(group, key=_tolerance):
         for cluster in clusters:
-            if agree(cluster[0].old, entry.old) and agree(cluster[0].new, entry.new):
+            if same_value(cluster[0].old, entry.old, NOISE) and same_value(cluster[0].new, entry.new, NOISE):
                 cluster.append(entry)
                 break
         else:
@@ -106,7 +110,7 @@ def _value_changes(robot: Robot, fact: Fact, group: Sequence[Entry]) -> Iterator
         yield Change(*fact, text, remark, tuple(entry.output for entry in cluster))
 
 
-def _room(entry: Entry) -> float:
+def _tolerance(entry: Entry) -> float:
     return max(value.tolerance for value in (entry.old, entry.new) if value is not None)
 
 
@@ -116,7 +120,7 @@ def _turn_changes(robot: Robot, pairs: Sequence[Pair], entities: Entities) -> It
     for pair in pairs:
         for frame in sorted(pair.old.turns.keys() & pair.new.turns.keys()):
             old, new = pair.old.turns[frame], pair.new.turns[frame]
-            if not turned(old, new) or entities.hides(pair, Fact("frame", frame, "roll")):
+            if same_angles(old, new) or entities.hides(pair, Fact("frame", frame, "roll")):
                 continue
             clusters = found.setdefault(frame, [])
             same = [cluster for cluster in clusters if same_turn(cluster[0], old) and same_turn(cluster[1], new)]
@@ -132,8 +136,8 @@ def _turn_changes(robot: Robot, pairs: Sequence[Pair], entities: Entities) -> It
 
 def _angle_changes(robot: Robot, frame: str, old: Turn, new: Turn, outputs: tuple[str, ...]) -> Iterator[Change]:
     before, after = _written(robot, frame, old, new)
-    room = [max(s, t) + NOISE for s, t in zip(old.tolerance, new.tolerance, strict=True)]
-    angles = [index for index in range(3) if abs(after[index] - before[index]) > room[index]]
+    allowed = [joined(s, t) + NOISE for s, t in zip(old.tolerance, new.tolerance, strict=True)]
+    angles = [index for index in range(3) if abs(after[index] - before[index]) > allowed[index]]
     for index in angles or range(3):
         fact = Fact("frame", frame, ANGLES[index])
         text, remark = value_change(robot, fact, Value(before[index], "rad"), Value(after[index], "rad"))

@@ -14,10 +14,11 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import first_of
 from ..model import Joint, Pose, Vector, pose_of
-from .bodies import Bodies, Gap, Placed, gap, positions_of, states_of, whole_states
+from .bodies import Bodies, positions_of, states_of, whole_states
 from .item import FRAME, JOINT, Item, far, number, several
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of
 from .pairing import Pairing
+from .tolerance import Gap, Placed, gap
 
 _AXES, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
 
@@ -226,8 +227,8 @@ def _moved(
     """Return the line about something that sits elsewhere at every position of the joints."""
     with_it = f", and with it {several(others)}" if others else ""
     poses = pose_of(places[0].transform), pose_of(places[1].transform)
-    distance = apart.distance if apart.distance > apart.length_room else 0.0
-    angle = apart.angle if apart.angle > apart.angle_room else 0.0
+    distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
+    angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
     text = (
         f"{subject} {far(distance, angle, True)} in {source}, always ({_components(*poses, distance, angle)}){with_it}"
     )

@@ -54,8 +54,8 @@ def axis_item(pairing: Pairing, joint: Joint, twin: Joint, frame: str) -> Item |
     seen = []
     for bodies, one in ((pairing.a, joint), (pairing.b, twin)):
         place = bodies.relative(frame, one.child, {})
-        room = place.angle + 2 * bodies.printing.room("axis", *one.axis) / norm(one.axis)
-        seen.append((place.transform.rotate(unit(one.axis)), place.transform.xyz, room, place.length))
+        known = place.angle + 2 * bodies.printing.tolerance("axis", *one.axis) / norm(one.axis)
+        seen.append((place.transform.rotate(unit(one.axis)), place.transform.xyz, known, place.length))
     (old, here, first, near), (new, there, second, far) = seen
     turned = angle_between(old, new)
     remark = f"{joint.name} axis {row(joint.axis)} -> {row(twin.axis)}"
@@ -129,8 +129,8 @@ def differ(
     old, new = values
     if old is None or new is None:
         return old is not new
-    room = joined(a.printing.room(key, old), b.printing.room(key, new))
-    return abs(new - old) > room + tolerance * max(abs(old), abs(new), scale)
+    known = joined(a.printing.tolerance(key, old), b.printing.tolerance(key, new))
+    return abs(new - old) > known + tolerance * max(abs(old), abs(new), scale)
 
 
 def _mimic(pairing: Pairing, joint: Joint, twin: Joint) -> Iterator[Item]:
@@ -222,5 +222,5 @@ def _follows(joint: Joint, twin: Joint, sign: int, shift: float) -> bool:
     if mine is None or theirs is None or joint.type == "continuous":
         return mine is None and theirs is None
     low, high = sorted((sign * mine[0] + shift, sign * mine[1] + shift))
-    room = _ALIKE * max(1.0, *map(abs, span_of(joint)))
-    return math.isclose(low, theirs[0], abs_tol=room) and math.isclose(high, theirs[1], abs_tol=room)
+    allowed = _ALIKE * max(1.0, *map(abs, span_of(joint)))
+    return math.isclose(low, theirs[0], abs_tol=allowed) and math.isclose(high, theirs[1], abs_tol=allowed)

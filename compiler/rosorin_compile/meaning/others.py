@@ -13,11 +13,11 @@ from typing import Any, NamedTuple
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
-from .bodies import HERE, TURNS, Bodies, Placed
+from .bodies import Bodies
 from .item import MASS, OTHER, YAML, Item, Side, changed, row, several
 from .joints import differ, unit_of
 from .pairing import Pairing
-from .tolerance import joined
+from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .wording import amount, contacts_change
 
 _MOST = 50
@@ -200,9 +200,9 @@ class Weight(NamedTuple):
     mass: float
     centre: Vector
     inertia: Tensor
-    mass_room: float = 0.0
-    centre_room: float = 0.0
-    inertia_room: float = 0.0
+    mass_tolerance: float = 0.0
+    centre_tolerance: float = 0.0
+    inertia_tolerance: float = 0.0
 
 
 def compare_masses(pairing: Pairing, clusters: Mapping[str, list[list[str]]]) -> tuple[list[Item], list[str]]:
@@ -253,18 +253,20 @@ def _link(pairing: Pairing, name: str) -> Iterator[Item]:
 
 def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterator[Item]:
     tolerance = pairing.tolerance
-    if abs(other.mass - one.mass) > joined(one.mass_room, other.mass_room) + tolerance * max(one.mass, other.mass):
+    if abs(other.mass - one.mass) > joined(one.mass_tolerance, other.mass_tolerance) + tolerance * max(
+        one.mass, other.mass
+    ):
         yield changed(MASS, name, "mass", (one.mass, other.mass), "kg")
     step = norm(minus(other.centre, one.centre))
-    if step > joined(one.centre_room, other.centre_room) + tolerance:
+    if step > joined(one.centre_tolerance, other.centre_tolerance) + tolerance:
         text = f"{name} centre of mass {row(one.centre)} -> {row(other.centre)} m ({amount(step, 'm')})"
         yield Item(MASS, name, "centre of mass", text, row(one.centre), row(other.centre), "m", step)
     largest = max(abs(v) for tensor in (one.inertia, other.inertia) for line in tensor for v in line)
-    room = joined(one.inertia_room, other.inertia_room) + tolerance * largest
+    allowed = joined(one.inertia_tolerance, other.inertia_tolerance) + tolerance * largest
     parts = []
     for label, i, j in _NAMES:
         old, new = one.inertia[i][j], other.inertia[i][j]
-        if abs(new - old) > room:
+        if abs(new - old) > allowed:
             parts.append(f"i{label} {old:.6g} -> {new:.6g}")
     if parts:
         before, after = (row(t[i][j] for _, i, j in _NAMES) for t in (one.inertia, other.inertia))
@@ -281,15 +283,17 @@ def _weight(bodies: Bodies, inertial: Inertial, place: Placed) -> Weight:
     moments = (inertial.ixx, inertial.iyy, inertial.izz)
     products = (inertial.ixy, inertial.ixz, inertial.iyz)
     keys = zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (*moments, *products), strict=True)
-    turn = place.angle + TURNS * printing.room("rpy", *inertial.pose.rpy)
-    room = 3 * max(printing.room(key, value) for key, value in keys) + 4 * turn * max(map(abs, (*moments, *products)))
+    turn = place.angle + TURNS * printing.tolerance("rpy", *inertial.pose.rpy)
+    known = 3 * max(printing.tolerance(key, value) for key, value in keys) + 4 * turn * max(
+        map(abs, (*moments, *products))
+    )
     length = place.length + place.angle * norm(inertial.pose.xyz)
-    length += 3**0.5 * printing.room("xyz", *inertial.pose.xyz)
+    length += ROOT_THREE * printing.tolerance("xyz", *inertial.pose.xyz)
     xx, yy, zz = moments
     xy, xz, yz = products
     tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    mass_room = printing.room("mass", inertial.mass)
-    return Weight(inertial.mass, transform.xyz, _turned(tensor, transform), mass_room, length, room)
+    mass_tolerance = printing.tolerance("mass", inertial.mass)
+    return Weight(inertial.mass, transform.xyz, _turned(tensor, transform), mass_tolerance, length, known)
 
 
 def _turned(tensor: Tensor, transform: Transform) -> Tensor:
@@ -329,14 +333,14 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> Weight:
         for i in range(3):
             for j in range(3):
                 tensor[i][j] += part.mass * ((norm(d) ** 2 if i == j else 0.0) - d[i] * d[j])
-    length = max(part.centre_room for part in parts)
-    spread = math.fsum(part.mass_room for part in parts) * reach**2 + 4 * mass * reach * length
+    length = max(part.centre_tolerance for part in parts)
+    spread = math.fsum(part.mass_tolerance for part in parts) * reach**2 + 4 * mass * reach * length
     first, second, third = ((line[0], line[1], line[2]) for line in tensor)
     return Weight(
         mass,
         (x, y, z),
         (first, second, third),
-        math.fsum(part.mass_room for part in parts),
-        length + reach * math.fsum(part.mass_room for part in parts) / abs(mass),
-        math.fsum(part.inertia_room for part in parts) + spread,
+        math.fsum(part.mass_tolerance for part in parts),
+        length + reach * math.fsum(part.mass_tolerance for part in parts) / abs(mass),
+        math.fsum(part.inertia_tolerance for part in parts) + spread,
     )

@@ -11,9 +11,9 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..model import Joint, Robot
-from .bodies import Bodies, gap
+from .bodies import Bodies
 from .item import JOINT, NAME, Item, Side, several
-from .tolerance import Printing
+from .tolerance import Printing, gap
 
 
 class Pairing(NamedTuple):

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
@@ -106,7 +106,9 @@ def _shuffled(urdf: str) -> str:
     return ElementTree.tostring(root, "unicode")
 
 
-@given(st.integers(0, 2**32))
+@given(seed=st.integers(0, 2**32))
+# A slide along an axis that six digits of the angles turn.
+@example(seed=84)
 @settings(max_examples=25, deadline=None)
 def test_six_digits_are_no_difference_and_what_they_show_is_one(
     tmp_path_factory: pytest.TempPathFactory, seed: int

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from .diagnostics.registry import rule
     from .formats.format import Format
     from .frontend.expression.functions import function
-    from .meaning.item import Difference
+    from .meaning.difference import Difference
     from .model import Robot
     from .pipeline import (
         Compiled,
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 _HOMES = {
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
-    "Difference": "meaning.item",
+    "Difference": "meaning.difference",
     "Format": "formats.format",
     "Reading": "pipeline",
     "Robot": "model",

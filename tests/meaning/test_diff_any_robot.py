@@ -10,7 +10,7 @@ from dataclasses import replace
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile.meaning.item import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, Item, Side
+from rosorin_compile.meaning.difference import FRAME, JOINT, LIMIT, MASS, NAME, SHAPE, YAML, Item, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.model import (
     Box,
@@ -103,7 +103,7 @@ def _turned(inertial: Inertial | None, chance: random.Random) -> Inertial | None
 
 
 def differences(a: Robot, b: Robot) -> list[Item]:
-    return list(compare_robots(Side("a", "yaml", a), Side("b", "yaml", b)).items)
+    return list(compare_robots(Side("a", YAML, a), Side("b", YAML, b)).items)
 
 
 @given(SEEDS)
@@ -135,10 +135,10 @@ def test_a_prefix_is_seen_through(seed: int) -> None:
             for joint in robot.joints
         ),
     )
-    found = compare_robots(Side("a", "yaml", robot), Side("b", "yaml", named))
+    found = compare_robots(Side("a", YAML, robot), Side("b", YAML, named))
     assert found.same
     assert found.notes == ('the names of B begin with "left/"',)
-    back = compare_robots(Side("b", "yaml", named), Side("a", "yaml", robot))
+    back = compare_robots(Side("b", YAML, named), Side("a", YAML, robot))
     assert back.same
     assert back.notes == ('the names of A begin with "left/"',)
 

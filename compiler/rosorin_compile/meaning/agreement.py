@@ -9,15 +9,15 @@ from typing import NamedTuple
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import INERTIA, along_link
+from ..formats.facts import ANGLES, AXES, INERTIA, along_link
 from ..formats.format import row_name
 from ..frontend.schema import misfits
 from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
 from .causes import COLLISION
 from .solids import Solid, remainder, same_set, solid_from
 from .tolerance import NOISE, same_turn, same_value
-from .view import ANGLES, AXES, View, called, view_of
-from .wording import number_pair, value_text
+from .view import View, called, view_of
+from .wording import number_pair, subject, value_text
 
 RULES = (
     Rule(
@@ -166,7 +166,7 @@ def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Re
             continue
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(f"{fact.name} {fact.quantity}", reading, mine, theirs, next(others, None))
+        yield _error(subject(fact), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:

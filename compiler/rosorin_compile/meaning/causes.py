@@ -12,10 +12,9 @@ from collections.abc import Mapping, Sequence
 from ..formats import Fact
 from ..model import HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
-from .entities import Pair, joints_by_child
+from .entities import Change, Pair, joints_by_child
 from .solids import Solid, remainder, same_set, shape_of, solid_from
 from .view import View, transform_of
-from .wording import Change
 
 COLLISION = "collision"
 # A damaged height beyond this (m) is not cut into steps.
@@ -145,5 +144,5 @@ def _moves(change: Change, pair: Pair, thing: tuple[str, str], members: set[str]
         placed = change.name in members or (change.name == link and bool(members.intersection(above)))
         return placed and change.quantity not in ("publisher", "topic")
     if change.kind == "link" and change.name in {link, *members}:
-        return change.quantity.startswith((purpose, "box" if purpose == COLLISION else purpose))
+        return change.quantity.startswith(purpose)
     return _is_map(change) and change.name in members and purpose == COLLISION

@@ -9,13 +9,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
-from ..model import Joint
+from ..formats import Value
+from ..model import Joint, Vector
 from ..model.geometry import angle_between, dot, minus, norm, unit
 from .bodies import Bodies, span_of
-from .item import JOINT, LIMIT, Item, changed, number, row
+from .difference import JOINT, LIMIT, Item
 from .pairing import Pairing
 from .tolerance import joined
-from .wording import amount
+from .wording import amount, axis_change, mimic_change, mimic_text, number, number_change, row, value_change
 
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {
@@ -58,9 +59,9 @@ def axis_item(pairing: Pairing, joint: Joint, twin: Joint, frame: str) -> Item |
         seen.append((place.transform.rotate(unit(one.axis)), place.transform.xyz, known, place.length))
     (old, here, first, near), (new, there, second, far) = seen
     turned = angle_between(old, new)
-    remark = f"{joint.name} axis {row(joint.axis)} -> {row(twin.axis)}"
     if turned > pairing.tolerance + joined(first, second):
-        return Item(JOINT, joint.name, "axis", f"{remark} (turned {amount(turned, 'rad')})", row(old), row(new))
+        text = str(axis_change(joint.name, joint.axis, twin.axis, turned))
+        return Item(JOINT, joint.name, "axis", text, row(old), row(new))
     way = minus(there, here)
     along = dot(way, old)
     across = minus(way, (old[0] * along, old[1] * along, old[2] * along))
@@ -77,7 +78,7 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
         if twin is None:
             continue
         if joint.type != twin.type:
-            text = f"{joint.name}: {joint.type} -> {twin.type}"
+            text = value_change(f"{joint.name} type", Value(joint.type), Value(twin.type)).text
             yield Item(JOINT, joint.name, "type", text, joint.type, twin.type)
         if joint.is_fixed or twin.is_fixed:
             continue
@@ -119,6 +120,11 @@ def _number(
         yield changed(kind, joint.name, name, values, unit_of(joint, quantity))
 
 
+def changed(kind: str, name: str, quantity: str, values: tuple[float | None, float | None], unit: str) -> Item:
+    """Return the item about a number that changed; None is a number that is not given."""
+    return Item(kind, name, quantity, str(number_change(f"{name} {quantity}", *values, unit)), *values, unit)
+
+
 def differ(
     a: Bodies, b: Bodies, key: str, values: tuple[float | None, float | None], tolerance: float, scale: float = 0.0
 ) -> bool:
@@ -137,8 +143,8 @@ def _mimic(pairing: Pairing, joint: Joint, twin: Joint) -> Iterator[Item]:
     old, new = joint.mimic, twin.mimic
     if old is None or new is None or old.joint != new.joint:
         if old is not new:
-            words = [f"{m.joint} * {number(m.multiplier)} + {number(m.offset)}" if m else "nothing" for m in (old, new)]
-            yield Item(JOINT, joint.name, "mimic", f"{joint.name} mimics {words[0]} -> {words[1]}", words[0], words[1])
+            words = [mimic_text(m.joint, m.multiplier, m.offset) if m else mimic_text("") for m in (old, new)]
+            yield Item(JOINT, joint.name, "mimic", mimic_change(joint.name, *words).text, words[0], words[1])
         return
     for quantity in ("multiplier", "offset"):
         values = getattr(old, quantity), getattr(new, quantity)
@@ -159,7 +165,7 @@ class Coordinate(NamedTuple):
     sign: int
     shift: float
     same_limits: bool
-    axes: tuple[str, str]
+    axes: tuple[Vector, Vector]
 
     def of(self, position: float) -> float:
         """Return the position in B of a position in A."""
@@ -169,14 +175,14 @@ class Coordinate(NamedTuple):
         """Return the difference in words."""
         limits = "its limits follow" if self.same_limits else "its limits do not follow"
         if self.sign < 0:
-            turned = f"axis {self.axes[0]} -> {self.axes[1]}"
+            turned = axis_change(self.joint, self.axes[0], self.axes[1], math.pi).text
             shift = f", zero is shifted by {number(self.shift)}" if self.shift else ""
-            text = f"{self.joint} counts the other way round: {turned}{shift}; {limits}"
+            text = f"{turned}{shift}; {limits}"
         else:
             sign = "-" if self.shift < 0 else "+"
             shift = f"position in B = position in A {sign} {number(abs(self.shift))}"
             text = f"{self.joint} counts from another zero: {shift}; {limits}"
-        return Item(JOINT, self.joint, "coordinate", text, self.axes[0], self.axes[1], when="always")
+        return Item(JOINT, self.joint, "coordinate", text, row(self.axes[0]), row(self.axes[1]), when="always")
 
 
 Coordinates = Mapping[str, Coordinate]
@@ -190,7 +196,7 @@ def coordinate_of(joint: Joint, twin: Joint, fits: Callable[[Coordinate | None],
     """
     if not joint.moves or fits(None):
         return None
-    axes = row(joint.axis), row(twin.axis)
+    axes = joint.axis, twin.axis
     for sign in (-1, 1):
         for shift in [0.0] * (sign < 0) + _shifts(joint, twin, sign):
             same = _follows(joint, twin, sign, shift)

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..formats import Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
 from .bodies import Bodies
-from .item import MASS, OTHER, YAML, Item, Side, changed, row, several
-from .joints import differ, unit_of
+from .difference import MASS, OTHER, YAML, Item, Side
+from .joints import changed, differ, unit_of
 from .pairing import Pairing
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
-from .wording import amount, contacts_change
+from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, subject, value_change
 
 _MOST = 50
 
@@ -55,6 +55,12 @@ def _text(publisher: Publisher) -> str:
     return "nobody" if publisher.kind == UNPUBLISHED else publisher.name
 
 
+def _published(name: str, old: Publisher, new: Publisher) -> Item:
+    names = _text(old), _text(new)
+    text = value_change(subject(Fact("frame", name, "publisher")), Value(names[0]), Value(names[1])).text
+    return Item(OTHER, name, "publisher", text, *names)
+
+
 def _publishers(pairing: Pairing) -> Iterator[Item]:
     for name in pairing.shared:
         mine, theirs = pairing.a.robot.joint_to.get(name), pairing.b.robot.joint_to.get(name)
@@ -62,8 +68,7 @@ def _publishers(pairing: Pairing) -> Iterator[Item]:
             continue
         old, new = mine.publisher, theirs.publisher
         if (old.kind, old.name) != (new.kind, new.name):
-            said = _text(old), _text(new)
-            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+            yield _published(name, old, new)
 
 
 def _edges(pairing: Pairing) -> Iterator[Item]:
@@ -74,8 +79,7 @@ def _edges(pairing: Pairing) -> Iterator[Item]:
             continue
         one, other = old[name], new[name]
         if one.publisher.name != other.publisher.name:
-            said = _text(one.publisher), _text(other.publisher)
-            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+            yield _published(name, one.publisher, other.publisher)
         if (one.pose, one.moving) != (other.pose, other.moving):
             said = _place(one), _place(other)
             yield Item(OTHER, name, "origin", f"{name}: {said[0]} -> {said[1]}", *said)
@@ -108,8 +112,9 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
                 continue
             values = old[name].positions.get(joint.name, 0.0), new[name].positions.get(joint.name, 0.0)
             if differ(pairing.a, pairing.b, joint.name, values, pairing.tolerance, 1.0):
-                found = changed(OTHER, f"pose {name}:", joint.name, values, unit_of(joint, joint.name))
-                yield replace(found, name=name, quantity=f"pose {joint.name}")
+                unit = unit_of(joint, joint.name)
+                text = str(number_change(subject(Fact("pose", name, joint.name)), *values, unit))
+                yield Item(OTHER, name, f"pose {joint.name}", text, *values, unit)
 
 
 def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
@@ -160,7 +165,7 @@ def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
     old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in (a, b))
     if old != new:
-        text = contacts_change(sorted(new - old), sorted(old - new))
+        text = contacts_change(sorted(new - old), sorted(old - new)).text
         yield Item(OTHER, "contacts", "contacts", text, ", ".join(sorted(old)), ", ".join(sorted(new)))
 
 
@@ -259,21 +264,15 @@ def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterato
         yield changed(MASS, name, "mass", (one.mass, other.mass), "kg")
     step = norm(minus(other.centre, one.centre))
     if step > joined(one.centre_tolerance, other.centre_tolerance) + tolerance:
-        text = f"{name} centre of mass {row(one.centre)} -> {row(other.centre)} m ({amount(step, 'm')})"
+        text = centre_change(name, one.centre, other.centre).text
         yield Item(MASS, name, "centre of mass", text, row(one.centre), row(other.centre), "m", step)
     largest = max(abs(v) for tensor in (one.inertia, other.inertia) for line in tensor for v in line)
     allowed = joined(one.inertia_tolerance, other.inertia_tolerance) + tolerance * largest
-    parts = []
-    for label, i, j in _NAMES:
-        old, new = one.inertia[i][j], other.inertia[i][j]
-        if abs(new - old) > allowed:
-            parts.append(f"i{label} {old:.6g} -> {new:.6g}")
-    if parts:
-        before, after = (row(t[i][j] for _, i, j in _NAMES) for t in (one.inertia, other.inertia))
-        share = max(abs(other.inertia[i][j] - one.inertia[i][j]) for _, i, j in _NAMES) / largest
-        percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
-        text = f"{name} inertia {', '.join(parts)} kg*m^2 (by {percent} % of the largest moment)"
-        yield Item(MASS, name, "inertia", text, before, after, "kg*m^2")
+    old, new = ([tensor[i][j] for _, i, j in _NAMES] for tensor in (one.inertia, other.inertia))
+    changed_entries = [abs(b - a) > allowed for a, b in zip(old, new, strict=True)]
+    if any(changed_entries):
+        text = str(inertia_change(name, old, new, changed_entries))
+        yield Item(MASS, name, "inertia", text, row(old), row(new), "kg*m^2")
 
 
 def _weight(bodies: Bodies, inertial: Inertial, place: Placed) -> Weight:

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
-from ..model.geometry import minus, norm
+from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
 from .bodies import Bodies
-from .item import SHAPE, VISUAL, Item, Side, changed, far, row, several
+from .difference import SHAPE, VISUAL, Item, Side
+from .joints import changed
 from .pairing import Pairing
-from .solids import Delta, Piece, Solid, largest_step, match, pieces_of, seen
+from .solids import Delta, Piece, largest_step, match, pieces_of, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import amount, shapes_change
+from .wording import cells_change, colour_change, row, several, shapes_change
 
 COLLISION = "collision"
 
@@ -176,10 +176,8 @@ class _Shapes:
 
     def _item(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> Item:
         change = Delta(tuple(p.solid for p in old), tuple(p.solid for p in new))
-        text = shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change)
+        text = str(shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change))
         largest = largest_step(change) if old and new else None
-        if len(old) == len(new) == 1 and not largest:
-            text += f": {_step(old[0].solid, new[0].solid)}"
         kind = SHAPE if self.purpose.name == COLLISION else VISUAL
         before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
         return Item(kind, name, self.purpose.name, text, before, after, "m", largest)
@@ -195,7 +193,7 @@ class _Shapes:
             if found and one.link not in colours:
                 colours[one.link] = found
         for link, (old, new) in colours.items():
-            text = f"{link} visual colour {old} -> {new}"
+            text = colour_change(f"{link} visual", old, new).text
             self.items.append(Item(VISUAL, link, "colour", text, old, new))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:
@@ -214,20 +212,6 @@ class _Shapes:
 def _words(piece: Piece) -> str:
     solid = piece.solid
     return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre)])
-
-
-def _step(one: Solid, other: Solid) -> str:
-    """Return what became of one solid: another kind, another file, other sizes, or another place."""
-    if one.kind != other.kind:
-        return f"{one.kind} -> {other.kind}"
-    if one.words != other.words:
-        before, after = (" ".join(word.removeprefix("file ") for word in solid.words) for solid in (one, other))
-        return f"{one.kind} {before} -> {after}"
-    if row(one.sizes) != row(other.sizes):
-        word = f"{one.kind} scale" if one.words else one.kind
-        return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
-    turn = Transform(one.rows).angle_to(Transform(other.rows))
-    return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
 
 
 def _is_simple(link: Link) -> bool:
@@ -253,12 +237,11 @@ def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: 
             items.append(changed(SHAPE, name, f"height map {quantity}", (before, after), "m"))
     sizes = [f"{len(heights)} x {len(heights[0]) if heights else 0}" for heights in (old.heights, new.heights)]
     if sizes[0] != sizes[1]:
-        text = f"{name} height map: {sizes[0]} -> {sizes[1]} cells"
+        text = cells_change(name, [], (sizes[0], sizes[1])).text
         return [*items, Item(SHAPE, name, "height map", text, sizes[0], sizes[1])]
-    cells = [(i, j) for i, line in enumerate(old.heights) for j in range(min(len(line), len(new.heights[i])))]
-    steps = [abs(new.heights[i][j] - old.heights[i][j]) for i, j in cells]
-    steps = [step for step in steps if step > pairing.tolerance]
+    pairs = [pair for lines in zip(old.heights, new.heights, strict=True) for pair in zip(*lines, strict=False)]
+    steps = [abs(b - a) for a, b in pairs if abs(b - a) > pairing.tolerance]
     if steps:
-        text = f"{name} height map: {len(steps)} of {len(cells)} cells changed, by up to {amount(max(steps), 'm')}"
+        text = cells_change(name, steps, (sizes[0], sizes[1])).text
         items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
     return items

@@ -12,13 +12,11 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
+from ..formats.facts import ANGLES, AXES
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
 from .solids import Solid, solid_of
 from .tolerance import Turn
-
-ANGLES = ("roll", "pitch", "yaw")
-AXES = ("x", "y", "z")
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
 _CELL = re.compile(r"cell (\d+) (\d+)")

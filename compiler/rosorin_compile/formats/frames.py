@@ -12,9 +12,9 @@ from ..diagnostics import Diagnostic
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
-from .facts import number_of
+from .facts import frame_facts, number_of
 from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
-from .static_tf import describe, frame_facts
+from .static_tf import describe
 from .templating import BUILTIN, Templates
 
 _FRAME_HEADERS = (
@@ -229,7 +229,7 @@ def _read_frame(row: dict[str, str], tolerance: Callable[[float], float]) -> Fac
         x, y, z, roll, pitch, yaw = numbers
         xyz, rpy = (x, y, z), (roll, pitch, yaw)
         a, b, c, d, e, f = map(tolerance, numbers)
-        facts |= frame_facts(child, Pose(xyz, rpy), (a, b, c), (d, e, f))
+        facts |= frame_facts(child, row["parent"], Pose(xyz, rpy), (a, b, c), (d, e, f))
     return facts
 
 

@@ -8,11 +8,10 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import ANGLES, AXES, INERTIA, along_link
-from ..formats.format import row_name
+from ..formats import FORMATS, Artifact, Fact, Format, Value
+from ..formats.facts import facts_of
 from ..frontend.schema import misfits
-from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
+from ..model import Mesh, Output, Robot, Shape
 from .causes import COLLISION
 from .solids import Solid, remainder, same_set, solid_from
 from .tolerance import NOISE, same_turn, same_value
@@ -79,7 +78,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
             found += _misfits(artifact)
             readings.append(_Reading(artifact, view_of(facts, called(robot, artifact))))
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    model = view_of(_facts(robot), {})
+    model = view_of(facts_of(robot), {})
     for reading in readings:
         found += _frames(robot, reading)
         found += _others(robot, reading)
@@ -87,61 +86,6 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
         found += _turns(reading, model, readings)
         found += _shapes(robot, reading)
     return found
-
-
-def _facts(robot: Robot) -> Facts:
-    """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
-    facts: Facts = {}
-    for joint in robot.joints:
-        facts |= _pose_facts(joint.child, joint.parent, joint.origin)
-        facts |= _joint_facts(joint)
-    for edge in robot.edges:
-        # Of several rows for one frame the first one bears its name alone.
-        if edge.joint:
-            facts |= _pose_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
-        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
-            facts |= _pose_facts(edge.child, edge.parent, edge.pose)
-    for link in robot.links:
-        facts |= _mass_facts(link)
-    return facts
-
-
-def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
-    facts = {Fact("frame", child, "parent"): Value(parent)}
-    facts |= {
-        Fact("frame", child, f"origin {axis}"): Value(float(v), "m") for axis, v in zip(AXES, pose.xyz, strict=True)
-    }
-    return facts | {
-        Fact("frame", child, angle): Value(float(v), "rad") for angle, v in zip(ANGLES, pose.rpy, strict=True)
-    }
-
-
-def _joint_facts(joint: Joint) -> Facts:
-    said: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
-    unit = "m" if joint.type == "prismatic" else "rad"
-    if joint.moves or joint.type == "planar":
-        said |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
-    if joint.moves and joint.limit:
-        limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
-        limits["effort"] = joint.limit.effort
-        said |= {quantity: Value(float(value), unit) for quantity, value in limits.items() if value is not None}
-    if joint.mimic:
-        said["mimic joint"] = Value(joint.mimic.joint)
-        said["mimic multiplier"] = Value(float(joint.mimic.multiplier))
-        said["mimic offset"] = Value(float(joint.mimic.offset), unit)
-    return {Fact("joint", joint.name, quantity): value for quantity, value in said.items()}
-
-
-def _mass_facts(link: Link) -> Facts:
-    inertial = link.inertial
-    if inertial is None:
-        return {}
-    said = {"mass": Value(float(inertial.mass), "kg")}
-    said |= {f"centre of mass {axis}": Value(float(v), "m") for axis, v in zip(AXES, inertial.pose.xyz, strict=True)}
-    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
-    along = along_link(six, inertial.pose.transform())
-    said |= {f"inertia {name}": Value(float(value), "kg*m^2") for name, value in zip(INERTIA, along, strict=True)}
-    return {Fact("link", link.name, quantity): value for quantity, value in said.items()}
 
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:

@@ -89,7 +89,8 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
             for quantity in fields:
                 if part not in unsaid and quantity not in unsaid:
                     values = _field(joint, part, quantity), _field(twin, part, quantity)
-                    yield from _number(pairing, joint, JOINT, quantity, values)
+                    name = f"{part} {quantity}" if part in ("calibration", "safety") else quantity
+                    yield from _number(pairing, joint, (JOINT, name), quantity, values)
 
 
 def _field(joint: Joint, part: str, quantity: str) -> float | None:
@@ -107,16 +108,16 @@ def _limits(
         if quantity in unsaid or follows or (free and quantity in ("lower", "upper")):
             continue
         values = getattr(joint.limit, quantity, None), getattr(twin.limit, quantity, None)
-        yield from _number(pairing, joint, LIMIT, quantity, values)
+        yield from _number(pairing, joint, (LIMIT, f"limit {quantity}"), quantity, values)
 
 
 def _number(
-    pairing: Pairing, joint: Joint, kind: str, quantity: str, values: tuple[float | None, float | None]
+    pairing: Pairing, joint: Joint, about: tuple[str, str], quantity: str, values: tuple[float | None, float | None]
 ) -> Iterator[Item]:
     # An angle or a length near zero is known no better than one that is not.
     scale = 0.0 if quantity in _UNITS else 1.0
     if differ(pairing.a, pairing.b, quantity, values, pairing.tolerance, scale):
-        name = f"limit {quantity}" if kind == LIMIT else quantity
+        kind, name = about
         yield changed(kind, joint.name, name, values, unit_of(joint, quantity))
 
 

@@ -134,8 +134,8 @@ class Turn(NamedTuple):
 
 
 def wrapped(angle: float) -> float:
-    """Return an angle (rad) within plus and minus half a turn."""
-    return (angle + math.pi) % math.tau - math.pi
+    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus."""
+    return math.pi - (math.pi - angle) % math.tau
 
 
 def same_angles(one: Turn, other: Turn) -> bool:

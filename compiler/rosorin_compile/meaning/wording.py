@@ -338,7 +338,7 @@ def _words_change(old: Sequence[str], new: Sequence[str]) -> str:
 def _look(solid: Solid) -> str:
     """Return the colour of a solid, as its words have it."""
     values = dict(word.split(" ", 1) for word in solid.words if word.split(" ", 1)[0] in _LOOK)
-    return " ".join(values[part] for part in _LOOK if part in values)
+    return row(float(values[part]) for part in _LOOK if part in values)
 
 
 def _without_look(solid: Solid) -> Solid:

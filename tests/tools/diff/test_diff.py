@@ -85,7 +85,7 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
         [("    mimic: {joint: slide, multiplier: 5, offset: 0.1}\n", "")],
         "finger_joint mimics slide * 5 + 0.1 -> nothing",
     ),
-    ([(LIMIT, f"{LIMIT}\n    safety_controller: {{k_velocity: 10}}")], "elbow k_velocity: new, 10 N*m*s/rad"),
+    ([(LIMIT, f"{LIMIT}\n    safety_controller: {{k_velocity: 10}}")], "elbow safety k_velocity: new, 10 N*m*s/rad"),
     ([(LIMIT, f"{LIMIT}\n    actuator: {{kp: 3}}")], "elbow kp: new, 3 N*m/rad"),
     ([("mass: 2,", "mass: 2.1,")], "base_link mass 2 -> 2.1 kg (+100.0 g)"),
     (

@@ -158,7 +158,9 @@ def test_two_outputs_for_one_place(base: Path, capsys: pytest.CaptureFixture[str
 def test_a_renamed_copy_is_found_by_what_stands_in_it(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (base / "urdf/rosorin.urdf").rename(base / "urdf/my_arm.urdf")
     assert check(base) == 1
-    assert "urdf/my_arm.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in capsys.readouterr().out
+    assert (
+        "urdf/my_arm.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in capsys.readouterr().out
+    )
     assert deploy(base) == 0
     assert (base / "urdf/my_arm.urdf").read_text("utf-8") == TEXTS["rosorin.urdf"]
     assert not (base / "urdf/rosorin.urdf").exists()

@@ -12,8 +12,7 @@ from ..formats import FORMATS, Artifact, Fact, Format, Value
 from ..formats.facts import facts_of
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
-from .causes import COLLISION
-from .solids import Solid, remainder, same_set, solid_from
+from .solids import COLLISION, Solid, remainder, same_set, solid_from
 from .tolerance import NOISE, same_turn, same_value
 from .view import View, called, view_of
 from .wording import number_pair, subject, value_text

@@ -13,10 +13,9 @@ from ..formats import Fact
 from ..model import HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Change, Pair, joints_by_child
-from .solids import Solid, remainder, same_set, shape_of, solid_from
+from .solids import COLLISION, Solid, remainder, same_set, shape_of, solid_from
 from .view import View, transform_of
 
-COLLISION = "collision"
 # A damaged height beyond this (m) is not cut into steps.
 _SKY = 1e6
 _LOOK = ("red", "green", "blue", "alpha", "texture")

@@ -78,29 +78,41 @@ def changes(robot: Robot, pairs: Sequence[Pair], whole: Pair | None) -> list[Cha
     return sorted((_arranged(change, pairs) for change in found), key=lambda change: _order(robot, place, change))
 
 
-def _numbers(view: View) -> dict[Fact, Numbers]:
-    """Return what an artifact says by thing: the coordinates of a place, an axis or a centre of mass are one thing."""
-    parts: dict[Fact, dict[str, Value]] = {}
-    for fact, value in view.plain.items():
-        group, _, part = fact.quantity.rpartition(" ")
-        whole = part in _GROUPS.get(group, ())
-        parts.setdefault(fact._replace(quantity=group) if whole else fact, {})[part if whole else ""] = value
-    for frame in view.turns:
-        parts.setdefault(Fact("frame", frame, "origin"), {})
-    turns = {Fact("frame", frame, "origin"): turn for frame, turn in view.turns.items()}
-    return {fact: Numbers(values, turns.get(fact)) for fact, values in parts.items()}
+def _numbers(view: View, thing: Fact) -> Numbers:
+    """Return what an artifact says of one thing, such as the three coordinates of an axis."""
+    parts = _GROUPS.get(thing.quantity, ("",))
+    values = {part: view.plain.get(thing._replace(quantity=f"{thing.quantity} {part}".rstrip())) for part in parts}
+    turn = view.turns.get(thing.name) if thing[::2] == ("frame", "origin") else None
+    return Numbers({part: value for part, value in values.items() if value is not None}, turn)
+
+
+def _thing(fact: Fact) -> Fact:
+    """Return what a fact is a part of: the axis of a joint, for one of its coordinates."""
+    group, _, part = fact.quantity.rpartition(" ")
+    return fact._replace(quantity=group) if part in _GROUPS.get(group, ()) else fact
+
+
+def _things(pair: Pair) -> Iterator[Fact]:
+    """Yield the things that one artifact says differently, in its order."""
+    old, new = pair.old, pair.new
+    facts = (fact for fact in {**old.plain, **new.plain} if not same_value(old.plain.get(fact), new.plain.get(fact)))
+    turned = (
+        frame for frame in {**old.turns, **new.turns} if not _same_turn(old.turns.get(frame), new.turns.get(frame))
+    )
+    yield from dict.fromkeys([*map(_thing, facts), *(Fact("frame", frame, "origin") for frame in turned)])
 
 
 def _entries(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
-    old, new = _numbers(pair.old), _numbers(pair.new)
-    for fact in dict.fromkeys([*old, *new]):
-        before, after = old.get(fact, _NOTHING), new.get(fact, _NOTHING)
-        if _same(before, after) or fact.quantity.startswith(_CONTACT):
+    for thing in _things(pair):
+        before, after = _numbers(pair.old, thing), _numbers(pair.new, thing)
+        if thing.quantity.startswith(_CONTACT):
             continue
-        twin = fact._replace(quantity=_REPEATED.get(fact.quantity, ""))
-        if twin.quantity and before in (_NOTHING, old.get(twin)) and after in (_NOTHING, new.get(twin)):
-            continue
-        yield fact, Entry(pair, before, after)
+        if thing.quantity in _REPEATED:
+            twin = thing._replace(quantity=_REPEATED[thing.quantity])
+            pairs = ((before, _numbers(pair.old, twin)), (after, _numbers(pair.new, twin)))
+            if all(own in (_NOTHING, other) for own, other in pairs):
+                continue
+        yield thing, Entry(pair, before, after)
 
 
 def _same(one: Numbers, other: Numbers, noise: float = 0.0) -> bool:
@@ -108,9 +120,12 @@ def _same(one: Numbers, other: Numbers, noise: float = 0.0) -> bool:
     parts = one.parts.keys() | other.parts.keys()
     if not all(same_value(one.parts.get(part), other.parts.get(part), noise) for part in parts):
         return False
-    if one.turn is None or other.turn is None or noise:
-        return same_turn(one.turn, other.turn)
-    return same_angles(one.turn, other.turn)
+    return same_turn(one.turn, other.turn) if noise else _same_turn(one.turn, other.turn)
+
+
+def _same_turn(one: Turn | None, other: Turn | None) -> bool:
+    """Say whether two rotations of one writer are one."""
+    return one is other if one is None or other is None else same_angles(one, other)
 
 
 def _solids(pair: Pair, link: str, purpose: str) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:

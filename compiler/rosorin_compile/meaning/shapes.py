@@ -11,12 +11,10 @@ from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
 from .pairing import Pairing
-from .solids import Delta, Piece, largest_step, match, pieces_of, seen
+from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
 from .wording import cells_change, colour_change, row, several, shapes_change
-
-COLLISION = "collision"
 
 
 class Purpose(NamedTuple):

@@ -18,6 +18,7 @@ from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Tran
 from ..model.geometry import Rows, angle_between, minus, norm, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
+COLLISION = "collision"
 _CENTRE = ("origin x", "origin y", "origin z")
 _ANGLES = ("roll", "pitch", "yaw")
 _LOWER, _UPPER = (tuple(f"box {end} {axis}" for axis in "xyz") for end in ("min", "max"))

@@ -11,11 +11,11 @@ TYPE_CHECKING = False  # as typing has it, which costs milliseconds
 if TYPE_CHECKING:
     from .diagnostics import Diagnostic
     from .diagnostics.registry import Rule, rule
+    from .formats.facts import frame_facts
     from .formats.format import Fact, Facts, Format, Opened, Value
-    from .formats.static_tf import frame_facts
     from .formats.templating import Templates
     from .frontend.expression.functions import function
-    from .meaning.item import Difference
+    from .meaning.difference import Difference
     from .model import Robot
     from .pipeline import (
         Compiled,
@@ -31,7 +31,7 @@ _HOMES = {
     "Case": "rules.case",
     "Compiled": "pipeline",
     "Diagnostic": "diagnostics",
-    "Difference": "meaning.item",
+    "Difference": "meaning.difference",
     "Fact": "formats.format",
     "Facts": "formats.format",
     "Format": "formats.format",
@@ -43,7 +43,7 @@ _HOMES = {
     "Value": "formats.format",
     "compile": "pipeline",
     "diff": "tools.sides",
-    "frame_facts": "formats.static_tf",
+    "frame_facts": "formats.facts",
     "function": "frontend.expression.functions",
     "read": "pipeline",
     "rule": "diagnostics.registry",

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable
 from decimal import Decimal
 from functools import lru_cache
+from typing import NamedTuple
 
 NumberFormat = Callable[[float], str]
 
@@ -60,6 +62,30 @@ def _without_zeros(text: str) -> str:
         text = text.rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
+
+class Style(NamedTuple):
+    """How numbers are printed: with so many digits, counted from the first one that is not zero, or after the point.
+
+    ``significant`` and ``decimals``: what all numbers keep to; neither: some keep to this, some to that.
+    """
+
+    digits: int
+    significant: bool = False
+    decimals: bool = False
+
+    def tolerance(self, value: float) -> float:
+        """Return how far the number that was meant may be away from the one that is printed."""
+        point = 0.5 * 10.0**-self.digits
+        if not value:
+            return point if self.decimals else 0.0
+        first = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) + 1 - self.digits)
+        if self.significant and self.decimals:
+            return max(first, point)
+        return first if self.significant else point if self.decimals else min(first, point)
+
+
+# What ``six`` prints.
+SIX = Style(6)
 
 NUMBER_FORMATS: dict[str, NumberFormat] = {"exact": exact, "six": six}
 

@@ -106,7 +106,7 @@ def test_a_height_map_and_servos_differ_by_what_changed(tmp_path: Path) -> None:
     path = tmp_path / "robot_model.json"
     path.write_text(json.dumps(model), "utf-8")
     assert told(OURS, path) == [
-        "joint2: link2 moved 1.0 mm in link1, always (z 0.030345 -> 0.031345 m)",
-        "base_footprint height map: 1 of 690 cells changed, by up to 10.0 mm",
+        "link2 moved 1.0 mm in link1: origin z 0.030345 -> 0.031345 m",
+        "base_footprint height map: 1 cell changed, by 10.0 mm",
         "servo of joint1 zero_pulse 500 -> 510",
     ]

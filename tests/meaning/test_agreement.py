@@ -72,7 +72,7 @@ SPOILED = [
     ),
     pytest.param(
         *("robot_model.json", '"limit": [-2.09, 2.09]', '"limit": [-2.09, 2.1]'),
-        "joint1 upper: robot_model.json says 2.1 rad, rosorin.urdf and the model say 2.09 rad",
+        "joint1 limit upper: robot_model.json says 2.1 rad, rosorin.urdf and the model say 2.09 rad",
         id="robot_model",
     ),
     pytest.param(

@@ -15,12 +15,12 @@ PICTURES = "frames_amcl, frames_slam"
 CHANGES = [
     pytest.param(
         ("arm.yaml", "0.00074282, 0.08513]", "0.00074282, 0.08613]"),
-        ["joint3 origin z 0.08513 -> 0.08613 m (+1.0 mm): urdf, mjcf, robot_model, frames"],
+        ["link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: urdf, mjcf, robot_model, frames"],
         id="origin",
     ),
     pytest.param(
         ("arm.yaml", "lower: -2.09", "lower: -1.57"),
-        [f"joint{n} lower -2.09 -> -1.57 rad (+29.8 deg): urdf, mjcf, robot_model" for n in range(1, 6)],
+        [f"joint{n} limit lower -2.09 -> -1.57 rad (+29.8 deg): urdf, mjcf, robot_model" for n in range(1, 6)],
         id="limit",
     ),
     pytest.param(
@@ -30,70 +30,82 @@ CHANGES = [
     ),
     pytest.param(
         ("arm.yaml", "ixx: 3.65656868148961e-06", "ixx: 3.65656868149e-06"),
-        ["link2 inertia xx 3.6565686814896e-06 -> 3.65656868149e-06 kg*m^2 (+1.1e-11 %): mjcf"],
+        [
+            "link2 inertia ixx 3.6565686814896e-06 -> 3.65656868149e-06 kg*m^2"
+            " (by 1.1e-11 % of the largest moment): mjcf"
+        ],
         id="tiny",
     ),
     pytest.param(
         ("arm.yaml", "max: [0.02398, 0.02399, 0.03955]", "max: [0.02398, 0.02399, 0.04]"),
-        ["link1 box max z 0.03955 -> 0.04 m (+0.45 mm): urdf, mjcf, robot_model"],
+        ["link1 collision: box max z 0.03955 -> 0.04 m (+0.45 mm): urdf, mjcf, robot_model"],
         id="box",
     ),
     pytest.param(
         ("arm.yaml", "axis: [0, 0, -1]", "axis: [0, 0, 1]"),
-        ["joint5 axis z -1 -> 1: urdf, mjcf, robot_model"],
+        ["joint5 counts the other way round: axis 0 0 -1 -> 0 0 1: urdf, mjcf, robot_model"],
         id="axis",
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "7.5552e-05, 0.106748]", "7.5552e-05, 0.116748]"),
-        [f"lidar_joint origin z 0.106748 -> 0.116748 m (+10.0 mm; and therefore the shapes of base_link): {ALL}"],
+        [
+            "laser moved 10.0 mm in base_link: origin z 0.106748 -> 0.116748 m"
+            f" (and therefore the shapes of base_link): {ALL}"
+        ],
         id="lidar-mount",
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "180 deg", "170 deg"),
-        [f"lidar_joint yaw 3.14159 -> 2.96706 rad (-10.0 deg; and therefore the shapes of base_link): {ALL}"],
+        [
+            "laser turned 10.0 deg in base_link: yaw 3.14159 -> 2.96706 rad"
+            f" (and therefore the shapes of base_link): {ALL}"
+        ],
         id="lidar-turned",
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "max: [0.02695, 0.02684, 0]", "max: [0.02695, 0.02684, 0.01]"),
-        ["laser box max z 0 -> 0.01 m (+10.0 mm; and therefore the shapes of base_link): urdf, mjcf, robot_model"],
+        [
+            "laser collision: box max z 0 -> 0.01 m"
+            " (+10.0 mm; and therefore the shapes of base_link): urdf, mjcf, robot_model"
+        ],
         id="lidar-box",
     ),
     pytest.param(
         ("gripper.yaml", "rpy: [-3.1416, -1.5681, 3.1416]", "rpy: [-3.1, -1.5681, 3.1416]"),
-        ["gripper_joint roll -3.1416 -> -3.1 rad (+2.4 deg): urdf, mjcf, robot_model, frames"],
+        ["gripper_link turned 2.4 deg in link5: roll -3.1416 -> -3.1 rad: urdf, mjcf, robot_model, frames"],
         id="angle-as-written",
     ),
     pytest.param(
         ("gripper.yaml", "rpy: [-0.0038422, 1.5647, -0.012569]", "rpy: [-0.0038422, 1.5, -0.012569]"),
-        ["r_joint pitch 1.5647 -> 1.5 rad (-3.7 deg): mjcf, frames"],
+        ["r_link turned 3.7 deg in gripper_link: pitch 1.5647 -> 1.5 rad: mjcf, frames"],
         id="angle-of-quaternion",
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "tf_base_laser", "tf_laser"),
-        [f"laser: publisher tf_base_laser -> tf_laser: static_tf, static_tf_json, frames, {PICTURES}"],
+        [f"laser: published by tf_base_laser -> tf_laser: static_tf, static_tf_json, frames, {PICTURES}"],
         id="publisher",
     ),
     pytest.param(
         ("poses.yaml", "joint2: 981", "joint2: 980"),
-        ["pose tuck joint2 -2.01481 -> -2.01062 rad (+0.24 deg): mjcf, frames"],
+        ["pose tuck: joint2 -2.01481 -> -2.01062 rad (+0.24 deg): mjcf, frames"],
         id="pose",
     ),
     pytest.param(
         ("poses.yaml", "poses:\n", "poses:\n  home: {positions: {joint1: 0}}\n"),
-        ["pose home: new: mjcf, frames"],
+        ["new: pose home: mjcf, frames"],
         id="new-pose",
     ),
     pytest.param(
         ("chassis.yaml", "[0.061, 0.061, 0.061, 0.094", "[0.091, 0.062, 0.061, 0.094"),
         [
-            "chassis height map: 2 cells changed, by up to 30.0 mm"
+            "base_footprint height map: 2 cells changed, by up to 30.0 mm"
             " (and therefore the shapes of base_footprint, base_link): urdf, mjcf, robot_model"
         ],
         id="height-map",
     ),
     pytest.param(
         ("chassis.yaml", "[0.061, 0.061, 0.061, 0.094", "[0.062, 0.061, 0.061, 0.094"),
-        ["chassis height map: 1 cell changed, by 1.0 mm: robot_model"],
+        ["base_footprint height map: 1 cell changed, by 1.0 mm: robot_model"],
         id="height-within-a-step",
     ),
     pytest.param(
@@ -107,15 +119,15 @@ CHANGES = [
     pytest.param(
         ("chassis.yaml", "xyz: [0, 0, 0.025]", "xyz: [0, 0, 0.026]"),
         [
-            "base_joint origin z 0.025 -> 0.026 m (+1.0 mm; and therefore the shapes of base_link):"
-            " urdf, mjcf, robot_model, frames"
+            "base_link moved 1.0 mm in base_footprint: origin z 0.025 -> 0.026 m"
+            " (and therefore the shapes of base_link): urdf, mjcf, robot_model, frames"
         ],
         id="mount-of-the-chassis",
     ),
     pytest.param(
         ("camera.yaml", "parent: link4", "parent: link5"),
         [
-            f"camera_connect_joint parent link4 -> link5: urdf, mjcf, robot_model, frames, {PICTURES}",
+            f"camera_link0 parent link4 -> link5: urdf, mjcf, robot_model, frames, {PICTURES}",
             "excluded contacts: 2 new (link4 camera_link0, link4 camera_link),"
             " 6 removed (link3 camera_link0, link3 camera_link, camera_link0 link5, 3 more): mjcf",
         ],
@@ -145,9 +157,9 @@ def test_several_changes_are_sorted_by_the_tree(tmp_path: Path) -> None:
     )
     assert meaning(comparison) == [
         "link1 mass 0.0105973 -> 0.02 kg (+9.4 g): mjcf",
-        "joint4 origin z 0.085147 -> 0.085 m (-0.15 mm): urdf, mjcf, robot_model, frames",
+        "link4 moved 0.15 mm in link3: origin z 0.085147 -> 0.085 m: urdf, mjcf, robot_model, frames",
         "laser mass 0.0222222 -> 0.03 kg (+7.8 g): mjcf",
-        "pose tuck joint5 0.00418879 -> 0 rad (-0.24 deg): mjcf, frames",
+        "pose tuck: joint5 0.00418879 -> 0 rad (-0.24 deg): mjcf, frames",
     ]
 
 
@@ -161,7 +173,7 @@ def test_a_new_range_finder_is_one_line(tmp_path: Path) -> None:
     publisher: {static_transform_publisher: tf_base_rear}
 """
     comparison = described(tmp_path, ("lidar_and_imu.yaml", "sensors:\n", sensor))
-    new = "frame rear_range: new, on base_link, published by tf_base_rear: mjcf, static_tf, static_tf_json, frames"
+    new = "new: frame rear_range (on base_link, published by tf_base_rear): mjcf, static_tf, static_tf_json, frames"
     assert meaning(comparison) == [f"{new}, {PICTURES}"]
 
 
@@ -176,7 +188,7 @@ def test_a_second_camera_is_two_frames(tmp_path: Path) -> None:
 """
     comparison = described(tmp_path, ("camera.yaml", "sensors:\n", sensor))
     assert meaning(comparison) == [
-        f"frame {frame}: new, on {parent}, published by robot_state_publisher: urdf, mjcf, frames, {PICTURES}"
+        f"new: frame {frame} (on {parent}, published by robot_state_publisher): urdf, mjcf, frames, {PICTURES}"
         for frame, parent in (("wrist_camera", "gripper_link"), ("wrist_optical", "wrist_camera"))
     ]
 
@@ -186,14 +198,13 @@ def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
         ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
         ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
     ]
-    said = f"joint camera_joint: now called camera_mount: urdf, robot_model, {PICTURES}"
+    said = f"joint camera_joint renamed to camera_mount: urdf, robot_model, {PICTURES}"
     assert meaning(described(tmp_path, *edits)) == [said]
 
 
 def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
     assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
-        "frame r_out_link: removed, was on r_in_link by joint r_out_joint (revolute), published by nobody:"
-        f" mjcf, frames, {PICTURES}"
+        f"removed: link r_out_link (revolute on r_in_link, r_out_joint, published by nobody): mjcf, frames, {PICTURES}"
     ]
 
 
@@ -210,14 +221,14 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
 def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) -> None:
     publisher = "    publisher: {static_transform_publisher: tf_base_laser}\n"
     assert meaning(described(tmp_path, ("lidar_and_imu.yaml", publisher, ""))) == [
-        "frame laser: new, on base_link, published by robot_state_publisher (and therefore the shapes of base_link):"
-        " urdf",
-        "frame laser: removed, was on base_link, published by tf_base_laser: static_tf, static_tf_json",
-        f"laser: publisher tf_base_laser -> robot_state_publisher: frames, {PICTURES}",
+        "new: link laser (on base_link, published by robot_state_publisher;"
+        " and therefore the shapes of base_link): urdf",
+        "removed: frame laser (on base_link, published by tf_base_laser): static_tf, static_tf_json",
+        f"laser: published by tf_base_laser -> robot_state_publisher: frames, {PICTURES}",
     ]
 
 
 def test_inertials_that_an_artifact_gets_are_a_line_a_link(tmp_path: Path) -> None:
     comparison = described(tmp_path, ("robot.yaml", "elements: [collision]", "elements: [collision, inertial]"))
-    assert meaning(comparison)[:2] == ["base_link inertial: new: urdf", "link1 inertial: new: urdf"]
+    assert meaning(comparison)[:2] == ["base_link mass: new, 0.808717 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
     assert len(comparison.changes) == 9

@@ -19,7 +19,7 @@ IF_MEANT = "if this is what you meant, run rosorin-compile all and commit what i
 EDITS = [
     pytest.param(
         *("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.08613", 1),
-        "joint3 origin z 0.08613 -> 0.08513 m (-1.0 mm): urdf",
+        "link3 moved 1.0 mm in link2: origin z 0.08613 -> 0.08513 m: urdf",
         id="origin",
     ),
     pytest.param(
@@ -27,18 +27,24 @@ EDITS = [
         "base_link collision: 1 of 149 shapes changed, up to 5.0 mm: urdf",
         id="box",
     ),
-    pytest.param(*("rosorin.xml", 'axis="0 1 0"', 'axis="0 1 0.5"', 1), "joint3 axis z 0.5 -> 0: mjcf", id="axis"),
+    pytest.param(
+        *("rosorin.xml", 'axis="0 1 0"', 'axis="0 1 0.5"', 1),
+        "joint3 axis 0 1 0.5 -> 0 1 0 (turned 26.6 deg): mjcf",
+        id="axis",
+    ),
     pytest.param(
         *("frames.md", "| tuck | joint1 | 0 rad", "| tuck | joint1 | 1 rad", 1),
-        "pose tuck joint1 1 -> 0 rad (-57.3 deg): frames",
+        "pose tuck: joint1 1 -> 0 rad (-57.3 deg): frames",
         id="pose",
     ),
     pytest.param(
-        *("frames.md", "slam_toolbox", "slam", 1), "odom when slam: publisher slam -> slam_toolbox: frames", id="edge"
+        *("frames.md", "slam_toolbox", "slam", 1),
+        "odom when slam: published by slam -> slam_toolbox: frames",
+        id="edge",
     ),
     pytest.param(
         *("robot_model.json", "0.014 to 0.208 m", "0.014 to 0.218 m", 1),
-        'chassis height map stand_in "... cells, 0.014 to 0.218 m, a block at the rear) and nothing m..." ->'
+        'base_footprint height map stand_in "... cells, 0.014 to 0.218 m, a block at the rear) and nothing m..." ->'
         ' "... cells, 0.014 to 0.208 m, a block at the rear) and nothing m...": robot_model',
         id="text",
     ),
@@ -85,8 +91,8 @@ def test_an_edit_and_a_change_are_told_apart(tmp_path: Path) -> None:
     made = compiled(copy_of_rosorin(tmp_path, {"arm.yaml": ("0.00074282, 0.08513]", "0.00074282, 0.08613]")}))
     urdf = COMMITTED["rosorin.urdf"].replace(b"0.00074282 0.08513", b"0.00074282 0.0853")
     assert meaning(against(made, {**COMMITTED, "rosorin.urdf": urdf})) == [
-        "joint3 origin z 0.08513 -> 0.08613 m (+1.0 mm): mjcf, robot_model, frames",
-        "joint3 origin z 0.0853 -> 0.08613 m (+0.83 mm): urdf",
+        "link3 moved 0.83 mm in link2: origin z 0.0853 -> 0.08613 m: urdf",
+        "link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: mjcf, robot_model, frames",
     ]
 
 

@@ -106,10 +106,10 @@ def artifacts(project: Path) -> dict[str, tuple[int, int]]:
 def test_it_says_what_moved_and_writes_only_that(project: Path, watch: Watch) -> None:
     before = artifacts(project)
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
-    told = watch.until("laser_joint origin x")
+    told = watch.until("laser moved")
     assert told == [
         "bot: 5 artifacts in outputs/bot, written: bot.xml, frames.md, static_tf.launch.py",
-        "  laser_joint origin x 0.04 -> 0.05 m (+10.0 mm): mjcf, static_tf, frames",
+        "  laser moved 10.0 mm in base_link: origin x 0.04 -> 0.05 m: mjcf, static_tf, frames",
     ]
     after = artifacts(project)
     assert {name for name in after if after[name] != before[name]} == {"bot.xml", "frames.md", "static_tf.launch.py"}
@@ -140,7 +140,7 @@ def test_broken_states_keep_the_artifacts(project: Path, watch: Watch) -> None:
     watch.until("the artifacts stay as they are")
     assert artifacts(project) == before
     path.write_text(whole.replace("xzy: [40 mm, 0,", "xyz: [50 mm, 0,"), "utf-8")
-    watch.until("laser_joint origin x 0.04 -> 0.05 m")
+    watch.until("laser moved 10.0 mm in base_link: origin x 0.04 -> 0.05 m")
 
 
 def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
@@ -153,7 +153,7 @@ def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
     )
     watch.until("frame shelf: new")
     edit(project, "0.2]", "0.25]", "descriptions/bot/more.yaml")
-    watch.until("shelf_joint origin z 0.2 -> 0.25 m")
+    watch.until("origin z 0.2 -> 0.25 m")
     edit(project, "include: [more.yaml]\n", "")
     watch.until("frame shelf: removed")
     more.write_text("links: 3\n", "utf-8")
@@ -164,10 +164,10 @@ def test_only_the_robot_that_changed_is_compiled(project: Path, watch: Watch) ->
     copy_of_rosorin(project)
     watch.until("rosorin: 8 artifacts in outputs/rosorin, written: ")
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
-    told = watch.until("laser_joint origin x")
+    told = watch.until("laser moved")
     assert not any(line.startswith("rosorin:") for line in told)
     edit(project, "0.08513]", "0.08613]", "descriptions/rosorin/arm.yaml")
-    told = watch.until("joint3 origin z 0.08513 -> 0.08613 m")
+    told = watch.until("link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m")
     assert not any("bot:" in line or "note[" in line for line in told), "notes are told when they are new"
 
 
@@ -176,7 +176,7 @@ def test_arguments_and_their_file(project: Path) -> None:
     with Watch(project, "bot", "--args", "mine.yaml", "base:=fixed") as watch:
         watch.until("watching bot")
         (project / "mine.yaml").write_text("lidar_height: 120 mm\n", "utf-8")
-        watch.until("laser_joint origin z 0.1 -> 0.12 m")
+        watch.until("origin z 0.1 -> 0.12 m")
         (project / "mine.yaml").write_text("lidar_hight: 120 mm\n", "utf-8")
         assert 'did you mean "lidar_height"?' in "\n".join(watch.until("the artifacts stay as they are"))
         start("second", project)
@@ -197,7 +197,7 @@ def test_it_does_not_grow(project: Path, watch: Watch) -> None:
     lengths = [f"xyz: [{40 + turn} mm, 0," for turn in range(16)]
     for turn, (old, new) in enumerate(itertools.pairwise(lengths)):
         edit(project, old, new)
-        watch.until("laser_joint origin x")
+        watch.until("laser moved")
         if turn == 5:
             before = memory()
     assert memory() < before + 8_000_000

@@ -61,7 +61,7 @@ def test_an_edited_artifact_is_found_and_written_again(project: Path, capsys: py
     good = artifact.read_text("utf-8")
     artifact.write_text(good.replace("0.08513", "0.09"), "utf-8")
     assert main(["check"]) == 1
-    assert "joint3 origin z" in capsys.readouterr().out
+    assert "link3 moved" in capsys.readouterr().out
     assert main(["all"]) == 0
     assert artifact.read_text("utf-8") == good
 
@@ -71,8 +71,8 @@ def test_check_explains_by_meaning_first(project: Path, capsys: pytest.CaptureFi
     capsys.readouterr()
     assert main(["check"]) == 1
     lines = capsys.readouterr().out.splitlines()
-    (meaning,) = [line for line in lines if "joint3 origin z" in line]
-    assert "0.08513 -> 0.08613 m (+1 mm)" in meaning.replace("+1.0 mm", "+1 mm")
+    (meaning,) = [line for line in lines if "link3 moved" in line]
+    assert meaning.startswith("link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: ")
     for artifact in ("urdf", "mjcf", "robot_model"):
         assert artifact in meaning
     assert lines.index(meaning) < next(i for i, line in enumerate(lines) if line.startswith("@@"))
@@ -135,7 +135,7 @@ def test_dry_run_writes_nothing(project: Path, capsys: pytest.CaptureFixture[str
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     before = (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes()
     assert main(["all", "--dry-run"]) == 1
-    assert "joint3 origin z" in capsys.readouterr().out
+    assert "link3 moved" in capsys.readouterr().out
     assert (project / "outputs" / "rosorin" / "rosorin.urdf").read_bytes() == before
 
 

@@ -1,7 +1,7 @@
-"""What the readers of XML artifacts share: parsing, numbers with their printed precision, and the names of facts.
+"""Facts: what is said of a robot, thing by thing, by its model and by its artifacts.
 
-Both readers call a thing by the same name and put it in the same terms, so that a fact of the URDF and one of the MJCF
-can be compared:
+All call a thing by the same name and put it in the same terms, so that a fact of the URDF and one of the MJCF can be
+compared; readers of XML share parsing and numbers with their printed precision:
 
 ==========  ==========================================================================================================
 frame       by child link: "parent", "origin x|y|z" in the parent (m), "roll|pitch|yaw" (rad; see ``angles``)
@@ -19,11 +19,11 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from ..model import Transform, Vector
+from ..model import Joint, Link, Pose, Robot, Transform, Vector
 from ..model.geometry import dot
-from ..numbers import six
+from ..numbers import SIX, six
 from ..xml.elements import tree_of
-from .format import Fact, Facts, Value
+from .format import Fact, Facts, Value, row_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -61,13 +61,6 @@ def number_of(text: str) -> float:
     return value
 
 
-def half_width(value: float) -> float:
-    """Return half of the last digit of a value printed by ``formatting.six``; it prints 0 for zero alone."""
-    if value == 0:
-        return 0.0
-    return min(0.5 * 10.0 ** (math.floor(math.log10(abs(value))) - 5), 5e-7)
-
-
 def is_exact(root: Element) -> bool:
     """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
     for element in root.iter():
@@ -92,9 +85,9 @@ class FactSheet:
         self.facts: Facts = {}
         self.exact = is_exact(self.root)
 
-    def half_width(self, value: float) -> float:
-        """Return half the width of what was printed of a value: 0 where every digit was printed."""
-        return 0.0 if self.exact else half_width(value)
+    def tolerance(self, value: float) -> float:
+        """Return how well a printed value is known: 0 where every digit was printed."""
+        return 0.0 if self.exact else SIX.tolerance(value)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -127,7 +120,7 @@ class FactSheet:
         if isinstance(value, str):
             self.facts[fact] = Value(value)
         else:
-            self.facts[fact] = Value(value, unit, self.half_width(value) if tolerance is None else tolerance)
+            self.facts[fact] = Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
@@ -141,7 +134,7 @@ class FactSheet:
     def angle_tolerance(self, transform: Transform) -> float:
         """Return how well roll, pitch and yaw are known; near pitch +-90 degrees roll and yaw are hardly told apart."""
         cosine = math.hypot(transform.rows[2][1], transform.rows[2][2])
-        return (ROTATION_ROUNDING + 4 * self.half_width(1.0)) / max(cosine, 1e-6)
+        return (ROTATION_ROUNDING + 4 * self.tolerance(1.0)) / max(cosine, 1e-6)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
@@ -151,7 +144,7 @@ class FactSheet:
         turned = frame.rows != Transform().rows
         rounding = max(map(abs, inertia)) * ROTATION_ROUNDING if turned else 0.0
         for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
-            tolerance = self.half_width(value) + rounding
+            tolerance = self.tolerance(value) + rounding
             self.add(Fact("link", link, f"inertia {name}"), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
@@ -164,7 +157,7 @@ class FactSheet:
             self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", tolerance)
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
-            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.half_width(value))
+            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
 
 
 # Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.
@@ -193,3 +186,72 @@ def along_link(inertia: Six, frame: Transform) -> Six:
 
 def _times(rows: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
     return (dot(rows[0], v), dot(rows[1], v), dot(rows[2], v))
+
+
+NO_TOLERANCE: Vector = (0.0, 0.0, 0.0)
+
+
+def frame_facts(
+    child: str, parent: str, pose: Pose, metres: Vector = NO_TOLERANCE, radians: Vector = NO_TOLERANCE
+) -> Facts:
+    """Return where a frame sits in its parent; ``metres`` and ``radians`` are how well its numbers are known.
+
+    Angles are as they were written, if that is the form in which they are compared (see ``angles``).
+    """
+    rpy = angles(pose.transform())
+    if all(abs(written - compared) < ROTATION_ROUNDING for written, compared in zip(pose.rpy, rpy, strict=True)):
+        rpy = pose.rpy
+    else:
+        rounding = ROTATION_ROUNDING + 4 * max(radians)
+        radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
+    facts: Facts = {Fact("frame", child, "parent"): Value(parent)}
+    for axis, value, tolerance in zip(AXES, pose.xyz, metres, strict=True):
+        facts[Fact("frame", child, f"origin {axis}")] = Value(float(value), "m", tolerance)
+    for angle, value, tolerance in zip(ANGLES, rpy, radians, strict=True):
+        facts[Fact("frame", child, angle)] = Value(float(value), "rad", tolerance)
+    return facts
+
+
+def facts_of(robot: Robot) -> Facts:
+    """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
+    facts: Facts = {}
+    for joint in robot.joints:
+        facts |= frame_facts(joint.child, joint.parent, joint.origin)
+        facts |= _joint_facts(joint)
+    for edge in robot.edges:
+        # Of several rows for one frame the first one bears its name alone.
+        if edge.joint:
+            facts |= frame_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
+        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
+            facts |= frame_facts(edge.child, edge.parent, edge.pose)
+    for link in robot.links:
+        facts |= _mass_facts(link)
+    return facts
+
+
+def _joint_facts(joint: Joint) -> Facts:
+    values: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
+    unit = "m" if joint.type == "prismatic" else "rad"
+    if joint.moves or joint.type == "planar":
+        values |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
+    if joint.moves and joint.limit:
+        limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
+        limits["effort"] = joint.limit.effort
+        values |= {quantity: Value(float(value), unit) for quantity, value in limits.items() if value is not None}
+    if joint.mimic:
+        values["mimic joint"] = Value(joint.mimic.joint)
+        values["mimic multiplier"] = Value(float(joint.mimic.multiplier))
+        values["mimic offset"] = Value(float(joint.mimic.offset), unit)
+    return {Fact("joint", joint.name, quantity): value for quantity, value in values.items()}
+
+
+def _mass_facts(link: Link) -> Facts:
+    inertial = link.inertial
+    if inertial is None:
+        return {}
+    values = {"mass": Value(float(inertial.mass), "kg")}
+    values |= {f"centre of mass {axis}": Value(float(v), "m") for axis, v in zip(AXES, inertial.pose.xyz, strict=True)}
+    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
+    along = along_link(six, inertial.pose.transform())
+    values |= {f"inertia {name}": Value(float(value), "kg*m^2") for name, value in zip(INERTIA, along, strict=True)}
+    return {Fact("link", link.name, quantity): value for quantity, value in values.items()}

@@ -46,7 +46,7 @@ class Fact(NamedTuple):
 
 
 class Value(NamedTuple):
-    """The value of a fact: a number in SI units with the half width of what was printed, or a text."""
+    """The value of a fact: a number in SI units and how well it is known, or a text."""
 
     value: float | str
     unit: str = ""

@@ -10,11 +10,11 @@ from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
-from ..numbers import NUMBER_FORMATS, NumberFormat, fixed, six
+from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
-from .facts import half_width, number_of
+from .facts import frame_facts, number_of
 from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
-from .static_tf import describe, frame_facts
+from .static_tf import describe
 from .templating import BUILTIN, Templates
 
 _FRAME_HEADERS = (
@@ -203,23 +203,23 @@ def read(text: str) -> Facts:
         return {}
     if not frames:
         raise ValueError("there is no table of frames")
-    width = _half_width([number for row in frames for number in _numbers(row)])
+    tolerance = _tolerance([number for row in frames for number in _numbers(row)])
     facts: Facts = {}
     parents: dict[str, str] = {}
     for row in frames:
         first = parents.setdefault(row["child"], row["parent"])
         which = "" if first == row["parent"] else f" below {row['parent']}"
         which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
-        for fact, value in _read_frame(row, width).items():
+        for fact, value in _read_frame(row, tolerance).items():
             facts[fact._replace(quantity=fact.quantity + which)] = value
     for row in _parse(text, _POSE_HEADERS):
         token, unit = row["position"].split(" ")
         number = number_of(token)
-        facts[Fact("pose", row["pose"], row["joint"])] = Value(number, unit, width(number))
+        facts[Fact("pose", row["pose"], row["joint"])] = Value(number, unit, tolerance(number))
     return facts
 
 
-def _read_frame(row: dict[str, str], width: Callable[[float], float]) -> Facts:
+def _read_frame(row: dict[str, str], tolerance: Callable[[float], float]) -> Facts:
     child = row["child"]
     facts = {
         Fact("frame", child, "parent"): Value(row["parent"]),
@@ -230,8 +230,8 @@ def _read_frame(row: dict[str, str], width: Callable[[float], float]) -> Facts:
     if numbers:
         x, y, z, roll, pitch, yaw = numbers
         xyz, rpy = (x, y, z), (roll, pitch, yaw)
-        a, b, c, d, e, f = map(width, numbers)
-        facts |= frame_facts(child, Pose(xyz, rpy), (a, b, c), (d, e, f))
+        a, b, c, d, e, f = map(tolerance, numbers)
+        facts |= frame_facts(child, row["parent"], Pose(xyz, rpy), (a, b, c), (d, e, f))
     return facts
 
 
@@ -242,10 +242,10 @@ def _numbers(row: dict[str, str]) -> list[float]:
     return [number_of(token) for token in f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}".split()]
 
 
-def _half_width(numbers: list[float]) -> Callable[[float], float]:
-    """Return the function that says half the width of what was printed: one number of many digits shows ``exact``."""
+def _tolerance(numbers: list[float]) -> Callable[[float], float]:
+    """Return the function that says how well a printed number is known: one number of many digits shows ``exact``."""
     exact = any(float(six(number)) != number for number in numbers)
-    return (lambda _: 0.0) if exact else half_width
+    return (lambda _: 0.0) if exact else SIX.tolerance
 
 
 def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:

@@ -7,7 +7,6 @@ the frames is published by robot_state_publisher from the URDF.
 
 from __future__ import annotations
 
-import math
 import posixpath
 import re
 from collections.abc import Iterator, Sequence
@@ -23,7 +22,7 @@ from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import fed
 from ..rules.conditions import combinations, holds, modes_in
 from . import format
-from .facts import ANGLES, AXES, ROTATION_ROUNDING, angles, number_of
+from .facts import NO_TOLERANCE, frame_facts, number_of
 from .format import Fact, Facts, Format, Value
 from .templating import BUILTIN, Templates
 
@@ -51,7 +50,6 @@ _WORD = re.compile(r"[^\W\d]\w*")
 _WORDS_ALONE = re.compile(r"[\w() ]+")
 _OPERATORS = ("and", "or", "not")
 _PARENT, _CHILD = "--frame-id", "--child-frame-id"
-_NOTHING: Vector = (0.0, 0.0, 0.0)
 
 
 class Numbers(NamedTuple):
@@ -199,11 +197,11 @@ def read(text: str) -> Facts:
                 name, arguments = (ast.literal_eval(given[key]) for key in ("name", "arguments"))
             except TypeError as problem:
                 raise ValueError(f"not plain values: {problem}") from None
-            facts |= facts_of(name, arguments)
+            facts |= node_facts(name, arguments)
     return facts
 
 
-def facts_of(name: object, arguments: object) -> Facts:
+def node_facts(name: object, arguments: object) -> Facts:
     """Return what the arguments of one static_transform_publisher say. Raises ValueError if they are not ours."""
     if not isinstance(name, str) or not isinstance(arguments, list) or not all(isinstance(a, str) for a in arguments):
         raise ValueError("a static_transform_publisher has a name that is no text or arguments that are no texts")
@@ -214,38 +212,18 @@ def facts_of(name: object, arguments: object) -> Facts:
         raise ValueError(f"the flags of {name} are {', '.join(given)}")
     x, y, z, roll, pitch, yaw = (number_of(given[flag]) for flag in (*_XYZ, *_RPY))
     pose = Pose((x, y, z), (roll, pitch, yaw))
-    metres, radians = _half_widths([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
-    facts = frame_facts(given[_CHILD], pose, metres, radians)
-    facts[Fact("frame", given[_CHILD], "parent")] = Value(given[_PARENT])
+    metres, radians = _tolerances([given[flag] for flag in _XYZ], [given[flag] for flag in _RPY])
+    facts = frame_facts(given[_CHILD], given[_PARENT], pose, metres, radians)
     facts[Fact("frame", given[_CHILD], "publisher")] = Value(name)
     return facts
 
 
-def _half_widths(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
-    """Return half of what was printed (m, rad); nothing where a number has more digits than rounded ones have."""
+def _tolerances(metres: Sequence[str], radians: Sequence[str]) -> tuple[Vector, Vector]:
+    """Return how well printed numbers are known (m, rad): exactly, if one has more digits than rounded ones have."""
     printed = [(METRE_DIGITS, text) for text in metres] + [(RADIAN_DIGITS, text) for text in radians]
     if any(len(text.partition(".")[2]) > digits for digits, text in printed):
-        return _NOTHING, _NOTHING
+        return NO_TOLERANCE, NO_TOLERANCE
     return (0.5 * 10.0**-METRE_DIGITS,) * 3, (0.5 * 10.0**-RADIAN_DIGITS,) * 3
-
-
-def frame_facts(child: str, pose: Pose, metres: Vector = _NOTHING, radians: Vector = _NOTHING) -> Facts:
-    """Return where a frame sits in its parent; ``metres`` and ``radians`` are half widths of what was printed.
-
-    Angles are as they were written, if that is the form in which they are compared (see ``xml_facts.angles``).
-    """
-    rpy = angles(pose.transform())
-    if all(abs(printed - meant) < ROTATION_ROUNDING for printed, meant in zip(pose.rpy, rpy, strict=True)):
-        rpy = pose.rpy
-    else:
-        rounding = ROTATION_ROUNDING + 4 * max(radians)
-        radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
-    facts: Facts = {}
-    for axis, value, width in zip(AXES, pose.xyz, metres, strict=True):
-        facts[Fact("frame", child, f"origin {axis}")] = Value(value, "m", width)
-    for angle, value, width in zip(ANGLES, rpy, radians, strict=True):
-        facts[Fact("frame", child, angle)] = Value(value, "rad", width)
-    return facts
 
 
 def check_numbers(case: Case, output: Output) -> Iterator[Diagnostic]:

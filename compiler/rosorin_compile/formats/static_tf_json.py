@@ -17,8 +17,8 @@ from .static_tf import (
     NUMBER_FORMAT,
     check_numbers,
     describe,
-    facts_of,
     frames,
+    node_facts,
     numbers_of,
     static_in_modes,
     static_transforms,
@@ -47,7 +47,7 @@ def read(text: str) -> Facts:
     facts: Facts = {}
     try:
         for node in json_of(text)["static_transform_publisher"]:
-            facts |= facts_of(node["name"], node["arguments"])
+            facts |= node_facts(node["name"], node["arguments"])
     except (KeyError, TypeError) as problem:
         raise ValueError(f"not a list of static transforms: {problem!r}") from None
     return facts

@@ -8,15 +8,14 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import INERTIA, along_link
-from ..formats.format import row_name
+from ..formats import FORMATS, Artifact, Fact, Format, Value
+from ..formats.facts import facts_of
 from ..frontend.schema import misfits
-from ..model import Joint, Link, Mesh, Output, Pose, Robot, Shape
-from .causes import COLLISION
-from .solids import Solid, remainder, same_set, solid_from
-from .view import ANGLES, AXES, View, agree, called, same_turn, view_of
-from .wording import number_pair, value_text
+from ..model import Mesh, Output, Robot, Shape
+from .solids import COLLISION, Solid, remainder, same_set, solid_from
+from .tolerance import NOISE, same_turn, same_value
+from .view import View, called, view_of
+from .wording import number_pair, subject, value_text
 
 RULES = (
     Rule(
@@ -30,7 +29,7 @@ RULES = (
 _RULE = "artifacts-disagree"
 _HELP = "a template or a backend is at fault, not the description: please report it"
 # What the way through frames, quaternions and half sizes costs (m, and rotation entries).
-_ROOM = 1e-9
+_TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
@@ -78,7 +77,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
             found += _misfits(artifact)
             readings.append(_Reading(artifact, view_of(facts, called(robot, artifact))))
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    model = view_of(_facts(robot), {})
+    model = view_of(facts_of(robot), {})
     for reading in readings:
         found += _frames(robot, reading)
         found += _others(robot, reading)
@@ -86,61 +85,6 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
         found += _turns(reading, model, readings)
         found += _shapes(robot, reading)
     return found
-
-
-def _facts(robot: Robot) -> Facts:
-    """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
-    facts: Facts = {}
-    for joint in robot.joints:
-        facts |= _pose_facts(joint.child, joint.parent, joint.origin)
-        facts |= _joint_facts(joint)
-    for edge in robot.edges:
-        # Of several rows for one frame the first one bears its name alone.
-        if edge.joint:
-            facts |= _pose_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
-        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
-            facts |= _pose_facts(edge.child, edge.parent, edge.pose)
-    for link in robot.links:
-        facts |= _mass_facts(link)
-    return facts
-
-
-def _pose_facts(child: str, parent: str, pose: Pose) -> Facts:
-    facts = {Fact("frame", child, "parent"): Value(parent)}
-    facts |= {
-        Fact("frame", child, f"origin {axis}"): Value(float(v), "m") for axis, v in zip(AXES, pose.xyz, strict=True)
-    }
-    return facts | {
-        Fact("frame", child, angle): Value(float(v), "rad") for angle, v in zip(ANGLES, pose.rpy, strict=True)
-    }
-
-
-def _joint_facts(joint: Joint) -> Facts:
-    said: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
-    unit = "m" if joint.type == "prismatic" else "rad"
-    if joint.moves or joint.type == "planar":
-        said |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
-    if joint.moves and joint.limit:
-        limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
-        limits["effort"] = joint.limit.effort
-        said |= {quantity: Value(float(value), unit) for quantity, value in limits.items() if value is not None}
-    if joint.mimic:
-        said["mimic joint"] = Value(joint.mimic.joint)
-        said["mimic multiplier"] = Value(float(joint.mimic.multiplier))
-        said["mimic offset"] = Value(float(joint.mimic.offset), unit)
-    return {Fact("joint", joint.name, quantity): value for quantity, value in said.items()}
-
-
-def _mass_facts(link: Link) -> Facts:
-    inertial = link.inertial
-    if inertial is None:
-        return {}
-    said = {"mass": Value(float(inertial.mass), "kg")}
-    said |= {f"centre of mass {axis}": Value(float(v), "m") for axis, v in zip(AXES, inertial.pose.xyz, strict=True)}
-    six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
-    along = along_link(six, inertial.pose.transform())
-    said |= {f"inertia {name}": Value(float(value), "kg*m^2") for name, value in zip(INERTIA, along, strict=True)}
-    return {Fact("link", link.name, quantity): value for quantity, value in said.items()}
 
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
@@ -161,11 +105,11 @@ def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
 def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for fact, value in reading.view.plain.items():
         meant = model.plain.get(fact)
-        if meant is None or agree(value, meant) or _cannot_say(robot, reading, fact):
+        if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
-        others = (other for other in readings if agree(other.view.plain.get(fact), meant))
+        others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(f"{fact.name} {fact.quantity}", reading, mine, theirs, next(others, None))
+        yield _error(subject(fact), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
@@ -224,4 +168,4 @@ def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
         return None
     if any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
-    return [solid_from(solid, _ROOM) for shape in own for solid in shape.solids()]
+    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]

@@ -3,8 +3,7 @@
 A body is named after its topmost link. What moves against what is a matter of bodies; which link of a body hangs on
 which other one is a matter of writing.
 
-Then, how far two places are apart and whether that is more than their sources leave open, and the states of the joints
-at which two robots are compared: the same ones in every run.
+Then, the states of the joints at which two robots are compared: the same ones in every run.
 """
 
 from __future__ import annotations
@@ -13,36 +12,13 @@ import math
 import random
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import NamedTuple
 
-from ..model import Joint, Robot, Transform
+from ..model import Joint, Robot
 from ..model.geometry import norm
-from .tolerance import Printing, joined
+from ..model.motion import motion
+from .tolerance import HERE, ROOT_THREE, TURNS, Placed, Printing
 
 Positions = Mapping[str, float]
-# Three coordinates off at once; three angles may all turn about one line.
-_ROOT_THREE, TURNS = 3**0.5, 3.0
-
-
-class Placed(NamedTuple):
-    """Where something is, and how well that is known: lengths (m) and angles (rad)."""
-
-    transform: Transform
-    length: float = 0.0
-    angle: float = 0.0
-
-    def then(self, child: Placed) -> Placed:
-        """Return this place followed by another one in it."""
-        length = self.length + child.length + self.angle * norm(child.transform.xyz)
-        return Placed(self.transform.then(child.transform), length, self.angle + child.angle)
-
-    def inverse(self) -> Placed:
-        """Return the way back."""
-        length = self.length + self.angle * norm(self.transform.xyz)
-        return Placed(self.transform.inverse(), length, self.angle)
-
-
-HERE = Placed(Transform())
 
 
 class Bodies:
@@ -67,14 +43,18 @@ class Bodies:
 
     def edge(self, joint: Joint, position: float) -> Placed:
         """Return the child of a joint in its parent at a position (rad or m)."""
-        xyz, rpy = joint.origin.xyz, joint.origin.rpy
-        length = _ROOT_THREE * self.printing.room("xyz", *xyz)
-        angle = TURNS * self.printing.room("rpy", *rpy)
-        if position and joint.moves:
-            tilt = _ROOT_THREE * self.printing.room("axis", *joint.axis) / (norm(joint.axis) or 1.0)
-            turns = joint.type != "prismatic"
-            length, angle = length + (0.0 if turns else tilt * abs(position)), angle + (2 * tilt if turns else 0.0)
-        return Placed(joint.transform(position), length, angle)
+        tolerance = self.printing.tolerance
+        origin = Placed(
+            joint.origin.transform(),
+            ROOT_THREE * tolerance("xyz", *joint.origin.xyz),
+            TURNS * tolerance("rpy", *joint.origin.rpy),
+        )
+        if not position or not joint.moves:
+            return origin
+        tilt = ROOT_THREE * tolerance("axis", *joint.axis) / (norm(joint.axis) or 1.0)
+        slides = joint.type == "prismatic"
+        way = motion(joint.type, joint.axis, position)
+        return origin.then(Placed(way, tilt * abs(position) if slides else 0.0, 0.0 if slides else 2 * tilt))
 
     def entering(self, top: str) -> Joint | None:
         """Return the joint that moves a body; None for the root's."""
@@ -130,31 +110,6 @@ class Bodies:
             found.append(self.robot.joint_to[link])
             link = found[-1].parent
         return found
-
-
-class Gap(NamedTuple):
-    """How far two places are apart (m, rad), and how far they may be as well as they are known."""
-
-    distance: float
-    angle: float
-    length_room: float
-    angle_room: float
-
-    @property
-    def closed(self) -> bool:
-        """Whether the two places are the same."""
-        return self.distance <= self.length_room and self.angle <= self.angle_room
-
-
-def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
-    """Return how far two places are apart; ``tolerance`` (m, rad) is no distance."""
-    step = tuple(b - a for a, b in zip(one.transform.xyz, other.transform.xyz, strict=True))
-    return Gap(
-        math.hypot(*step),
-        one.transform.angle_to(other.transform),
-        tolerance + joined(one.length, other.length),
-        tolerance + joined(one.angle, other.angle),
-    )
 
 
 _SEED = 5

@@ -12,12 +12,10 @@ from collections.abc import Mapping, Sequence
 from ..formats import Fact
 from ..model import HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
-from .entities import Pair, joints_by_child
-from .solids import Solid, remainder, same_set, shape_of, solid_from
+from .entities import Change, Pair, joints_by_child
+from .solids import COLLISION, Solid, remainder, same_set, shape_of, solid_from
 from .view import View, transform_of
-from .wording import Change
 
-COLLISION = "collision"
 # A damaged height beyond this (m) is not cut into steps.
 _SKY = 1e6
 _LOOK = ("red", "green", "blue", "alpha", "texture")
@@ -48,11 +46,11 @@ def causes(
     for tree, view, every in zip(trees, (pair.old, pair.new), (whole.old, whole.new), strict=True):
         if link not in tree.link:
             return []
-        room = 4 * max((solid.room for solids in every.shapes.values() for solid in solids), default=0.0)
+        tolerance = 8 * max((solid.tolerance for solids in every.shapes.values() for solid in solids), default=0.0)
         shapes, lenders = tree.shapes_at(link, view.names, purpose)
         # Colours and materials are said differently in each artifact.
         mine = [solid._replace(words=()) for solid in view.shapes.get(thing, ())]
-        if not same_set(mine, [solid_from(shape, room) for shape in shapes]):
+        if not same_set(mine, [solid_from(shape, tolerance) for shape in shapes]):
             return []
         members |= lenders
     return [at for at, change in enumerate(found) if members and _moves(change, pair, thing, members, trees)]
@@ -145,5 +143,5 @@ def _moves(change: Change, pair: Pair, thing: tuple[str, str], members: set[str]
         placed = change.name in members or (change.name == link and bool(members.intersection(above)))
         return placed and change.quantity not in ("publisher", "topic")
     if change.kind == "link" and change.name in {link, *members}:
-        return change.quantity.startswith((purpose, "box" if purpose == COLLISION else purpose))
+        return change.quantity.startswith(purpose)
     return _is_map(change) and change.name in members and purpose == COLLISION

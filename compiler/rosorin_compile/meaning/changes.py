@@ -6,22 +6,49 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from ..formats import Fact, Value
-from ..model import Robot, Vector
+from ..formats.facts import ANGLES, AXES, INERTIA
+from ..model import Pose, Robot, Vector
 from .causes import causes
-from .entities import Entities, Entry, Pair
-from .solids import Delta, Solid, delta
-from .view import ANGLES, AXES, NOISE, Turn, agree, differs, same_turn, turned, wrapped
-from .wording import Change, cells_change, contacts_change, shapes_change, value_change
+from .entities import Change, Entities, Entry, Numbers, Pair
+from .solids import Delta, Solid, delta, same_set
+from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
+from .view import View
+from .wording import (
+    Sentence,
+    axis_change,
+    cells_change,
+    centre_change,
+    contacts_change,
+    inertia_change,
+    mimic_change,
+    mimic_text,
+    placed,
+    shapes_change,
+    subject,
+    value_change,
+)
 
 # The order of the lines about one thing.
 _QUANTITIES = (
     *("", "parent", "publisher", "topic", "type", "child", "origin", "roll", "pitch", "yaw", "axis", "lower", "upper"),
     *("effort", "velocity", "damping", "friction", "armature", "mimic", "kp", "kv", "ctrl", "cells", "cell", "base"),
-    *("mass", "centre", "inertia", "box", "collision", "visual", "site", "contact"),
+    *("mass", "centre", "inertia", "collision", "visual", "site", "contact"),
 )
 _CONTACT = "contact with "
+# Numbers that say one thing together.
+_GROUPS: Mapping[str, Sequence[str]] = {
+    "origin": AXES,
+    "axis": AXES,
+    "centre of mass": AXES,
+    "inertia": INERTIA,
+    "mimic": ("joint", "multiplier", "offset"),
+}
+_NOTHING, _UPRIGHT = Numbers({}), Turn((0.0, 0.0, 0.0), (0.0, 0.0, 0.0))
 # What an artifact repeats in other words needs no second line.
 _REPEATED = {"ctrl lower": "lower", "ctrl upper": "upper"}
+
+# How many shapes there were and are, and which of them changed.
+_Shapes = tuple[tuple[int, int], Delta]
 
 
 def changes(robot: Robot, pairs: Sequence[Pair], whole: Pair | None) -> list[Change]:
@@ -34,110 +61,147 @@ def changes(robot: Robot, pairs: Sequence[Pair], whole: Pair | None) -> list[Cha
     entries: dict[Fact, list[Entry]] = dict(entities.types)
     solids: list[tuple[Pair, str, str]] = []
     for pair in pairs:
-        for fact, entry in _plain(pair):
+        for fact, entry in _entries(pair):
             if not entities.hides(pair, fact):
                 entries.setdefault(fact, []).append(entry)
         for link, purpose in sorted(pair.old.shapes.keys() | pair.new.shapes.keys()):
             if entities.hides(pair, Fact("link", link, purpose)):
                 continue
-            boxes = dict(_single_box(pair, link, purpose))
-            for fact, entry in boxes.items():
-                entries.setdefault(fact, []).append(entry)
-            if not boxes and delta(*_solids(pair, link, purpose)) != Delta((), ()):
+            if delta(*_solids(pair, link, purpose)) != Delta((), ()):
                 solids.append((pair, link, purpose))
     found = entities.changes()
     for fact, group in entries.items():
         found += _value_changes(robot, fact, group)
-    found += [*_turn_changes(robot, pairs, entities), *_cell_changes(pairs), *_contact_changes(pairs, entities)]
+    found += [*_cell_changes(pairs), *_contact_changes(pairs, entities)]
     found = _shape_changes(robot, pairs, whole, solids, found)
     place = {link.name: index for index, link in enumerate(robot.walk())}
     return sorted((_arranged(change, pairs) for change in found), key=lambda change: _order(robot, place, change))
 
 
-def _plain(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
-    old, new = pair.old.plain, pair.new.plain
-    for fact in dict.fromkeys([*old, *new]):
-        before, after = old.get(fact), new.get(fact)
-        if not differs(before, after) or fact.quantity.startswith(_CONTACT):
+def _numbers(view: View, thing: Fact) -> Numbers:
+    """Return what an artifact says of one thing, such as the three coordinates of an axis."""
+    parts = _GROUPS.get(thing.quantity, ("",))
+    values = {part: view.plain.get(thing._replace(quantity=f"{thing.quantity} {part}".rstrip())) for part in parts}
+    turn = view.turns.get(thing.name) if thing[::2] == ("frame", "origin") else None
+    return Numbers({part: value for part, value in values.items() if value is not None}, turn)
+
+
+def _thing(fact: Fact) -> Fact:
+    """Return what a fact is a part of: the axis of a joint, for one of its coordinates."""
+    group, _, part = fact.quantity.rpartition(" ")
+    return fact._replace(quantity=group) if part in _GROUPS.get(group, ()) else fact
+
+
+def _things(pair: Pair) -> Iterator[Fact]:
+    """Yield the things that one artifact says differently, in its order."""
+    old, new = pair.old, pair.new
+    facts = (fact for fact in {**old.plain, **new.plain} if not same_value(old.plain.get(fact), new.plain.get(fact)))
+    turned = (
+        frame for frame in {**old.turns, **new.turns} if not _same_turn(old.turns.get(frame), new.turns.get(frame))
+    )
+    yield from dict.fromkeys([*map(_thing, facts), *(Fact("frame", frame, "origin") for frame in turned)])
+
+
+def _entries(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
+    for thing in _things(pair):
+        before, after = _numbers(pair.old, thing), _numbers(pair.new, thing)
+        if thing.quantity.startswith(_CONTACT):
             continue
-        twin = fact._replace(quantity=_REPEATED.get(fact.quantity, ""))
-        if twin.quantity and before in (None, old.get(twin)) and after in (None, new.get(twin)):
-            continue
-        yield fact, Entry(pair.output, before, after)
-    for frame in sorted(pair.old.turns.keys() ^ pair.new.turns.keys()):
-        for index, angle in enumerate(ANGLES):
-            values = [turns.get(frame) for turns in (pair.old.turns, pair.new.turns)]
-            said = [turn and Value(turn.rpy[index], "rad", turn.tolerance[index]) for turn in values]
-            yield Fact("frame", frame, angle), Entry(pair.output, said[0], said[1])
+        if thing.quantity in _REPEATED:
+            twin = thing._replace(quantity=_REPEATED[thing.quantity])
+            pairs = ((before, _numbers(pair.old, twin)), (after, _numbers(pair.new, twin)))
+            if all(own in (_NOTHING, other) for own, other in pairs):
+                continue
+        yield thing, Entry(pair, before, after)
+
+
+def _same(one: Numbers, other: Numbers, noise: float = 0.0) -> bool:
+    """Say whether two artifacts mean the same; of one writer without ``noise``."""
+    parts = one.parts.keys() | other.parts.keys()
+    if not all(same_value(one.parts.get(part), other.parts.get(part), noise) for part in parts):
+        return False
+    return same_turn(one.turn, other.turn) if noise else _same_turn(one.turn, other.turn)
+
+
+def _same_turn(one: Turn | None, other: Turn | None) -> bool:
+    """Say whether two rotations of one writer are one."""
+    return one is other if one is None or other is None else same_angles(one, other)
 
 
 def _solids(pair: Pair, link: str, purpose: str) -> tuple[tuple[Solid, ...], tuple[Solid, ...]]:
     return pair.old.shapes.get((link, purpose), ()), pair.new.shapes.get((link, purpose), ())
 
 
-def _single_box(pair: Pair, link: str, purpose: str) -> Iterator[tuple[Fact, Entry]]:
-    """Yield what became of the corners of a box that is the only shape of a link, before and after."""
-    old, new = _solids(pair, link, purpose)
-    if len(old) != 1 or len(new) != 1 or old[0].words != new[0].words:
-        return
-    before, after = old[0].box, new[0].box
-    if before is None or after is None:
-        return
-    room, name = 2 * max(old[0].room, new[0].room) + NOISE, "box" if purpose == "collision" else f"{purpose} box"
-    for end, first, second in (("min", before.lower, after.lower), ("max", before.upper, after.upper)):
-        for axis, a, b in zip(AXES, first, second, strict=True):
-            entry = Entry(pair.output, Value(a, "m", room), Value(b, "m", room))
-            if differs(entry.old, entry.new):
-                yield Fact("link", link, f"{name} {end} {axis}"), entry
-
-
 def _value_changes(robot: Robot, fact: Fact, group: Sequence[Entry]) -> Iterator[Change]:
-    """Yield a change for each set of artifacts that mean the same by it, in the numbers of the most precise one."""
+    """Yield the changes of each set of artifacts that mean the same by it, in the numbers of the most precise one."""
     clusters: list[list[Entry]] = []
-    for entry in sorted(group, key=_room):
+    for entry in sorted(group, key=_tolerance):
         for cluster in clusters:
-            if agree(cluster[0].old, entry.old) and agree(cluster[0].new, entry.new):
+            if _same(cluster[0].old, entry.old, NOISE) and _same(cluster[0].new, entry.new, NOISE):
                 cluster.append(entry)
                 break
         else:
             clusters.append([entry])
     for cluster in clusters:
-        text, remark = value_change(robot, fact, cluster[0].old, cluster[0].new)
-        yield Change(*fact, text, remark, tuple(entry.output for entry in cluster))
+        outputs = tuple(entry.pair.output for entry in cluster)
+        for quantity, sentence in _sentences(robot, fact, cluster[0]):
+            yield Change(fact.kind, fact.name, quantity, *sentence, outputs)
 
 
-def _room(entry: Entry) -> float:
-    return max(value.tolerance for value in (entry.old, entry.new) if value is not None)
+def _tolerance(entry: Entry) -> float:
+    sides = (entry.old, entry.new)
+    turns = [sum(side.turn.tolerance) for side in sides if side.turn is not None]
+    return max([*turns, *(value.tolerance for side in sides for value in side.parts.values())], default=0.0)
 
 
-def _turn_changes(robot: Robot, pairs: Sequence[Pair], entities: Entities) -> Iterator[Change]:
-    """Yield a change for each angle of each rotation that differs."""
-    found: dict[str, list[tuple[Turn, Turn, list[str]]]] = {}
-    for pair in pairs:
-        for frame in sorted(pair.old.turns.keys() & pair.new.turns.keys()):
-            old, new = pair.old.turns[frame], pair.new.turns[frame]
-            if not turned(old, new) or entities.hides(pair, Fact("frame", frame, "roll")):
-                continue
-            clusters = found.setdefault(frame, [])
-            same = [cluster for cluster in clusters if same_turn(cluster[0], old) and same_turn(cluster[1], new)]
-            if not same:
-                clusters.append((old, new, [pair.output]))
-                continue
-            best, at = min((same[0], (old, new, [])), key=lambda c: sum(c[0].tolerance) + sum(c[1].tolerance)), same[0]
-            clusters[clusters.index(at)] = (best[0], best[1], [*at[2], pair.output])
-    for frame, clusters in found.items():
-        for old, new, outputs in clusters:
-            yield from _angle_changes(robot, frame, old, new, tuple(outputs))
+def _sentences(robot: Robot, fact: Fact, entry: Entry) -> Iterator[tuple[str, Sentence]]:
+    """Yield the sentences on what became of one thing, each with its quantity; one for numbers that belong together."""
+    old, new = ({part: value.value for part, value in side.parts.items()} for side in (entry.old, entry.new))
+    whole = len(old) == len(new) == len(_GROUPS.get(fact.quantity, ())) > 0
+    if whole and fact.quantity == "origin" and entry.old.turn is not None and entry.new.turn is not None:
+        yield fact.quantity, _placed(robot, fact.name, entry)
+    elif fact.quantity == "mimic" and not same_value(entry.old.parts.get("joint"), entry.new.parts.get("joint")):
+        yield fact.quantity, mimic_change(fact.name, _leader(old), _leader(new))
+    elif whole and fact.quantity in ("axis", "centre of mass"):
+        say = axis_change if fact.quantity == "axis" else centre_change
+        yield fact.quantity, say(fact.name, _vector(old), _vector(new))
+    elif whole and fact.quantity == "inertia":
+        changed = [not same_value(entry.old.parts[name], entry.new.parts[name]) for name in INERTIA]
+        before, after = ([float(numbers[name]) for name in INERTIA] for numbers in (old, new))
+        yield fact.quantity, inertia_change(fact.name, before, after, changed)
+    else:
+        for part in dict.fromkeys([*old, *new]):
+            values = entry.old.parts.get(part), entry.new.parts.get(part)
+            if not same_value(*values):
+                one = fact._replace(quantity=f"{fact.quantity} {part}".rstrip())
+                yield one.quantity, value_change(subject(one), *values)
+        if entry.old.turn is not entry.new.turn and None in (entry.old.turn, entry.new.turn):
+            for index, angle in enumerate(ANGLES):
+                angles = [turn and Value(turn.rpy[index], "rad") for turn in (entry.old.turn, entry.new.turn)]
+                yield angle, value_change(f"{fact.name} {angle}", *angles)
 
 
-def _angle_changes(robot: Robot, frame: str, old: Turn, new: Turn, outputs: tuple[str, ...]) -> Iterator[Change]:
+def _vector(numbers: Mapping[str, float | str]) -> Vector:
+    x, y, z = (float(numbers[axis]) for axis in AXES)
+    return (x, y, z)
+
+
+def _leader(values: Mapping[str, float | str]) -> str:
+    """Return what a joint follows in words."""
+    multiplier, offset = (float(values.get(part, default)) for part, default in (("multiplier", 1.0), ("offset", 0.0)))
+    return mimic_text(str(values.get("joint", "")), multiplier, offset)
+
+
+def _placed(robot: Robot, frame: str, entry: Entry) -> Sentence:
+    """Return what became of where a frame sits."""
+    old, new = entry.old.turn or _UPRIGHT, entry.new.turn or _UPRIGHT
+    values = [_vector({part: value.value for part, value in side.parts.items()}) for side in (entry.old, entry.new)]
+    stays = all(same_value(entry.old.parts[axis], entry.new.parts[axis]) for axis in AXES)
+    distance = 0.0 if stays else math.dist(*values)
     before, after = _written(robot, frame, old, new)
-    room = [max(s, t) + NOISE for s, t in zip(old.tolerance, new.tolerance, strict=True)]
-    angles = [index for index in range(3) if abs(after[index] - before[index]) > room[index]]
-    for index in angles or range(3):
-        fact = Fact("frame", frame, ANGLES[index])
-        text, remark = value_change(robot, fact, Value(before[index], "rad"), Value(after[index], "rad"))
-        yield Change(*fact, text, remark, outputs)
+    poses = Pose(values[0], before), Pose(values[1], after)
+    angle = 0.0 if same_angles(old, new) else poses[0].transform().angle_to(poses[1].transform())
+    return placed(frame, (entry.pair.old.parent(frame), entry.pair.new.parent(frame)), poses, (distance, angle))
 
 
 def _written(robot: Robot, frame: str, old: Turn, new: Turn) -> tuple[Vector, Vector]:
@@ -156,14 +220,20 @@ def _written(robot: Robot, frame: str, old: Turn, new: Turn) -> tuple[Vector, Ve
 
 
 def _cell_changes(pairs: Sequence[Pair]) -> Iterator[Change]:
-    found: dict[tuple[str, str], list[str]] = {}
+    found: dict[tuple[str, Sentence], list[str]] = {}
     for pair in pairs:
         for frame in sorted(pair.old.heights.keys() & pair.new.heights.keys()):
-            text = cells_change(pair.old.heights[frame], pair.new.heights[frame])
-            if text:
-                found.setdefault((frame, text), []).append(pair.output)
-    for (frame, text), outputs in found.items():
-        yield Change("height map", frame, "cells", text, "", tuple(outputs))
+            old, new = pair.old.heights[frame], pair.new.heights[frame]
+            steps = [abs(new[cell] - old[cell]) for cell in sorted(old.keys() & new.keys()) if new[cell] != old[cell]]
+            if steps or _grid(old) != _grid(new):
+                found.setdefault((frame, cells_change(frame, steps, (_grid(old), _grid(new)))), []).append(pair.output)
+    for (frame, sentence), outputs in found.items():
+        yield Change("height map", frame, "cells", *sentence, tuple(outputs))
+
+
+def _grid(cells: Mapping[tuple[int, int], float]) -> str:
+    rows, columns = (1 + max((cell[axis] for cell in cells), default=-1) for axis in (0, 1))
+    return f"{rows} x {columns}"
 
 
 def _contact_changes(pairs: Sequence[Pair], entities: Entities) -> Iterator[Change]:
@@ -179,7 +249,7 @@ def _contact_changes(pairs: Sequence[Pair], entities: Entities) -> Iterator[Chan
             for here, there in facts
         )
         if removed or new:
-            yield Change("contact", "contact", "", contacts_change(new, removed), "", (pair.output,))
+            yield Change("contact", "contact", "", *contacts_change(new, removed), (pair.output,))
 
 
 def _shape_changes(
@@ -187,11 +257,12 @@ def _shape_changes(
 ) -> list[Change]:
     """Return the changes found so far and those of shapes, the ones that follow from another under that other."""
     found, own = list(found), []
+    shapes: dict[int, _Shapes] = {}
     # A link that others carry the shapes of comes first: what it says may explain the shapes of the others.
     for pair, link, purpose in solids:
         reasons = causes(robot, pair, (link, purpose), pairs, None, found)
         if not reasons and (whole is None or pair.output == whole.output):
-            _add(found, _shape_change(pair, link, purpose))
+            _add(found, shapes, pair, link, purpose)
         elif not reasons:
             own.append((pair, link, purpose))
         _attach(found, reasons, pair, link)
@@ -200,23 +271,27 @@ def _shape_changes(
         if reasons:
             _attach(found, reasons, pair, link)
         else:
-            _add(found, _shape_change(pair, link, purpose))
+            _add(found, shapes, pair, link, purpose)
     return found
 
 
-def _shape_change(pair: Pair, link: str, purpose: str) -> Change:
+def _add(found: list[Change], shapes: dict[int, _Shapes], pair: Pair, link: str, purpose: str) -> None:
+    """Add the change of the shapes of a link; one that means the same in another artifact is listed with it."""
     old, new = _solids(pair, link, purpose)
-    text = shapes_change(link, purpose, (len(old), len(new)), delta(old, new))
-    return Change("link", link, f"{purpose} shapes", text, "", (pair.output,))
-
-
-def _add(found: list[Change], change: Change) -> None:
-    """Add a change; one that another artifact said in the same words is listed with it."""
-    for at, other in enumerate(found):
-        if other[:5] == change[:5]:
-            found[at] = other._replace(artifacts=(*other.artifacts, *change.artifacts))
+    counts, step = (len(old), len(new)), delta(old, new)
+    change = Change("link", link, f"{purpose} shapes", *shapes_change(link, purpose, counts, step), (pair.output,))
+    for at, (totals, other) in shapes.items():
+        sets = [[_bare(solids) for solids in both] for both in zip(step, other, strict=True)]
+        if found[at][:3] == change[:3] and totals == counts and all(same_set(*both) for both in sets):
+            found[at] = found[at]._replace(artifacts=(*found[at].artifacts, pair.output))
             return
+    shapes[len(found)] = counts, step
     found.append(change)
+
+
+def _bare(solids: Sequence[Solid]) -> list[Solid]:
+    """Return solids without words, which are others in each artifact."""
+    return [solid._replace(words=()) for solid in solids]
 
 
 def _attach(found: list[Change], reasons: Sequence[int], pair: Pair, link: str) -> None:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Fact, Value
 from ..model import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED, Robot
+from .tolerance import Turn
 from .view import View
-from .wording import Change
+from .wording import Hung, Sentence, existence, renamed, value_change
 
 # What stands for a joint of a fixed frame in an artifact that lists moving joints alone.
 _FIXED = Value("fixed")
@@ -25,12 +26,42 @@ class Pair(NamedTuple):
     new: View
 
 
-class Entry(NamedTuple):
-    """What became of one value in one artifact; None where it is not there."""
+class Numbers(NamedTuple):
+    """What an artifact says of one thing: its values by part ("x"; a single one has none), and a rotation."""
 
-    output: str
-    old: Value | None
-    new: Value | None
+    parts: Mapping[str, Value]
+    turn: Turn | None = None
+
+
+class Entry(NamedTuple):
+    """What became of one thing in one artifact; without parts where it is not there."""
+
+    pair: Pair
+    old: Numbers
+    new: Numbers
+
+
+class Change(NamedTuple):
+    """One difference of meaning: what it is about, in words, how much it is, and the outputs that show it.
+
+    ``quantity`` is empty where the thing itself is new or gone. ``therefore`` are links whose shapes differ for no
+    other reason.
+    """
+
+    kind: str
+    name: str
+    quantity: str
+    text: str
+    remark: str
+    artifacts: tuple[str, ...]
+    therefore: tuple[str, ...] = ()
+
+    def line(self) -> str:
+        """Return the change as one line of plain text."""
+        remarks = [self.remark] if self.remark else []
+        if self.therefore:
+            remarks.append(f"and therefore the shapes of {', '.join(self.therefore)}")
+        return f"{Sentence(self.text, '; '.join(remarks))}: {', '.join(self.artifacts)}"
 
 
 class Entities:
@@ -100,7 +131,7 @@ class Entities:
         old = pair.old.plain.get(fact, _FIXED) if before else _FIXED
         new = pair.new.plain.get(fact, _FIXED) if after else _FIXED
         if (old.value in _MOVING) != (new.value in _MOVING):
-            self.types.setdefault(fact, []).append(Entry(pair.output, old, new))
+            self.types.setdefault(fact, []).append(Entry(pair, Numbers({"": old}), Numbers({"": new})))
             self._hide(pair, joint)
 
     def _others(self, pair: Pair) -> None:
@@ -117,31 +148,37 @@ class Entities:
 
     def _change(self, kind: str, name: str, what: str, outputs: tuple[str, ...]) -> Change:
         if what.startswith("renamed "):
-            text = f"joint {what.removeprefix('renamed ')}: now called {name}"
-        elif kind == "frame":
-            text = self._frame_text(name, what == "new")
+            sentence = renamed("joint", what.removeprefix("renamed "), name)
+        elif kind in ("frame", "link"):
+            sentence = self._existence(name, what)
+        elif kind == "inertial":
+            masses = [view.plain.get(Fact("link", name, "mass")) for view in self._views(what)]
+            mass = next(filter(None, masses), None)
+            values = (None, mass) if what == "new" else (mass, None)
+            sentence = value_change(f"{name} mass", *values)
         else:
-            subject = {"height map": "chassis height map", "inertial": f"{name} inertial"}.get(kind, f"{kind} {name}")
-            text = f"{subject}: {what}"
-        return Change(kind, name, "", text, "", outputs)
+            sentence = Sentence(f"{what}: {kind} of {name}" if kind == "height map" else f"{what}: {kind} {name}")
+        return Change(kind, name, "", *sentence, outputs)
 
-    def _frame_text(self, name: str, new: bool) -> str:
-        """Return what is known of a frame that came or went: parent, joint if it moves, publisher."""
-        views = [pair.new if new else pair.old for pair in self.pairs]
-        text = f"frame {name}: {'new' if new else 'removed'}"
-        parent = next((view.parent(name) for view in views if view.parent(name)), "")
-        text += f", {'on' if new else 'was on'} {parent}"
-        joints = ((view, joints_by_child(view).get(name, "")) for view in views)
-        for view, joint in joints:
-            kind = view.text("joint", joint, "type")
-            if kind in _MOVING:
-                text += f" by joint {joint} ({kind})"
-                break
-        publisher = next((p for p in (view.text("frame", name, "publisher") for view in views) if p), "")
-        if not publisher and new and name in self.robot.joint_to:
-            told = self.robot.joint_to[name].publisher
-            publisher = "nobody" if told.kind == UNPUBLISHED else told.name
-        return f"{text}, published by {publisher.split(':')[0]}" if publisher else text
+    def _views(self, what: str) -> list[View]:
+        """Return the views that know something that came or went."""
+        return [pair.new if what == "new" else pair.old for pair in self.pairs]
+
+    def _existence(self, name: str, word: str) -> Sentence:
+        """Return what is known of a frame or link that came or went: how it hangs, its joint if it moves, publisher."""
+        views = self._views(word)
+        parent = next(filter(None, (view.parent(name) for view in views)), "")
+        joints = [(view, joints_by_child(view).get(name, "")) for view in views]
+        kinds = [(view.text("joint", joint, "type"), joint) for view, joint in joints if joint]
+        kind, joint = next(((kind, joint) for kind, joint in kinds if kind in _MOVING), ("", ""))
+        publisher = next(filter(None, (view.text("frame", name, "publisher") for view in views)), "")
+        if not publisher and word == "new" and name in self.robot.joint_to:
+            known = self.robot.joint_to[name].publisher
+            publisher = "nobody" if known.kind == UNPUBLISHED else known.name
+        solid = any(name == link for view in views for link, _ in view.shapes)
+        solid = solid or any(Fact("link", name, "mass") in view.plain for view in views)
+        hung = Hung(parent, kind, joint, publisher.split(":")[0])
+        return existence(word, "link" if solid else "frame", name, hung)
 
 
 def joints_by_child(view: View) -> dict[str, str]:

@@ -13,13 +13,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..diagnostics.wording import first_of
-from ..model import Joint, Pose, Vector, pose_of
-from .bodies import Bodies, Gap, Placed, gap, positions_of, states_of, whole_states
-from .item import FRAME, JOINT, Item, far, number, several
+from ..formats import Value
+from ..model import Joint, pose_of
+from .bodies import Bodies, positions_of, states_of, whole_states
+from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of
 from .pairing import Pairing
-
-_AXES, _ANGLES = ("x", "y", "z"), ("roll", "pitch", "yaw")
+from .tolerance import Gap, Placed, gap
+from .wording import far, number, placed, pose_text, several, value_change
 
 
 class Frames(NamedTuple):
@@ -151,7 +152,7 @@ class _Frames:
         """Say what became of a joint whose body is nowhere in its place: where it sits, and its axis."""
         upper = self.a.top[joint.parent]
         if self.pairing.bodies.get(upper) != self.b.top[twin.parent]:
-            text = f"{joint.name} moves {joint.child} against {joint.parent} -> {twin.parent}"
+            text = value_change(f"{joint.child} parent", Value(joint.parent), Value(twin.parent)).text
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
             return
         near = next((c for c in self.clusters[upper] if joint.parent in c), self.clusters[upper][0])
@@ -160,7 +161,7 @@ class _Frames:
         zero = self._gap(source, target, {})
         if not zero.closed:
             places = self.a.relative(source, target, {}), self.b.relative(source, target, self._zeros())
-            self.items.append(_moved(JOINT, joint.name, f"{joint.name}: {target}", source, places, zero, []))
+            self.items.append(_moved((JOINT, joint.name), target, source, places, zero, []))
         axis = axis_item(self.pairing, joint, twin, target)
         if axis is not None:
             self.items.append(self._effect(axis, joint, twin, (source, target)))
@@ -217,43 +218,18 @@ class _Frames:
         parent = self.a.robot.joint_to[head].parent if head in self.a.robot.joint_to else ""
         source = parent if parent in first else first[0]
         places = self.a.relative(source, head, {}), self.b.relative(source, head, {})
-        return _moved(FRAME, head, head, source, places, self._gap(source, head, {}), cluster[1:])
+        return _moved((FRAME, head), head, source, places, self._gap(source, head, {}), cluster[1:])
 
 
 def _moved(
-    kind: str, name: str, subject: str, source: str, places: tuple[Placed, Placed], apart: Gap, others: list[str]
+    about: tuple[str, str], frame: str, source: str, places: tuple[Placed, Placed], apart: Gap, others: list[str]
 ) -> Item:
-    """Return the line about something that sits elsewhere at every position of the joints."""
-    with_it = f", and with it {several(others)}" if others else ""
+    """Return the item about something (its kind and name) that sits elsewhere at every position of the joints."""
     poses = pose_of(places[0].transform), pose_of(places[1].transform)
-    distance = apart.distance if apart.distance > apart.length_room else 0.0
-    angle = apart.angle if apart.angle > apart.angle_room else 0.0
-    text = (
-        f"{subject} {far(distance, angle, True)} in {source}, always ({_components(*poses, distance, angle)}){with_it}"
-    )
-    return Item(kind, name, "origin", text, _text(poses[0]), _text(poses[1]), "", distance, angle, "always")
-
-
-def _components(old: Pose, new: Pose, distance: float, angle: float) -> str:
-    """Return which coordinates changed; all angles if more than one did."""
-    parts = []
-    for axis, one, other in zip(_AXES, old.xyz, new.xyz, strict=True):
-        if abs(other - one) > distance / 1e3 and distance:
-            parts.append(f"{axis} {number(one, other)} -> {number(other, one)} m")
-    changed = [
-        f"{name} {number(one, other)} -> {number(other, one)} rad"
-        for name, one, other in zip(_ANGLES, old.rpy, new.rpy, strict=True)
-        if abs(other - one) > angle / 1e3 and angle
-    ]
-    return ", ".join(parts + changed)
-
-
-def _text(pose: Pose) -> str:
-    return f"xyz {_row(pose.xyz)} rpy {_row(pose.rpy)}"
-
-
-def _row(values: Vector) -> str:
-    return " ".join(number(value) for value in values)
+    distance = apart.distance if apart.distance > apart.length_tolerance else 0.0
+    angle = apart.angle if apart.angle > apart.angle_tolerance else 0.0
+    text = placed(frame, (source, source), poses, (distance, angle), others).text
+    return Item(*about, "origin", text, pose_text(poses[0]), pose_text(poses[1]), "", distance, angle, "always")
 
 
 def _elsewhere(pairing: Pairing) -> Iterator[Item]:

@@ -15,9 +15,8 @@ from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact
 from ..model import Robot
 from .changes import changes
-from .entities import Pair
+from .entities import Change, Pair
 from .view import View, called, view_of
-from .wording import Change
 
 if TYPE_CHECKING:
     from ..formats import Format

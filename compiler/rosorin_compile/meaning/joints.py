@@ -9,13 +9,14 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from typing import NamedTuple
 
-from ..model import Joint
+from ..formats import Value
+from ..model import Joint, Vector
 from ..model.geometry import angle_between, dot, minus, norm, unit
 from .bodies import Bodies, span_of
-from .item import JOINT, LIMIT, Item, changed, number, row
+from .difference import JOINT, LIMIT, Item
 from .pairing import Pairing
 from .tolerance import joined
-from .wording import amount
+from .wording import amount, axis_change, mimic_change, mimic_text, number, number_change, row, value_change
 
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {
@@ -54,13 +55,13 @@ def axis_item(pairing: Pairing, joint: Joint, twin: Joint, frame: str) -> Item |
     seen = []
     for bodies, one in ((pairing.a, joint), (pairing.b, twin)):
         place = bodies.relative(frame, one.child, {})
-        room = place.angle + 2 * bodies.printing.room("axis", *one.axis) / norm(one.axis)
-        seen.append((place.transform.rotate(unit(one.axis)), place.transform.xyz, room, place.length))
+        known = place.angle + 2 * bodies.printing.tolerance("axis", *one.axis) / norm(one.axis)
+        seen.append((place.transform.rotate(unit(one.axis)), place.transform.xyz, known, place.length))
     (old, here, first, near), (new, there, second, far) = seen
     turned = angle_between(old, new)
-    remark = f"{joint.name} axis {row(joint.axis)} -> {row(twin.axis)}"
     if turned > pairing.tolerance + joined(first, second):
-        return Item(JOINT, joint.name, "axis", f"{remark} (turned {amount(turned, 'rad')})", row(old), row(new))
+        text = str(axis_change(joint.name, joint.axis, twin.axis, turned))
+        return Item(JOINT, joint.name, "axis", text, row(old), row(new))
     way = minus(there, here)
     along = dot(way, old)
     across = minus(way, (old[0] * along, old[1] * along, old[2] * along))
@@ -77,7 +78,7 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
         if twin is None:
             continue
         if joint.type != twin.type:
-            text = f"{joint.name}: {joint.type} -> {twin.type}"
+            text = value_change(f"{joint.name} type", Value(joint.type), Value(twin.type)).text
             yield Item(JOINT, joint.name, "type", text, joint.type, twin.type)
         if joint.is_fixed or twin.is_fixed:
             continue
@@ -88,7 +89,8 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
             for quantity in fields:
                 if part not in unsaid and quantity not in unsaid:
                     values = _field(joint, part, quantity), _field(twin, part, quantity)
-                    yield from _number(pairing, joint, JOINT, quantity, values)
+                    name = f"{part} {quantity}" if part in ("calibration", "safety") else quantity
+                    yield from _number(pairing, joint, (JOINT, name), quantity, values)
 
 
 def _field(joint: Joint, part: str, quantity: str) -> float | None:
@@ -106,17 +108,22 @@ def _limits(
         if quantity in unsaid or follows or (free and quantity in ("lower", "upper")):
             continue
         values = getattr(joint.limit, quantity, None), getattr(twin.limit, quantity, None)
-        yield from _number(pairing, joint, LIMIT, quantity, values)
+        yield from _number(pairing, joint, (LIMIT, f"limit {quantity}"), quantity, values)
 
 
 def _number(
-    pairing: Pairing, joint: Joint, kind: str, quantity: str, values: tuple[float | None, float | None]
+    pairing: Pairing, joint: Joint, about: tuple[str, str], quantity: str, values: tuple[float | None, float | None]
 ) -> Iterator[Item]:
     # An angle or a length near zero is known no better than one that is not.
     scale = 0.0 if quantity in _UNITS else 1.0
     if differ(pairing.a, pairing.b, quantity, values, pairing.tolerance, scale):
-        name = f"limit {quantity}" if kind == LIMIT else quantity
+        kind, name = about
         yield changed(kind, joint.name, name, values, unit_of(joint, quantity))
+
+
+def changed(kind: str, name: str, quantity: str, values: tuple[float | None, float | None], unit: str) -> Item:
+    """Return the item about a number that changed; None is a number that is not given."""
+    return Item(kind, name, quantity, str(number_change(f"{name} {quantity}", *values, unit)), *values, unit)
 
 
 def differ(
@@ -129,16 +136,16 @@ def differ(
     old, new = values
     if old is None or new is None:
         return old is not new
-    room = joined(a.printing.room(key, old), b.printing.room(key, new))
-    return abs(new - old) > room + tolerance * max(abs(old), abs(new), scale)
+    known = joined(a.printing.tolerance(key, old), b.printing.tolerance(key, new))
+    return abs(new - old) > known + tolerance * max(abs(old), abs(new), scale)
 
 
 def _mimic(pairing: Pairing, joint: Joint, twin: Joint) -> Iterator[Item]:
     old, new = joint.mimic, twin.mimic
     if old is None or new is None or old.joint != new.joint:
         if old is not new:
-            words = [f"{m.joint} * {number(m.multiplier)} + {number(m.offset)}" if m else "nothing" for m in (old, new)]
-            yield Item(JOINT, joint.name, "mimic", f"{joint.name} mimics {words[0]} -> {words[1]}", words[0], words[1])
+            words = [mimic_text(m.joint, m.multiplier, m.offset) if m else mimic_text("") for m in (old, new)]
+            yield Item(JOINT, joint.name, "mimic", mimic_change(joint.name, *words).text, words[0], words[1])
         return
     for quantity in ("multiplier", "offset"):
         values = getattr(old, quantity), getattr(new, quantity)
@@ -159,7 +166,7 @@ class Coordinate(NamedTuple):
     sign: int
     shift: float
     same_limits: bool
-    axes: tuple[str, str]
+    axes: tuple[Vector, Vector]
 
     def of(self, position: float) -> float:
         """Return the position in B of a position in A."""
@@ -169,14 +176,14 @@ class Coordinate(NamedTuple):
         """Return the difference in words."""
         limits = "its limits follow" if self.same_limits else "its limits do not follow"
         if self.sign < 0:
-            turned = f"axis {self.axes[0]} -> {self.axes[1]}"
+            turned = axis_change(self.joint, self.axes[0], self.axes[1], math.pi).text
             shift = f", zero is shifted by {number(self.shift)}" if self.shift else ""
-            text = f"{self.joint} counts the other way round: {turned}{shift}; {limits}"
+            text = f"{turned}{shift}; {limits}"
         else:
             sign = "-" if self.shift < 0 else "+"
             shift = f"position in B = position in A {sign} {number(abs(self.shift))}"
             text = f"{self.joint} counts from another zero: {shift}; {limits}"
-        return Item(JOINT, self.joint, "coordinate", text, self.axes[0], self.axes[1], when="always")
+        return Item(JOINT, self.joint, "coordinate", text, row(self.axes[0]), row(self.axes[1]), when="always")
 
 
 Coordinates = Mapping[str, Coordinate]
@@ -190,7 +197,7 @@ def coordinate_of(joint: Joint, twin: Joint, fits: Callable[[Coordinate | None],
     """
     if not joint.moves or fits(None):
         return None
-    axes = row(joint.axis), row(twin.axis)
+    axes = joint.axis, twin.axis
     for sign in (-1, 1):
         for shift in [0.0] * (sign < 0) + _shifts(joint, twin, sign):
             same = _follows(joint, twin, sign, shift)
@@ -222,5 +229,5 @@ def _follows(joint: Joint, twin: Joint, sign: int, shift: float) -> bool:
     if mine is None or theirs is None or joint.type == "continuous":
         return mine is None and theirs is None
     low, high = sorted((sign * mine[0] + shift, sign * mine[1] + shift))
-    room = _ALIKE * max(1.0, *map(abs, span_of(joint)))
-    return math.isclose(low, theirs[0], abs_tol=room) and math.isclose(high, theirs[1], abs_tol=room)
+    allowed = _ALIKE * max(1.0, *map(abs, span_of(joint)))
+    return math.isclose(low, theirs[0], abs_tol=allowed) and math.isclose(high, theirs[1], abs_tol=allowed)

@@ -7,18 +7,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, NamedTuple
 
+from ..formats import Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
-from .bodies import HERE, TURNS, Bodies, Placed
-from .item import MASS, OTHER, YAML, Item, Side, changed, row, several
-from .joints import differ, unit_of
+from .bodies import Bodies
+from .difference import MASS, OTHER, YAML, Item, Side
+from .joints import changed, differ, unit_of
 from .pairing import Pairing
-from .tolerance import joined
-from .wording import amount, contacts_change
+from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
+from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, subject, value_change
 
 _MOST = 50
 
@@ -55,6 +55,12 @@ def _text(publisher: Publisher) -> str:
     return "nobody" if publisher.kind == UNPUBLISHED else publisher.name
 
 
+def _published(name: str, old: Publisher, new: Publisher) -> Item:
+    names = _text(old), _text(new)
+    text = value_change(subject(Fact("frame", name, "publisher")), Value(names[0]), Value(names[1])).text
+    return Item(OTHER, name, "publisher", text, *names)
+
+
 def _publishers(pairing: Pairing) -> Iterator[Item]:
     for name in pairing.shared:
         mine, theirs = pairing.a.robot.joint_to.get(name), pairing.b.robot.joint_to.get(name)
@@ -62,8 +68,7 @@ def _publishers(pairing: Pairing) -> Iterator[Item]:
             continue
         old, new = mine.publisher, theirs.publisher
         if (old.kind, old.name) != (new.kind, new.name):
-            said = _text(old), _text(new)
-            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+            yield _published(name, old, new)
 
 
 def _edges(pairing: Pairing) -> Iterator[Item]:
@@ -74,8 +79,7 @@ def _edges(pairing: Pairing) -> Iterator[Item]:
             continue
         one, other = old[name], new[name]
         if one.publisher.name != other.publisher.name:
-            said = _text(one.publisher), _text(other.publisher)
-            yield Item(OTHER, name, "publisher", f"{name}: published by {said[0]} -> {said[1]}", *said)
+            yield _published(name, one.publisher, other.publisher)
         if (one.pose, one.moving) != (other.pose, other.moving):
             said = _place(one), _place(other)
             yield Item(OTHER, name, "origin", f"{name}: {said[0]} -> {said[1]}", *said)
@@ -108,8 +112,9 @@ def _poses(pairing: Pairing) -> Iterator[Item]:
                 continue
             values = old[name].positions.get(joint.name, 0.0), new[name].positions.get(joint.name, 0.0)
             if differ(pairing.a, pairing.b, joint.name, values, pairing.tolerance, 1.0):
-                found = changed(OTHER, f"pose {name}:", joint.name, values, unit_of(joint, joint.name))
-                yield replace(found, name=name, quantity=f"pose {joint.name}")
+                unit = unit_of(joint, joint.name)
+                text = str(number_change(subject(Fact("pose", name, joint.name)), *values, unit))
+                yield Item(OTHER, name, f"pose {joint.name}", text, *values, unit)
 
 
 def _servos(pairing: Pairing, ranges: bool) -> Iterator[Item]:
@@ -160,7 +165,7 @@ def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
     old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in (a, b))
     if old != new:
-        text = contacts_change(sorted(new - old), sorted(old - new))
+        text = contacts_change(sorted(new - old), sorted(old - new)).text
         yield Item(OTHER, "contacts", "contacts", text, ", ".join(sorted(old)), ", ".join(sorted(new)))
 
 
@@ -200,9 +205,9 @@ class Weight(NamedTuple):
     mass: float
     centre: Vector
     inertia: Tensor
-    mass_room: float = 0.0
-    centre_room: float = 0.0
-    inertia_room: float = 0.0
+    mass_tolerance: float = 0.0
+    centre_tolerance: float = 0.0
+    inertia_tolerance: float = 0.0
 
 
 def compare_masses(pairing: Pairing, clusters: Mapping[str, list[list[str]]]) -> tuple[list[Item], list[str]]:
@@ -253,25 +258,21 @@ def _link(pairing: Pairing, name: str) -> Iterator[Item]:
 
 def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterator[Item]:
     tolerance = pairing.tolerance
-    if abs(other.mass - one.mass) > joined(one.mass_room, other.mass_room) + tolerance * max(one.mass, other.mass):
+    if abs(other.mass - one.mass) > joined(one.mass_tolerance, other.mass_tolerance) + tolerance * max(
+        one.mass, other.mass
+    ):
         yield changed(MASS, name, "mass", (one.mass, other.mass), "kg")
     step = norm(minus(other.centre, one.centre))
-    if step > joined(one.centre_room, other.centre_room) + tolerance:
-        text = f"{name} centre of mass {row(one.centre)} -> {row(other.centre)} m ({amount(step, 'm')})"
+    if step > joined(one.centre_tolerance, other.centre_tolerance) + tolerance:
+        text = centre_change(name, one.centre, other.centre).text
         yield Item(MASS, name, "centre of mass", text, row(one.centre), row(other.centre), "m", step)
     largest = max(abs(v) for tensor in (one.inertia, other.inertia) for line in tensor for v in line)
-    room = joined(one.inertia_room, other.inertia_room) + tolerance * largest
-    parts = []
-    for label, i, j in _NAMES:
-        old, new = one.inertia[i][j], other.inertia[i][j]
-        if abs(new - old) > room:
-            parts.append(f"i{label} {old:.6g} -> {new:.6g}")
-    if parts:
-        before, after = (row(t[i][j] for _, i, j in _NAMES) for t in (one.inertia, other.inertia))
-        share = max(abs(other.inertia[i][j] - one.inertia[i][j]) for _, i, j in _NAMES) / largest
-        percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
-        text = f"{name} inertia {', '.join(parts)} kg*m^2 (by {percent} % of the largest moment)"
-        yield Item(MASS, name, "inertia", text, before, after, "kg*m^2")
+    allowed = joined(one.inertia_tolerance, other.inertia_tolerance) + tolerance * largest
+    old, new = ([tensor[i][j] for _, i, j in _NAMES] for tensor in (one.inertia, other.inertia))
+    changed_entries = [abs(b - a) > allowed for a, b in zip(old, new, strict=True)]
+    if any(changed_entries):
+        text = str(inertia_change(name, old, new, changed_entries))
+        yield Item(MASS, name, "inertia", text, row(old), row(new), "kg*m^2")
 
 
 def _weight(bodies: Bodies, inertial: Inertial, place: Placed) -> Weight:
@@ -281,15 +282,17 @@ def _weight(bodies: Bodies, inertial: Inertial, place: Placed) -> Weight:
     moments = (inertial.ixx, inertial.iyy, inertial.izz)
     products = (inertial.ixy, inertial.ixz, inertial.iyz)
     keys = zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (*moments, *products), strict=True)
-    turn = place.angle + TURNS * printing.room("rpy", *inertial.pose.rpy)
-    room = 3 * max(printing.room(key, value) for key, value in keys) + 4 * turn * max(map(abs, (*moments, *products)))
+    turn = place.angle + TURNS * printing.tolerance("rpy", *inertial.pose.rpy)
+    known = 3 * max(printing.tolerance(key, value) for key, value in keys) + 4 * turn * max(
+        map(abs, (*moments, *products))
+    )
     length = place.length + place.angle * norm(inertial.pose.xyz)
-    length += 3**0.5 * printing.room("xyz", *inertial.pose.xyz)
+    length += ROOT_THREE * printing.tolerance("xyz", *inertial.pose.xyz)
     xx, yy, zz = moments
     xy, xz, yz = products
     tensor = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-    mass_room = printing.room("mass", inertial.mass)
-    return Weight(inertial.mass, transform.xyz, _turned(tensor, transform), mass_room, length, room)
+    mass_tolerance = printing.tolerance("mass", inertial.mass)
+    return Weight(inertial.mass, transform.xyz, _turned(tensor, transform), mass_tolerance, length, known)
 
 
 def _turned(tensor: Tensor, transform: Transform) -> Tensor:
@@ -329,14 +332,14 @@ def _whole(bodies: Bodies, names: Sequence[str], frame: str) -> Weight:
         for i in range(3):
             for j in range(3):
                 tensor[i][j] += part.mass * ((norm(d) ** 2 if i == j else 0.0) - d[i] * d[j])
-    length = max(part.centre_room for part in parts)
-    spread = math.fsum(part.mass_room for part in parts) * reach**2 + 4 * mass * reach * length
+    length = max(part.centre_tolerance for part in parts)
+    spread = math.fsum(part.mass_tolerance for part in parts) * reach**2 + 4 * mass * reach * length
     first, second, third = ((line[0], line[1], line[2]) for line in tensor)
     return Weight(
         mass,
         (x, y, z),
         (first, second, third),
-        math.fsum(part.mass_room for part in parts),
-        length + reach * math.fsum(part.mass_room for part in parts) / abs(mass),
-        math.fsum(part.inertia_room for part in parts) + spread,
+        math.fsum(part.mass_tolerance for part in parts),
+        length + reach * math.fsum(part.mass_tolerance for part in parts) / abs(mass),
+        math.fsum(part.inertia_tolerance for part in parts) + spread,
     )

@@ -11,9 +11,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..model import Joint, Robot
-from .bodies import Bodies, gap
-from .item import JOINT, NAME, Item, Side, several
-from .tolerance import Printing
+from .bodies import Bodies
+from .difference import JOINT, NAME, Item, Side
+from .tolerance import Printing, gap
+from .wording import Hung, existence
+from .wording import renamed as renamed_text
 
 
 class Pairing(NamedTuple):
@@ -289,11 +291,11 @@ def compare_names(pairing: Pairing, not_carried: frozenset[str], fixed_names: bo
     yield from _joint_names(pairing)
     # The keys are the names in B without its prefix.
     for new, old in sorted(pairing.links.items(), key=lambda pair: pairing.a.order[pair[1]]):
-        yield Item(NAME, old, "name", f"link {old} renamed to {new}", old, new)
+        yield Item(NAME, old, "name", renamed_text("link", old, new).text, old, new)
     for new, old in pairing.joints.items():
         joint = a.joint.get(old)
         if joint is not None and (fixed_names or not joint.is_fixed):
-            yield Item(NAME, old, "name", f"joint {old} renamed to {new}", old, new)
+            yield Item(NAME, old, "name", renamed_text("joint", old, new).text, old, new)
 
 
 def _only(robot: Robot, other: Robot, not_carried: frozenset[str], word: str) -> Iterator[Item]:
@@ -309,10 +311,9 @@ def _only(robot: Robot, other: Robot, not_carried: frozenset[str], word: str) ->
     for head, names in below.items():
         joint, link = robot.joint_to.get(head), robot.link[head]
         what = "link" if link.inertial or link.collision or link.visual else "frame"
-        how = f" ({joint.type} on {joint.parent}, {joint.name})" if joint is not None else " (the root)"
-        with_it = f", and with it {several(names[1:])}" if len(names) > 1 else ""
+        hung = Hung(joint.parent, joint.type, joint.name) if joint is not None else Hung()
         values = (head, None) if word == "removed" else (None, head)
-        yield Item(NAME, head, "existence", f"{word}: {what} {head}{how}{with_it}", *values)
+        yield Item(NAME, head, "existence", str(existence(word, what, head, hung, names[1:])), *values)
 
 
 def _joint_names(pairing: Pairing) -> Iterator[Item]:

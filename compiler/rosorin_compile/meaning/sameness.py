@@ -1,12 +1,21 @@
-"""Sameness: two models of a robot compared value by value."""
+"""Sameness: two models of a robot compared value by value, as the import's proof that nothing was lost asks for.
+
+``diff`` looks at what a robot is; here every field of the model counts, and a number is equal to the last digit. What
+differs is said as ``diff`` says it, and then field by field, so that nothing goes untold.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
+from ..formats import published
 from ..model import Box, Dynamics, Joint, Link, Material, Robot, Shape
+from .difference import YAML, Side
+from .robots import compare_robots
+from .wording import number_pair
 
 # Where a value comes from and what is made of it says nothing about the robot.
 _NOT_COMPARED = ("source", "outputs", "stand_in")
@@ -25,13 +34,18 @@ _NAMED = (Link, Joint, Material)
 
 
 def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool) -> list[str]:
-    """Return the values in which two robots differ, in words.
+    """Return in which values two robots differ: the sentences of ``diff``, then each field; nothing for the same robot.
 
     Numbers may differ by ``tolerance``, absolute or relative. With ``carried_by_urdf`` only what a URDF says is
     compared, and by what it means: a box by its size, an element of XML without its line ends.
     """
     skipped = (*_NOT_COMPARED, *(_NOT_IN_URDF if carried_by_urdf else ()))
-    return list(_Comparison(tolerance, skipped, carried_by_urdf).values("", one, other))
+    values = list(_Comparison(tolerance, skipped, carried_by_urdf).values("", one, other))
+    if not values:
+        return []
+    sides = Side("source", YAML, one), Side("result", published() if carried_by_urdf else YAML, other)
+    difference = compare_robots(*sides, tolerance, prefix="")
+    return [item.text for item in difference.items] + values
 
 
 class _Comparison:
@@ -62,7 +76,7 @@ class _Comparison:
             for key in sorted({*one, *other}, key=str):
                 yield from self.values(f"{where} {key}", one.get(key), other.get(key))
         elif not self.same(one, other):
-            yield f"{where}: {_said(one)} in the source, {_said(other)} here"
+            yield f"{where} {' -> '.join(_both(one, other))}"
 
     def several(self, where: str, one: tuple[Any, ...], other: tuple[Any, ...]) -> Iterator[str]:
         """Yield the differences between two tuples, in order, or by name where what they hold has one."""
@@ -72,7 +86,7 @@ class _Comparison:
             yield from self.values(where, {item.name: item for item in one}, {item.name: item for item in other})
             return
         if len(one) != len(other):
-            yield f"{where}: {len(one)} in the source, {len(other)} here"
+            yield f"{where}: {len(one)} -> {len(other)}"
         for index, (first, second) in enumerate(zip(one, other, strict=False)):
             yield from self.values(f"{where} {index + 1}", first, second)
 
@@ -103,7 +117,14 @@ def _without_zeros(value: Any) -> Any:
     return None if value == Dynamics() else value
 
 
-def _said(value: Any) -> str:
+def _both(one: Any, other: Any) -> tuple[str, str]:
+    """Return two different values in print."""
+    if type(one) is float and type(other) is float and math.isfinite(one) and math.isfinite(other):
+        return number_pair(one, other)
+    return _text(one), _text(other)
+
+
+def _text(value: Any) -> str:
     if is_dataclass(value):
         name = getattr(value, "name", "")
         return f"{type(value).__name__.lower()} {name}".strip()

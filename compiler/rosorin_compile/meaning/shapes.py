@@ -6,17 +6,15 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape, Transform
-from ..model.geometry import minus, norm
+from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
 from .bodies import Bodies
-from .item import SHAPE, VISUAL, Item, Side, changed, far, row, several
+from .difference import SHAPE, VISUAL, Item, Side
+from .joints import changed
 from .pairing import Pairing
-from .solids import Delta, Matched, Piece, Solid, largest_step, match, pieces_of, seen
+from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import amount, shapes_change
-
-COLLISION = "collision"
+from .wording import cells_change, colour_change, row, several, shapes_change
 
 
 class Purpose(NamedTuple):
@@ -109,8 +107,8 @@ class _Shapes:
         pairs: list[tuple[Piece, Piece]] = []
         for name in shared:
             if self._told(a[name], b[name]):
-                found = match(old[name], new[name], self.pairing.tolerance)
-                pairs, old[name], new[name] = pairs + found.pairs, found.old, found.new
+                both, old[name], new[name] = self._matched(old[name], new[name])
+                pairs += both
             else:
                 self.unsaid.append(name)
                 old[name], new[name] = [], []
@@ -156,24 +154,28 @@ class _Shapes:
         a, b = self.pairing.a, self.pairing.b
         first = [seen(piece, a.relative(frame, name, {})) for name, pieces in old.items() for piece in pieces]
         second = [seen(piece, b.relative(frame, name, {})) for name, pieces in new.items() for piece in pieces]
-        found: Matched = match(first, second, self.pairing.tolerance)
-        if not found.pairs:
-            return []
-        for pieces, left in ((old, found.old), (new, found.new)):
+        pairs, *rest = self._matched(first, second)
+        for pieces, left in zip((old, new), rest, strict=True):
             kept = {(piece.link, piece.number) for piece in left}
             for name in pieces:
                 pieces[name] = [piece for piece in pieces[name] if (name, piece.number) in kept]
-        moved = sorted({f"{one.link} -> {other.link}" for one, other in found.pairs if one.link != other.link})
+        moved = sorted({f"{one.link} -> {other.link}" for one, other in pairs if one.link != other.link})
         if moved:
             self.notes.append(f"{self.purpose.name} shapes hang on another link of the same body: {several(moved)}")
-        return found.pairs
+        return pairs
+
+    def _matched(
+        self, old: Sequence[Piece], new: Sequence[Piece]
+    ) -> tuple[list[tuple[Piece, Piece]], list[Piece], list[Piece]]:
+        """Return the pairs of pieces that are the same, and what is left of both."""
+        rest = match([piece.solid for piece in old], [piece.solid for piece in new], self.pairing.tolerance)
+        pairs = [(old[one], new[other]) for one, other in rest.pairs]
+        return pairs, [old[index] for index in rest.old], [new[index] for index in rest.new]
 
     def _item(self, name: str, count: int, old: list[Piece], new: list[Piece]) -> Item:
-        change = Delta(tuple(_in_metres(p.solid) for p in old), tuple(_in_metres(p.solid) for p in new))
-        text = shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change)
+        change = Delta(tuple(p.solid for p in old), tuple(p.solid for p in new))
+        text = str(shapes_change(name, self.purpose.name, (count, count - len(old) + len(new)), change))
         largest = largest_step(change) if old and new else None
-        if len(old) == len(new) == 1 and not largest:
-            text += f": {_step(old[0].solid, new[0].solid)}"
         kind = SHAPE if self.purpose.name == COLLISION else VISUAL
         before, after = "; ".join(map(_words, old)), "; ".join(map(_words, new))
         return Item(kind, name, self.purpose.name, text, before, after, "m", largest)
@@ -189,7 +191,7 @@ class _Shapes:
             if found and one.link not in colours:
                 colours[one.link] = found
         for link, (old, new) in colours.items():
-            text = f"{link} visual colour {old} -> {new}"
+            text = colour_change(f"{link} visual", old, new).text
             self.items.append(Item(VISUAL, link, "colour", text, old, new))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:
@@ -199,8 +201,8 @@ class _Shapes:
             if old is new or self.purpose.formats[0] is not self.purpose.formats[1]:
                 return None
             return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
-        room = joined(self.pairing.a.printing.room("rgba", *old), self.pairing.b.printing.room("rgba", *new))
-        if all(abs(x - y) <= room + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
+        known = joined(self.pairing.a.printing.tolerance("rgba", *old), self.pairing.b.printing.tolerance("rgba", *new))
+        if all(abs(x - y) <= known + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
             return None
         return row(old), row(new)
 
@@ -208,24 +210,6 @@ class _Shapes:
 def _words(piece: Piece) -> str:
     solid = piece.solid
     return " ".join([solid.kind, *solid.words, row(solid.sizes), "at", row(solid.centre)])
-
-
-def _in_metres(solid: Solid) -> Solid:
-    """Return a solid whose sizes are lengths: those of a mesh are factors."""
-    return solid._replace(sizes=()) if solid.kind == "mesh" else solid
-
-
-def _step(one: Solid, other: Solid) -> str:
-    """Return what became of one solid: another kind, another file, other sizes, or another place."""
-    if one.kind != other.kind:
-        return f"{one.kind} -> {other.kind}"
-    if one.words != other.words:
-        return f"{one.kind} {' '.join(one.words)} -> {' '.join(other.words)}"
-    if row(one.sizes) != row(other.sizes):
-        word = f"{one.kind} scale" if one.words else one.kind
-        return f"{word} {row(one.sizes)} -> {row(other.sizes)}"
-    turn = Transform(one.rows).angle_to(Transform(other.rows))
-    return far(norm(minus(other.centre, one.centre)), turn, verbs=True)
 
 
 def _is_simple(link: Link) -> bool:
@@ -251,12 +235,11 @@ def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: 
             items.append(changed(SHAPE, name, f"height map {quantity}", (before, after), "m"))
     sizes = [f"{len(heights)} x {len(heights[0]) if heights else 0}" for heights in (old.heights, new.heights)]
     if sizes[0] != sizes[1]:
-        text = f"{name} height map: {sizes[0]} -> {sizes[1]} cells"
+        text = cells_change(name, [], (sizes[0], sizes[1])).text
         return [*items, Item(SHAPE, name, "height map", text, sizes[0], sizes[1])]
-    cells = [(i, j) for i, line in enumerate(old.heights) for j in range(min(len(line), len(new.heights[i])))]
-    steps = [abs(new.heights[i][j] - old.heights[i][j]) for i, j in cells]
-    steps = [step for step in steps if step > pairing.tolerance]
+    pairs = [pair for lines in zip(old.heights, new.heights, strict=True) for pair in zip(*lines, strict=False)]
+    steps = [abs(b - a) for a, b in pairs if abs(b - a) > pairing.tolerance]
     if steps:
-        text = f"{name} height map: {len(steps)} of {len(cells)} cells changed, by up to {amount(max(steps), 'm')}"
+        text = cells_change(name, steps, (sizes[0], sizes[1])).text
         items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
     return items

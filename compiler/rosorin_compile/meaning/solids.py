@@ -1,31 +1,24 @@
-"""Shapes for comparison: sets of solids, because their numbers in an artifact mean nothing.
+"""Solids: shapes as sets, because their numbers in an artifact mean nothing, and which of two sets are the same.
 
-One box that falls into two moves all that follow it to other numbers; as sets, one solid is gone and two are new.
-
-At the end, shapes of two robots that fill the same space, however they are written.
+One box that falls into two moves all that follow it to other numbers; as sets, one solid is gone and two are new. Two
+solids are the same if they fill the same space, however they are written, as well as they are known.
 """
 
 from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from ..formats import Value
+from ..formats.facts import SIZES
 from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
 from ..model.geometry import Rows, angle_between, minus, norm, pose_of, rotation_of_rpy
-from .bodies import TURNS, Placed
-from .tolerance import Printing, joined
+from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
-_SIZES = {
-    "box": ("size x", "size y", "size z"),
-    "cylinder": ("radius", "length"),
-    "capsule": ("radius", "length"),
-    "sphere": ("radius",),
-}
+COLLISION = "collision"
 _CENTRE = ("origin x", "origin y", "origin z")
 _ANGLES = ("roll", "pitch", "yaw")
 _LOWER, _UPPER = (tuple(f"box {end} {axis}" for axis in "xyz") for end in ("min", "max"))
@@ -38,7 +31,8 @@ _MANY = 500
 class Solid(NamedTuple):
     """A shape in the frame of its link: full sizes and middle (m), rotation, and what else an artifact says of it.
 
-    ``room`` is how well the lengths are known (m), ``turn_room`` how well the entries of the rotation.
+    Sizes of a mesh are factors. ``tolerance`` is how well the lengths are known (m), ``turn_tolerance`` how well the
+    entries of the rotation.
     """
 
     kind: str
@@ -46,8 +40,8 @@ class Solid(NamedTuple):
     centre: Vector
     rows: Rows
     words: tuple[str, ...]
-    room: float
-    turn_room: float
+    tolerance: float
+    turn_tolerance: float
 
     @property
     def box(self) -> Box | None:
@@ -72,12 +66,12 @@ def solid_of(found: Mapping[str, Value]) -> Solid:
         return _box_of(found)
     values = {quantity: value for quantity, value in found.items() if isinstance(value.value, float)}
     kind = str(found["geometry"].value) if "geometry" in found else ""
-    sizes = [float(values[size].value) for size in _SIZES.get(kind, ()) if size in values]
+    sizes = [float(values[size].value) for size in SIZES.get(kind, ()) if size in values]
     x, y, z = (float(values[quantity].value) if quantity in values else 0.0 for quantity in _CENTRE)
     rpy = [float(values[angle].value) if angle in values else 0.0 for angle in _ANGLES]
-    known = {"geometry", *_SIZES.get(kind, ()), *_CENTRE, *_ANGLES}
+    known = {"geometry", *SIZES.get(kind, ()), *_CENTRE, *_ANGLES}
     words = tuple(f"{quantity} {found[quantity].value}" for quantity in sorted(found) if quantity not in known)
-    lengths = [values[quantity].tolerance for quantity in (*_SIZES.get(kind, ()), *_CENTRE) if quantity in values]
+    lengths = [values[quantity].tolerance for quantity in (*SIZES.get(kind, ()), *_CENTRE) if quantity in values]
     turns = [values[angle].tolerance for angle in _ANGLES if angle in values]
     rows = rotation_of_rpy((rpy[0], rpy[1], rpy[2])) if any(rpy) else _UPRIGHT
     solid = Solid(kind, tuple(sizes), (x, y, z), rows, words, max(lengths, default=0.0), sum(turns))
@@ -109,8 +103,8 @@ def shape_of(solid: Solid) -> Shape | None:
     return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
 
 
-def solid_from(shape: Shape, room: float = 0.0) -> Solid:
-    """Return a shape of the model as a solid; ``room`` is how well its numbers are known (m, and rotation entries)."""
+def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
+    """Return a shape of the model as a solid; ``tolerance``: how well its numbers are known (m, rotation entries)."""
     shape = shape.moved(Transform())
     geometry, sizes = shape.geometry, tuple[float, ...]()
     if isinstance(geometry, Box):
@@ -119,65 +113,65 @@ def solid_from(shape: Shape, room: float = 0.0) -> Solid:
         sizes = (geometry.radius, geometry.length)
     elif isinstance(geometry, Sphere):
         sizes = (geometry.radius,)
+    elif isinstance(geometry, Mesh):
+        sizes = geometry.scale
     place = shape.origin().transform()
-    return Solid(type(geometry).__name__.lower(), sizes, place.xyz, place.rows, (), room, room)
+    return Solid(type(geometry).__name__.lower(), sizes, place.xyz, place.rows, (), tolerance, tolerance)
+
+
+class Matched(NamedTuple):
+    """Solids of two sets by their places there: those that are in both, pair by pair, and what only one of them has."""
+
+    pairs: list[tuple[int, int]]
+    old: list[int]
+    new: list[int]
+
+
+def match(old: Sequence[Solid], new: Sequence[Solid], noise: float = 0.0) -> Matched:
+    """Return which solids of two sets are the same; ``noise`` (m, and rotation entries) is no difference."""
+    twins: dict[Solid, list[int]] = {}
+    for index in reversed(range(len(new))):
+        twins.setdefault(new[index], []).append(index)
+    pairs = [(index, twins[solid].pop()) for index, solid in enumerate(old) if twins.get(solid)]
+    # The others are looked for among neighbours: a large height map makes thousands of boxes.
+    known = {index for index, _ in pairs}
+    order = sorted((index for rest in twins.values() for index in rest), key=lambda index: new[index].centre)
+    places = [new[index].centre[0] for index in order]
+    widest = max((new[index].tolerance for index in order), default=0.0)
+    taken: set[int] = set()
+    left = []
+    for index, solid in enumerate(old):
+        if index in known:
+            continue
+        x, reach = solid.centre[0], noise + joined(solid.tolerance, widest)
+        near = order[bisect_left(places, x - reach) : bisect_right(places, x + reach)]
+        twin = next((other for other in near if other not in taken and same(solid, new[other], noise)), None)
+        if twin is None:
+            left.append(index)
+        else:
+            taken.add(twin)
+            pairs.append((index, twin))
+    return Matched(sorted(pairs), left, sorted(index for index in order if index not in taken))
 
 
 def delta(old: Sequence[Solid], new: Sequence[Solid]) -> Delta:
-    """Return how two sets of solids that one backend printed differ."""
-    return _without(old, new, 0.999, 0.0)
+    """Return how two sets of solids that one writer printed differ."""
+    return _delta(old, new, 0.0)
 
 
 def remainder(whole: Sequence[Solid], part: Sequence[Solid]) -> Delta:
-    """Return how two sets of solids differ as far as different artifacts print them."""
-    return _without(whole, part, 2.0, _NOISE)
+    """Return how two sets of solids differ as far as different writers print them."""
+    return _delta(whole, part, _NOISE)
+
+
+def _delta(old: Sequence[Solid], new: Sequence[Solid], noise: float) -> Delta:
+    rest = match(old, new, noise)
+    return Delta(tuple(old[index] for index in rest.old), tuple(new[index] for index in rest.new))
 
 
 def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
-    """Say whether two artifacts mean the same solids, as far as they print them."""
+    """Say whether two writers mean the same solids, as far as they print them."""
     return len(one) == len(other) and remainder(one, other) == Delta((), ())
-
-
-def _without(old: Sequence[Solid], new: Sequence[Solid], width: float, noise: float) -> Delta:
-    equal = Counter(old) & Counter(new)
-    removed, added = _rest(old, equal), _rest(new, equal)
-    # Twins are looked for among neighbours: a large height map makes thousands of boxes.
-    order = sorted(range(len(added)), key=lambda index: added[index].centre)
-    places = [added[index].centre[0] for index in order]
-    reach = width * max((solid.room for solid in (*removed, *added)), default=0.0) + noise
-    taken: set[int] = set()
-    left = []
-    for solid in removed:
-        first, last = bisect_left(places, solid.centre[0] - reach), bisect_right(places, solid.centre[0] + reach)
-        near = (index for index in order[first:last] if index not in taken)
-        twin = next((index for index in near if _same(solid, added[index], width, noise)), None)
-        if twin is None:
-            left.append(solid)
-        else:
-            taken.add(twin)
-    return Delta(tuple(left), tuple(solid for index, solid in enumerate(added) if index not in taken))
-
-
-def _rest(solids: Sequence[Solid], equal: Counter[Solid]) -> list[Solid]:
-    left = Counter(equal)
-    rest = []
-    for solid in solids:
-        if left[solid]:
-            left[solid] -= 1
-        else:
-            rest.append(solid)
-    return rest
-
-
-def _same(one: Solid, other: Solid, width: float, noise: float) -> bool:
-    if one.kind != other.kind or one.words != other.words or len(one.sizes) != len(other.sizes):
-        return False
-    room = width * max(one.room, other.room) + noise
-    lengths = zip((*one.centre, *one.sizes), (*other.centre, *other.sizes), strict=True)
-    if not all(abs(a - b) <= room for a, b in lengths):
-        return False
-    room = width * max(one.turn_room, other.turn_room) + noise
-    return all(abs(a - b) <= room for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
 
 
 def largest_step(difference: Delta) -> float | None:
@@ -202,7 +196,8 @@ def _step(one: Solid, other: Solid) -> float:
     """Return how far a face moved at most (m), if the solid is a box; of others how far middle and size changed."""
     if one.kind != other.kind or len(one.sizes) != len(other.sizes):
         return float("inf")
-    sizes = [abs(a - b) / 2 for a, b in zip(one.sizes, other.sizes, strict=True)]
+    lengths = zip(one.sizes, other.sizes, strict=True) if one.kind != "mesh" else ()
+    sizes = [abs(a - b) / 2 for a, b in lengths]
     centre = [abs(a - b) for a, b in zip(one.centre, other.centre, strict=True)]
     if one.kind == "box":
         return max(a + b for a, b in zip(sizes, centre, strict=True))
@@ -242,21 +237,22 @@ def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:
     solid = solid_from(shape)
     if isinstance(shape.geometry, Mesh):
         name = shape.geometry.file.replace("\\", "/").rsplit("/", 1)[-1]
-        solid = solid._replace(sizes=shape.geometry.scale, words=(name,))
-    room = 3**0.5 * printing.room("xyz", *whole.pose.xyz) + _size_room(whole.geometry, printing)
-    return solid._replace(room=room, turn_room=TURNS * printing.room("rpy", *whole.pose.rpy))
+        solid = solid._replace(words=(f"file {name}",))
+    length = ROOT_THREE * printing.tolerance("xyz", *whole.pose.xyz) + _size_tolerance(whole.geometry, printing)
+    turn = _NOISE + TURNS * printing.tolerance("rpy", *whole.pose.rpy)
+    return solid._replace(tolerance=length, turn_tolerance=turn)
 
 
-def _size_room(geometry: object, printing: Printing) -> float:
+def _size_tolerance(geometry: object, printing: Printing) -> float:
     if isinstance(geometry, Box):
-        corners = max(printing.room("min", *geometry.lower), printing.room("max", *geometry.upper))
-        return max(printing.room("size", *geometry.size), corners)
+        corners = max(printing.tolerance("min", *geometry.lower), printing.tolerance("max", *geometry.upper))
+        return max(printing.tolerance("size", *geometry.size), corners)
     if isinstance(geometry, (Cylinder, Capsule)):
-        return max(printing.room("radius", geometry.radius), printing.room("length", geometry.length))
+        return max(printing.tolerance("radius", geometry.radius), printing.tolerance("length", geometry.length))
     if isinstance(geometry, Sphere):
-        return printing.room("radius", geometry.radius)
+        return printing.tolerance("radius", geometry.radius)
     if isinstance(geometry, HeightMap):
-        return printing.room("heights", *(z for line in geometry.heights for z in line[:1]))
+        return printing.tolerance("heights", *(z for line in geometry.heights for z in line[:1]))
     return 0.0
 
 
@@ -264,52 +260,23 @@ def seen(piece: Piece, place: Placed) -> Piece:
     """Return a solid seen from the frame that its link is placed in."""
     solid = piece.solid
     transform = place.transform.then(Transform(solid.rows, solid.centre))
-    room = solid.room + place.length + place.angle * norm(solid.centre)
-    moved = solid._replace(
-        rows=transform.rows, centre=transform.xyz, room=room, turn_room=solid.turn_room + place.angle
+    length, turn = solid.tolerance + place.length + place.angle * norm(solid.centre), solid.turn_tolerance + place.angle
+    return piece._replace(
+        solid=Solid(solid.kind, solid.sizes, transform.xyz, transform.rows, solid.words, length, turn)
     )
-    return piece._replace(solid=moved)
 
 
-class Matched(NamedTuple):
-    """Solids of two sets: those that are in both, pair by pair, and those that only one of the two has."""
-
-    pairs: list[tuple[Piece, Piece]]
-    old: list[Piece]
-    new: list[Piece]
-
-
-def match(old: Sequence[Piece], new: Sequence[Piece], tolerance: float) -> Matched:
-    """Return which solids of two sets are the same."""
-    order = sorted(range(len(new)), key=lambda index: new[index].solid.centre[0])
-    places = [new[index].solid.centre[0] for index in order]
-    widest = max((piece.solid.room for piece in new), default=0.0)
-    taken: set[int] = set()
-    pairs, left = [], []
-    for piece in old:
-        x, reach = piece.solid.centre[0], tolerance + joined(piece.solid.room, widest) + widest
-        first, last = bisect_left(places, x - reach), bisect_right(places, x + reach)
-        near = (index for index in order[first:last] if index not in taken)
-        twin = next((index for index in near if same(piece.solid, new[index].solid, tolerance)), None)
-        if twin is None:
-            left.append(piece)
-        else:
-            taken.add(twin)
-            pairs.append((piece, new[twin]))
-    return Matched(pairs, left, [piece for index, piece in enumerate(new) if index not in taken])
-
-
-def same(one: Solid, other: Solid, tolerance: float) -> bool:
+def same(one: Solid, other: Solid, noise: float) -> bool:
     """Say whether two solids, seen from the same frame, fill the same space as well as they are known."""
     if one.kind != other.kind or one.words != other.words or len(one.sizes) != len(other.sizes):
         return False
-    room = tolerance + joined(one.room, other.room)
-    if norm(minus(one.centre, other.centre)) > room:
+    length = noise + joined(one.tolerance, other.tolerance)
+    if norm(minus(one.centre, other.centre)) > length:
         return False
-    turn = 1e-9 + tolerance + joined(one.turn_room, other.turn_room)
+    turn = noise + joined(one.turn_tolerance, other.turn_tolerance)
     if one.kind == "box":
-        return _same_box(one, other, room, turn)
-    if any(abs(a - b) > room for a, b in zip(one.sizes, other.sizes, strict=True)):
+        return _same_box(one, other, length, turn)
+    if any(abs(a - b) > length for a, b in zip(one.sizes, other.sizes, strict=True)):
         return False
     if one.kind in _ROUND:
         angle = angle_between(_axis(one), _axis(other))
@@ -326,11 +293,11 @@ def _same_rows(one: Solid, other: Solid, turn: float) -> bool:
     return all(abs(a - b) <= turn for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
 
 
-def _same_box(one: Solid, other: Solid, room: float, turn: float) -> bool:
+def _same_box(one: Solid, other: Solid, length: float, turn: float) -> bool:
     """Say whether two boxes about the same middle have the same corners."""
     if _same_rows(one, other, turn):
-        return all(abs(a - b) <= room for a, b in zip(one.sizes, other.sizes, strict=True))
-    reach = 2 * (room + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2])))
+        return all(abs(a - b) <= length for a, b in zip(one.sizes, other.sizes, strict=True))
+    reach = 2 * (length + turn * norm((one.sizes[0], one.sizes[1], one.sizes[2])))
     corners = _corners(other)
     return all(any(norm(minus(corner, near)) <= reach for near in corners) for corner in _corners(one))
 

@@ -1,7 +1,8 @@
-"""Printing: how well the numbers of a source are known, judged by the digits that it prints.
+"""Tolerance: how well numbers, rotations and places are known, and when two of them mean the same.
 
 A program that prints six digits leaves half of the sixth open. That a file was printed so shows in its numbers: none
-has more. Numbers of a description are exact.
+has more. Numbers of a description are exact. What is calculated from several numbers is known no better than all of
+them together.
 """
 
 from __future__ import annotations
@@ -12,7 +13,11 @@ from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from ..diagnostics import Span
+from ..formats import Value
 from ..frontend.tree import Map, Seq
+from ..model import Transform, Vector
+from ..model.geometry import norm, rotation_of_rpy
+from ..numbers import Style
 
 # Fewer digits than these are taken for a choice, not for rounding: 0.1 is 0.1.
 FEWEST = 6
@@ -20,28 +25,11 @@ FEWEST = 6
 _MOST = 14
 # By how much less a number is known that was calculated from printed ones.
 _CALCULATED = 4.0
+# What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
+NOISE = 1e-12
+# Three coordinates may be off at once; three angles may all turn about one line.
+ROOT_THREE, TURNS = 3**0.5, 3.0
 _NUMBER = re.compile(r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?")
-
-
-class Style(NamedTuple):
-    """How numbers are printed: with so many digits, counted from the first one that is not zero, or after the point.
-
-    ``significant`` and ``decimals``: what all numbers keep to; neither: some keep to this, some to that.
-    """
-
-    digits: int
-    significant: bool
-    decimals: bool
-
-    def room(self, value: float) -> float:
-        """Return how far the number that was meant may be away from the one that is printed."""
-        point = 0.5 * 10.0**-self.digits
-        if not value:
-            return point if self.decimals else 0.0
-        first = 0.5 * 10.0 ** (math.floor(math.log10(abs(value))) + 1 - self.digits)
-        if self.significant and self.decimals:
-            return max(first, point)
-        return first if self.significant else point if self.decimals else min(first, point)
 
 
 class Printing(NamedTuple):
@@ -53,13 +41,13 @@ class Printing(NamedTuple):
     styles: Mapping[str, Style | None]
     general: Style | None = None
 
-    def room(self, key: str, *values: float) -> float:
+    def tolerance(self, key: str, *values: float) -> float:
         """Return how well the values of a key are known, the worst of them."""
         if key in self.styles:
             style, share = self.styles[key], 1.0
         else:
             style, share = self.general, _CALCULATED
-        return share * max(map(style.room, values), default=0.0) if style else 0.0
+        return share * max(map(style.tolerance, values), default=0.0) if style else 0.0
 
 
 EXACT = Printing({})
@@ -118,7 +106,93 @@ def _style(found: list[tuple[int, int]]) -> Style | None:
 def joined(one: float, other: float) -> float:
     """Return how far two printed numbers may be apart that mean the same.
 
-    Rounded alike they are equal, and neighbours in print are two rooms apart; rounded differently their rooms add up.
+    Rounded alike they are equal, and neighbours in print are two tolerances apart; rounded differently their tolerances
+    add up.
     """
     larger, smaller = max(one, other), min(one, other)
     return larger + min(smaller, larger / 2)
+
+
+def same_value(one: Value | None, other: Value | None, noise: float = 0.0) -> bool:
+    """Say whether two values mean the same, as far as they are printed.
+
+    ``noise`` is what two writers may have calculated differently; of one writer it is nothing.
+    """
+    if one is None or other is None:
+        return one is other
+    if isinstance(one.value, str) or isinstance(other.value, str):
+        return one.value == other.value
+    allowed = noise * max(abs(one.value), abs(other.value)) + (noise if one.unit in ("m", "rad") else 0.0)
+    return abs(one.value - other.value) <= joined(one.tolerance, other.tolerance) + allowed
+
+
+class Turn(NamedTuple):
+    """A rotation as roll, pitch, yaw (rad) in the form of ``formats.facts.angles``, and how well each is known."""
+
+    rpy: Vector
+    tolerance: Vector
+
+
+def wrapped(angle: float) -> float:
+    """Return an angle (rad) within plus and minus half a turn; half a turn itself is plus."""
+    return math.pi - (math.pi - angle) % math.tau
+
+
+def same_angles(one: Turn, other: Turn) -> bool:
+    """Say whether two rotations that one writer printed are one, angle by angle."""
+    steps = zip(one.rpy, other.rpy, one.tolerance, other.tolerance, strict=True)
+    return all(abs(wrapped(b - a)) <= joined(s, t) + NOISE for a, b, s, t in steps)
+
+
+def same_turn(one: Turn | None, other: Turn | None) -> bool:
+    """Say whether two writers mean the same rotation, in whichever angles."""
+    if one is None or other is None:
+        return one is other
+    allowed = joined(sum(one.tolerance), sum(other.tolerance)) + NOISE
+    pairs = zip(rotation_of_rpy(one.rpy), rotation_of_rpy(other.rpy), strict=True)
+    return all(abs(a - b) <= allowed for rows in pairs for a, b in zip(*rows, strict=True))
+
+
+class Placed(NamedTuple):
+    """Where something is, and how well that is known: lengths (m) and angles (rad)."""
+
+    transform: Transform
+    length: float = 0.0
+    angle: float = 0.0
+
+    def then(self, child: Placed) -> Placed:
+        """Return this place followed by another one in it."""
+        length = self.length + child.length + self.angle * norm(child.transform.xyz)
+        return Placed(self.transform.then(child.transform), length, self.angle + child.angle)
+
+    def inverse(self) -> Placed:
+        """Return the way back."""
+        length = self.length + self.angle * norm(self.transform.xyz)
+        return Placed(self.transform.inverse(), length, self.angle)
+
+
+HERE = Placed(Transform())
+
+
+class Gap(NamedTuple):
+    """How far two places are apart (m, rad), and how far they may be as well as they are known."""
+
+    distance: float
+    angle: float
+    length_tolerance: float
+    angle_tolerance: float
+
+    @property
+    def closed(self) -> bool:
+        """Whether the two places are the same."""
+        return self.distance <= self.length_tolerance and self.angle <= self.angle_tolerance
+
+
+def gap(one: Placed, other: Placed, tolerance: float) -> Gap:
+    """Return how far two places are apart; ``tolerance`` (m, rad) is no distance."""
+    return Gap(
+        math.dist(one.transform.xyz, other.transform.xyz),
+        one.transform.angle_to(other.transform),
+        tolerance + joined(one.length, other.length),
+        tolerance + joined(one.angle, other.angle),
+    )

@@ -7,8 +7,9 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import plural
 from ..model import Joint, Robot
-from .item import YAML, Side, several
+from .difference import YAML, Side
 from .pairing import Pairing
+from .wording import several
 
 Count = Callable[[Robot], int]
 

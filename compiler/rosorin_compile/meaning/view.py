@@ -12,26 +12,16 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
-from ..model import Robot, Transform, Vector
+from ..formats.facts import ANGLES, AXES
+from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
 from .solids import Solid, solid_of
-
-ANGLES = ("roll", "pitch", "yaw")
-AXES = ("x", "y", "z")
-# What arithmetic on the way to a number costs: relative, and absolute for lengths (m) and angles (rad).
-NOISE = 1e-12
+from .tolerance import Turn
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
 _CELL = re.compile(r"cell (\d+) (\d+)")
 # A frame with several rows in the list of frames: the row is part of its name.
 _ROW = re.compile(r"(.+?) ((?:below|when) .+)")
-
-
-class Turn(NamedTuple):
-    """A rotation as roll, pitch, yaw (rad) in the form of ``xml_facts.angles``, and how well each is known."""
-
-    rpy: Vector
-    tolerance: Vector
 
 
 class View(NamedTuple):
@@ -127,46 +117,6 @@ def called(robot: Robot, artifact: Artifact) -> Mapping[str, str]:
     names = FORMATS[artifact.backend].names
     output = next((output for output in robot.outputs if output.name == artifact.output), None)
     return {} if names is None or output is None else names(output)
-
-
-def differs(old: Value | None, new: Value | None) -> bool:
-    """Say whether two values that one backend printed are different values, and not one number spelled twice."""
-    if old is None or new is None:
-        return old is not new
-    if isinstance(old.value, str) or isinstance(new.value, str):
-        return old.value != new.value
-    # Neighbours in print are two tolerances apart.
-    return not abs(new.value - old.value) <= 0.999 * max(old.tolerance, new.tolerance)
-
-
-def agree(one: Value | None, other: Value | None) -> bool:
-    """Say whether two artifacts mean the same value, as far as they print it."""
-    if one is None or other is None:
-        return one is other
-    if isinstance(one.value, str) or isinstance(other.value, str):
-        return one.value == other.value
-    noise = NOISE * max(abs(one.value), abs(other.value)) + (NOISE if one.unit in ("m", "rad") else 0.0)
-    return abs(one.value - other.value) <= one.tolerance + other.tolerance + noise
-
-
-def wrapped(angle: float) -> float:
-    """Return an angle (rad) within plus and minus half a turn."""
-    return (angle + math.pi) % math.tau - math.pi
-
-
-def turned(old: Turn, new: Turn) -> bool:
-    """Say whether two rotations that one backend printed are different."""
-    steps = zip(old.rpy, new.rpy, old.tolerance, new.tolerance, strict=True)
-    return any(not abs(wrapped(b - a)) <= 0.999 * max(s, t) + NOISE for a, b, s, t in steps)
-
-
-def same_turn(one: Turn | None, other: Turn | None) -> bool:
-    """Say whether two artifacts mean the same rotation, as far as they print it."""
-    if one is None or other is None:
-        return one is other
-    room = sum(one.tolerance) + sum(other.tolerance) + NOISE
-    pairs = zip(rotation_of_rpy(one.rpy), rotation_of_rpy(other.rpy), strict=True)
-    return all(abs(a - b) <= room for rows in pairs for a, b in zip(*rows, strict=True))
 
 
 def transform_of(view: View, frame: str) -> Transform:

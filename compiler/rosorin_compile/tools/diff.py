@@ -21,7 +21,7 @@ from .shared import (
 )
 
 if TYPE_CHECKING:
-    from ..meaning.item import Side
+    from ..meaning.difference import Side
     from .sides import Read
 
 _SIDES = ("A", "B")
@@ -67,8 +67,8 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compare two robots; say what differs."""
     from ..frontend.load import LoadError
-    from ..meaning.item import DEFAULT_TOLERANCE
-    from ..meaning.robots import as_json, compare_robots, lines
+    from ..meaning.difference import DEFAULT_TOLERANCE, as_json, lines
+    from ..meaning.robots import compare_robots
 
     given, words = given_arguments(options, options.words)
     if len(words) != 2:

@@ -11,9 +11,10 @@ from typing import Any, NamedTuple
 from ..diagnostics import ERROR, Diagnostic, error, has_errors
 from ..formats import FORMATS, endings
 from ..frontend import asked
-from ..meaning.item import DEFAULT_TOLERANCE, YAML, Difference, Side, several
+from ..meaning.difference import DEFAULT_TOLERANCE, YAML, Difference, Side
 from ..meaning.robots import compare_robots
 from ..meaning.tolerance import printing_of
+from ..meaning.wording import several
 from ..model import Robot
 from ..plugins import PluginFailed
 from ..project import NoDescription, find, is_file

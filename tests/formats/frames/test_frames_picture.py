@@ -203,7 +203,7 @@ def test_check_speaks_of_the_meaning_first() -> None:
     committed = {artifact.file: artifact.text.encode() for artifact in made.artifacts}
     committed["frames_amcl.svg"] = committed["frames_amcl.svg"].replace(b"amcl", b"acml")
     said = lines(compare(made.robot, made.artifacts, committed))
-    assert said[0] == "odom when not slam: publisher acml -> amcl: frames_amcl"
+    assert said[0] == "odom when not slam: published by acml -> amcl: frames_amcl"
     committed["frames_amcl.svg"] = texts(made)["frames_amcl.svg"].replace("\n<text", "\n  <text").encode()
     said = lines(compare(made.robot, made.artifacts, committed))
     assert said[0] == "frames_amcl.svg: same meaning, different text"

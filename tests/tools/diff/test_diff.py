@@ -21,23 +21,22 @@ TOOL = "type: fixed, parent: finger, child: tool, xyz: [0.05, 0, 0]"
 LIMIT = "limit: {lower: -2, upper: 2, effort: 5, velocity: 3}"
 
 PLANTED: list[tuple[list[tuple[str, str]], str]] = [
-    ([("xyz: [0, 0, 0.22]", "xyz: [0, 0, 0.25]")], "laser moved 30.0 mm in mast, always (z 0.22 -> 0.25 m)"),
+    ([("xyz: [0, 0, 0.22]", "xyz: [0, 0, 0.25]")], "laser moved 30.0 mm in mast: origin z 0.22 -> 0.25 m"),
     (
         [("rpy: [0, 0, 3.141592653589793]", "rpy: [0, 0, 0]")],
-        "laser turned 180.0 deg in mast, always (yaw 3.14159 -> 0 rad)",
+        "laser turned 180.0 deg in mast: yaw 3.14159 -> 0 rad",
     ),
     (
         [("xyz: [-0.1, 0, 0.1]}", "xyz: [-0.1, 0.002, 0.1]}")],
-        "mast moved 2.0 mm in base_link, always (y 0 -> 0.002 m), and with it laser",
+        "mast moved 2.0 mm in base_link, and with it laser: origin y 0 -> 0.002 m",
     ),
     (
         [("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]")],
-        "shoulder: upper_arm moved 10.0 mm in base_link, always (z 0.16 -> 0.17 m)",
+        "upper_arm moved 10.0 mm in base_link: origin z 0.16 -> 0.17 m",
     ),
     (
         [("xyz: [0.1, 0, 0.16]\n    rpy: [0, 0, 0.1]", "xyz: [0.1, 0, 0.17]\n    rpy: [0, 0, 0.2]")],
-        "shoulder: upper_arm moved 10.0 mm and turned 5.7 deg in base_link, always "
-        "(z 0.16 -> 0.17 m, yaw 0.1 -> 0.2 rad)",
+        "upper_arm moved 10.0 mm and turned 5.7 deg in base_link: origin z 0.16 -> 0.17 m, yaw 0.1 -> 0.2 rad",
     ),
     (
         [(SHOULDER, SHOULDER.replace("0, 1, 0", "0, 0.8, 0.6"))],
@@ -63,12 +62,12 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     ),
     (
         [("type: revolute\n    parent: upper_arm", "type: prismatic\n    parent: upper_arm")],
-        "elbow: revolute -> prismatic",
+        "elbow type revolute -> prismatic",
     ),
-    ([(TOOL, TOOL.replace("fixed", "continuous"))], "tool_joint: fixed -> continuous"),
+    ([(TOOL, TOOL.replace("fixed", "continuous"))], "tool_joint type fixed -> continuous"),
     (
         [("parent: fore_arm\n    child: slider", "parent: upper_arm\n    child: slider")],
-        "slide moves slider against fore_arm -> upper_arm",
+        "slider parent fore_arm -> upper_arm",
     ),
     (
         [("parent: mast\n    child: laser", "parent: upper_arm\n    child: laser")],
@@ -86,12 +85,12 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
         [("    mimic: {joint: slide, multiplier: 5, offset: 0.1}\n", "")],
         "finger_joint mimics slide * 5 + 0.1 -> nothing",
     ),
-    ([(LIMIT, f"{LIMIT}\n    safety_controller: {{k_velocity: 10}}")], "elbow k_velocity: new, 10 N*m*s/rad"),
+    ([(LIMIT, f"{LIMIT}\n    safety_controller: {{k_velocity: 10}}")], "elbow safety k_velocity: new, 10 N*m*s/rad"),
     ([(LIMIT, f"{LIMIT}\n    actuator: {{kp: 3}}")], "elbow kp: new, 3 N*m/rad"),
     ([("mass: 2,", "mass: 2.1,")], "base_link mass 2 -> 2.1 kg (+100.0 g)"),
     (
         [("xyz: [0.1, 0, 0], rpy: [0, 0, 0.3]", "xyz: [0.1, 0, 0.01], rpy: [0, 0, 0.3]")],
-        "upper_arm centre of mass 0.1 0 0 -> 0.1 0 0.01 m (10.0 mm)",
+        "upper_arm centre of mass moved 10.0 mm: z 0 -> 0.01 m",
     ),
     (
         [("izz: 0.04", "izz: 0.03")],
@@ -103,9 +102,12 @@ PLANTED: list[tuple[list[tuple[str, str]], str]] = [
     ),
     (
         [("capsule: {radius: 0.03", "cylinder: {radius: 0.03")],
-        "upper_arm collision: 1 of 1 shape changed: capsule -> cylinder",
+        "upper_arm collision: capsule -> cylinder",
     ),
-    ([("sphere: {radius: 0.02}", "sphere: {radius: 0.021}")], "slider collision: 1 of 1 shape changed, up to 1.0 mm"),
+    (
+        [("sphere: {radius: 0.02}", "sphere: {radius: 0.021}")],
+        "slider collision: sphere radius 0.02 -> 0.021 m (+1.0 mm)",
+    ),
     (
         [("      - {cylinder: {radius: 0.04, length: 0.06}, xyz: [0.1, 0, 0.13]}\n", "")],
         "base_link collision: 2 -> 1 shapes",

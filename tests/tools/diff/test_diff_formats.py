@@ -9,14 +9,14 @@ from pathlib import Path
 
 import jsonschema
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.formats import FORMATS
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.frontend.lower import lower
-from rosorin_compile.meaning.item import YAML, Side
+from rosorin_compile.meaning.difference import YAML, Side
 from rosorin_compile.meaning.robots import compare_robots
 from rosorin_compile.meaning.tolerance import printing_of
 from rosorin_compile.model import Output, Robot
@@ -58,8 +58,13 @@ def test_the_artifacts_of_the_arm_are_the_arm(arm: Path, file: str) -> None:
 # What each format carries, planted in the description and told of its artifacts.
 CARRIED = [
     ("upper: 2, effort: 10", "upper: 1.9, effort: 10", "shoulder limit upper 2 -> 1.9 rad (-5.7 deg)", "urdf xml json"),
-    ("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]", "shoulder: upper_arm moved 10.0 mm in base_link", "urdf xml json"),
-    ("size: [0.02, 0.02, 0.2]", "size: [0.02, 0.03, 0.2]", "mast collision: 1 of 1 shape changed", "urdf xml json"),
+    ("xyz: [0.1, 0, 0.16]", "xyz: [0.1, 0, 0.17]", "upper_arm moved 10.0 mm in base_link", "urdf xml json"),
+    (
+        "size: [0.02, 0.02, 0.2]",
+        "size: [0.02, 0.03, 0.2]",
+        "mast collision: box min y -0.01 -> -0.015, max y",
+        "urdf xml json",
+    ),
     ("mass: 2,", "mass: 2.1,", "base_link mass 2 -> 2.1 kg (+100.0 g)", "urdf xml"),
     ("effort: 10", "effort: 11", "shoulder limit effort 10 -> 11 N*m (+10.0 %)", "urdf xml"),
     ("multiplier: 5", "multiplier: 6", "finger_joint mimic multiplier 5 -> 6", "urdf xml"),
@@ -106,7 +111,9 @@ def _shuffled(urdf: str) -> str:
     return ElementTree.tostring(root, "unicode")
 
 
-@given(st.integers(0, 2**32))
+@given(seed=st.integers(0, 2**32))
+# A slide along an axis that six digits of the angles turn.
+@example(seed=84)
 @settings(max_examples=25, deadline=None)
 def test_six_digits_are_no_difference_and_what_they_show_is_one(
     tmp_path_factory: pytest.TempPathFactory, seed: int
@@ -186,7 +193,7 @@ def test_arguments_of_one_side_and_of_both(tmp_path: Path) -> None:
     assert told(tmp_path, tmp_path) == []
     assert told(tmp_path, tmp_path, "-a", "height=0.2") == []
     assert told(tmp_path, tmp_path, "--b-arg", "height=20 cm") == [
-        "top moved 100.0 mm in base_link, always (z 0.1 -> 0.2 m)"
+        "top moved 100.0 mm in base_link: origin z 0.1 -> 0.2 m"
     ]
     assert told(tmp_path, tmp_path, "-a", "height=0.2", "--a-arg", "height=0.3")[0].startswith("top moved 100.0 mm")
 
@@ -201,7 +208,7 @@ def test_a_xacro_file_is_expanded_after_a_warning(tmp_path: Path) -> None:
     )
     code, out, err = diff(path, path, "--b-arg", "height=0.2")
     assert code == 1
-    assert "top moved 100.0 mm in base_link, always (z 0.1 -> 0.2 m)" in out.splitlines()
+    assert "top moved 100.0 mm in base_link: origin z 0.1 -> 0.2 m" in out.splitlines()
     assert "warning[xacro-runs-code]" in err
 
 
@@ -269,6 +276,6 @@ def test_planar_and_floating_joints_are_compared(tmp_path: Path) -> None:
     one.write_text(text, "utf-8")
     other.write_text(text.replace('xyz="0 0 1"/></joint><joint', 'xyz="0 0 1.5"/></joint><joint'), "utf-8")
     assert told(one, one) == []
-    assert told(one, other) == ["free: base_link moved 500.0 mm in world_link, always (z 1 -> 1.5 m)"]
+    assert told(one, other) == ["base_link moved 500.0 mm in world_link: origin z 1 -> 1.5 m"]
     other.write_text(text.replace("planar", "fixed"), "utf-8")
-    assert told(one, other) == ["slide: planar -> fixed"]
+    assert told(one, other) == ["slide type planar -> fixed"]

@@ -251,12 +251,12 @@ def altered(old: str, new: str) -> Callable[..., Any]:
 @pytest.mark.parametrize(
     ("old", "new", "said"),
     [
-        ("upper: 2.5,", "upper: 2.6,", "joints elbow limit upper: 2.5 in the source, 2.6 here"),
-        ("mass: 2.5,", "mass: 2.6,", "links base_link inertial mass: 2.5 in the source, 2.6 here"),
-        ("radius: .1,", "radius: .11,", "links base_link collision 1 geometry radius: 0.1 in the source, 0.11 here"),
+        ("upper: 2.5,", "upper: 2.6,", "description: elbow limit upper 2.5 -> 2.6 rad (+5.7 deg)"),
+        ("mass: 2.5,", "mass: 2.6,", "description: base_link mass 2.5 -> 2.6 kg (+100.0 g)"),
+        ("radius: .1,", "radius: .11,", "links base_link collision 1 geometry radius 0.1 -> 0.11"),
         ("  tool0: {}\n", "  tool0: {}\n  more: {}\n", ""),
-        ("Gazebo/Orange", "Gazebo/Blue", "urdf_elements 2:"),
-        ("${meshes}/upper", "${meshes}/lower", "links upper_arm visual 1 geometry file:"),
+        ("Gazebo/Orange", "Gazebo/Blue", "urdf_elements 2 "),
+        ("${meshes}/upper", "${meshes}/lower", "links upper_arm visual 1 geometry file "),
         ("material: orange", "rgba: [1, 1, 1, 1]", "links base_link visual 1"),
     ],
 )

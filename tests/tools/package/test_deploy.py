@@ -31,7 +31,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert after["urdf/rosorin.urdf"] == TEXTS["rosorin.urdf"]
     assert after["config/static_tf.json"] == TEXTS["static_tf.json"]
     out = capsys.readouterr().out
-    assert "urdf/rosorin.urdf: joint1 origin z 0.17044 -> 0.16044 m (-10.0 mm)\n" in out
+    assert "urdf/rosorin.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in out
     assert "config/static_tf.json: new\n" in out
     assert out.endswith(f"rosorin: 3 of 4 files in {base} written\n")
     assert deploy(base) == 0
@@ -158,7 +158,9 @@ def test_two_outputs_for_one_place(base: Path, capsys: pytest.CaptureFixture[str
 def test_a_renamed_copy_is_found_by_what_stands_in_it(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (base / "urdf/rosorin.urdf").rename(base / "urdf/my_arm.urdf")
     assert check(base) == 1
-    assert "urdf/my_arm.urdf: joint1 origin z 0.17044 -> 0.16044 m (-10.0 mm)\n" in capsys.readouterr().out
+    assert (
+        "urdf/my_arm.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in capsys.readouterr().out
+    )
     assert deploy(base) == 0
     assert (base / "urdf/my_arm.urdf").read_text("utf-8") == TEXTS["rosorin.urdf"]
     assert not (base / "urdf/rosorin.urdf").exists()

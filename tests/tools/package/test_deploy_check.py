@@ -26,9 +26,9 @@ def test_check_tells_by_file_and_by_meaning(base: Path, capsys: pytest.CaptureFi
     (base / "config/robot_model.json").write_text(json.dumps(model))
     assert check(base) == 1
     out = capsys.readouterr().out
-    assert "config/robot_model.json: joint2 origin z 0.030345 -> 0.032345 m" not in out
-    assert "config/robot_model.json: joint2 origin z 0.032345 -> 0.030345 m (-2.0 mm)\n" in out
-    assert "urdf/rosorin.urdf: joint1 origin z 0.17044 -> 0.16044 m (-10.0 mm)\n" in out
+    assert "config/robot_model.json: link2 moved 2.0 mm in link1: origin z 0.030345 -> 0.032345 m" not in out
+    assert "config/robot_model.json: link2 moved 2.0 mm in link1: origin z 0.032345 -> 0.030345 m\n" in out
+    assert "urdf/rosorin.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in out
     assert out.endswith(f"rosorin: 0 of 2 copies in {base} as compiled\n")
 
 

@@ -75,7 +75,10 @@ def test_check_looks_behind_links(package: Path, capsys: pytest.CaptureFixture[s
     (there / "rosorin.urdf").write_text(TEXTS["rosorin.urdf"].replace("0.16044", "0.17044"), "utf-8")
     capsys.readouterr()
     assert main(["check", str(ROSORIN), "--deployed", str(package)]) == 1
-    assert "urdf/rosorin.urdf: joint1 origin z 0.17044 -> 0.16044 m (-10.0 mm)\n" in capsys.readouterr().out
+    assert (
+        "urdf/rosorin.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n"
+        in capsys.readouterr().out
+    )
 
 
 def test_links_in_a_circle_end(package: Path) -> None:

@@ -26,9 +26,8 @@ from ...model import (
     Transform,
 )
 from ...rules.case import Case, suggest
-from ..facts import AXES
+from ..facts import AXES, frame_facts
 from ..format import Fact, Facts, Format, Opened, Value
-from ..static_tf import frame_facts
 from ..templating import Templates
 
 if TYPE_CHECKING:
@@ -250,9 +249,8 @@ def _read(model: Mapping[str, Any]) -> Facts:
 
 def _read_joint(name: str, joint: Mapping[str, Any]) -> Facts:
     child, unit = joint["child"], _UNITS.get(joint["type"], "")
-    facts = {Fact("frame", child, "parent"): Value(joint["parent"])}
     (x, y, z), (roll, pitch, yaw) = _numbers(joint["xyz"]), _numbers(joint["rpy"])
-    facts |= frame_facts(child, Pose((x, y, z), (roll, pitch, yaw)))
+    facts = frame_facts(child, joint["parent"], Pose((x, y, z), (roll, pitch, yaw)))
     facts |= {Fact("joint", name, key): Value(joint[key]) for key in ("type", "child")}
     if joint["type"] in _UNITS:
         facts |= _vector("joint", name, [f"axis {axis}" for axis in AXES], joint["axis"], "")

@@ -5,6 +5,11 @@ Defaults are those of http://wiki.ros.org/urdf/XML and ``ros/urdfdom@jazzy:urdf_
 mesh; the materials of the robot, as Fact("material", name, "red"); and elements that no other artifact has, by their
 number and tag, as the text that they come to: Fact("link", name, "element 1 gazebo"), of the robot itself as
 Fact("robot", name, "element 1 transmission").
+
+The importer reads a URDF, too, but not for this: it takes four to five times as long (500 links: 0.25 s for 0.05 s), it
+refuses what a hand may have done to a committed file and a comparison still reads, and it hands on a robot in the form
+of the language, in which names of materials and the numbers of shapes are others. A proof that the artifacts are right
+had better not go through the code that made them.
 """
 
 from __future__ import annotations

@@ -155,7 +155,7 @@ def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
     edit(project, "0.2]", "0.25]", "descriptions/bot/more.yaml")
     watch.until("origin z 0.2 -> 0.25 m")
     edit(project, "include: [more.yaml]\n", "")
-    watch.until("frame shelf: removed")
+    watch.until("removed: frame shelf")
     more.write_text("links: 3\n", "utf-8")
     assert watch.silent(), "a file that is included no more is watched no more"
 

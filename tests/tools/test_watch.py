@@ -151,11 +151,11 @@ def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
         "links: {shelf: {}}\njoints: {shelf_joint: {type: fixed, parent: base_link, child: shelf, xyz: [0, 0, 0.2]}}\n",
         "utf-8",
     )
-    watch.until("frame shelf: new")
+    watch.until("new: frame shelf")
     edit(project, "0.2]", "0.25]", "descriptions/bot/more.yaml")
     watch.until("origin z 0.2 -> 0.25 m")
     edit(project, "include: [more.yaml]\n", "")
-    watch.until("frame shelf: removed")
+    watch.until("removed: frame shelf")
     more.write_text("links: 3\n", "utf-8")
     assert watch.silent(), "a file that is included no more is watched no more"
 

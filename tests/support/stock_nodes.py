@@ -21,7 +21,7 @@ MASTER = "/usr/bin/rosmaster"
 ROBOT_STATE_PUBLISHER = "/usr/lib/robot_state_publisher/robot_state_publisher"
 STATIC_TRANSFORM_PUBLISHER = "/usr/lib/tf2_ros/static_transform_publisher"
 CHILD = Path(__file__).with_name("stock_nodes_child.py")
-PACKAGES = "python3-rosmaster python3-rospy python3-sensor-msgs ros-robot-state-publisher python3-tf2-ros"
+PACKAGES = "python3-rosmaster python3-rospy python3-sensor-msgs ros-robot-state-publisher python3-tf2-ros tf2-tools"
 
 WAIT = 20.0  # seconds until something that should come has failed to come
 

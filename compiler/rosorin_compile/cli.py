@@ -91,6 +91,9 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
+    if not words:
+        sys.stderr.write(parser(words).format_help())
+        return USAGE
     try:
         options = parse(words)
         code: int = options.run(options)

@@ -157,3 +157,11 @@ def test_import_refuses_arguments_that_nothing_takes(capsys: Shown, tmp_path: ob
     known = IMPORTED / "little_arm" / "little_arm.urdf"
     assert main(["import", str(known), "-o", f"{tmp_path}/new", "height:=2"]) == 2
     assert "little_arm.urdf takes no arguments: only a xacro does" in capsys.readouterr().err
+
+
+def test_without_a_word_it_shows_its_help(capsys: Shown) -> None:
+    assert main([]) == 2
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert shown.err.startswith("usage: rosorin-compile [-h] [--version] COMMAND ...\n")
+    assert all(f"\n  {name} " in shown.err for name in COMMANDS)

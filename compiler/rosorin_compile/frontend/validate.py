@@ -161,6 +161,10 @@ def _wrong_unit(tree: Map, path: Steps, quantity: Quantity) -> list[Diagnostic]:
     return [error("wrong-unit", message, place.span, "correct the unit; a bare number is in SI units", place.stack())]
 
 
+# Sections that expansion has made plain entries of: the schema of the plain tree lacks them.
+_EXPANDED = ("parts", "sensor_types", "use")
+
+
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
@@ -194,6 +198,8 @@ class Complaint:
 
     def _additionalproperties(self) -> list[Diagnostic]:
         known = self._fragment(1).get("properties", {})
+        if not self.path:
+            known = {**known, **dict.fromkeys(_EXPANDED)}
         return [
             self._make("unknown-key", f'{self.where} has no key "{key}"', _legal(key, known), [*self.path, key], True)
             for key in self.kind.unexpected

@@ -15,6 +15,8 @@ from rosorin_compile.diagnostics import Source, Span
 from rosorin_compile.frontend.arguments import Argument
 from rosorin_compile.tools.check import _with, choices, combinations
 
+pytestmark = pytest.mark.slow
+
 ROBOT = """
 robot: armed
 args:

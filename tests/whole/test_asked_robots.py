@@ -17,6 +17,8 @@ from support.commands import Shown, ask
 from support.paths import IMPORTED, ROOT
 from support.robots import compiled, texts
 
+pytestmark = pytest.mark.slow
+
 ARM = IMPORTED / "little_arm" / "little_arm.urdf"
 XACRO = """<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro">
   <xacro:arg name="height" default="1"/>

@@ -12,6 +12,8 @@ import pytest
 
 from rosorin_compile import plugins
 
+pytestmark = pytest.mark.slow
+
 ROBOT = """\
 robot: cart
 let: {width: 0.2}

@@ -20,6 +20,8 @@ from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer import round_trip
 from support.paths import IMPORTED, ROOT
 
+pytestmark = pytest.mark.slow
+
 ARM = IMPORTED / "little_arm" / "little_arm.urdf"
 EXPECTED = ARM.parent / "expected"
 ROVER = IMPORTED / "rover" / "rover.urdf"

@@ -15,6 +15,8 @@ from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy
 from support.paths import ROSORIN
 from support.robots import compiled
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:

@@ -13,6 +13,8 @@ from rosorin_compile.cli import main
 from support.packages import LAUNCH, TEXTS, check, deploy, package_of_people
 from support.paths import ROSORIN
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture
 def base(tmp_path: Path) -> Path:

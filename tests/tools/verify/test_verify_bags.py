@@ -19,6 +19,8 @@ from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT
 
+pytestmark = pytest.mark.slow
+
 ROBOT = str(ROOT / "descriptions" / "rosorin")
 
 

@@ -30,6 +30,8 @@ from support.bags import START, TYPES, Message, judged, ns
 from support.paths import DATA, IMPORTED, ROOT
 from support.schemas import properties, schema
 
+pytestmark = pytest.mark.slow
+
 ROBOT = str(ROOT / "descriptions" / "rosorin")
 
 

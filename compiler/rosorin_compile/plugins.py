@@ -131,6 +131,11 @@ def installed() -> tuple[Plugin, ...]:
     return tuple(plugin for plugin, _ in _entry_points())
 
 
+def are_installed(group: str) -> bool:
+    """Say whether a distribution has an entry point of a group ("formats")."""
+    return any(plugin.group == group for plugin in installed())
+
+
 def mark() -> list[str]:
     """Return what tells the plug-ins of this run from others: versions, and size and time of each of their files."""
     if not _metadata_folders(tuple(sys.path)):

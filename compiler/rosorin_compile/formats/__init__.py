@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..model import ROBOT_STATE_PUBLISHER
+from ..plugins import are_installed
 from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
@@ -70,8 +71,14 @@ def _names() -> tuple[str, ...]:
 @cache
 def _homes() -> frozenset[str]:
     """Return the modules of this folder that are formats, by name."""
+    return frozenset(name for name, path in _modules().items() if _exports(path))
+
+
+@cache
+def _modules() -> Mapping[str, Path]:
+    """Return the modules of this folder by name."""
     files = ((path.name.removesuffix(".py"), path) for path in Path(__path__[0]).iterdir())
-    return frozenset(name for name, path in files if name.isidentifier() and _exports(path))
+    return {name: path for name, path in files if name.isidentifier()}
 
 
 def _exports(module: Path) -> bool:
@@ -85,7 +92,7 @@ def _exports(module: Path) -> bool:
 @cache
 def _built_in(name: str) -> Format | None:
     """Return the format of that name which this folder has; None if it has none."""
-    if name not in _homes():
+    if name not in _modules() or not _exports(_modules()[name]):
         return None
     format: Format | None = getattr(import_module(f".{name}", __name__), "FORMAT", None)
     return format
@@ -93,10 +100,14 @@ def _built_in(name: str) -> Format | None:
 
 def _of_others() -> Mapping[str, Format]:
     """Return the formats of other packages."""
-    return _plugged().formats
+    others = _plugged()
+    return others.formats if others else {}
 
 
-def _plugged() -> Plugged:
+def _plugged() -> Plugged | None:
+    """Return what plug-ins add; None where there is none, as on most machines."""
+    if not are_installed("formats"):
+        return None
     from .plugged import plugged
 
     return plugged(_homes(), _known_files)
@@ -116,7 +127,8 @@ def is_built_in(name: str) -> bool:
 
 def plugged_diagnostics() -> tuple[Diagnostic, ...]:
     """Return what is wrong with the formats of other packages."""
-    return _plugged().diagnostics
+    others = _plugged()
+    return others.diagnostics if others else ()
 
 
 def endings(*, include: bool = False) -> tuple[str, ...]:

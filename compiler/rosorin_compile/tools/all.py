@@ -14,7 +14,7 @@ from .shared import (
     FINE,
     PROBLEMS,
     Run,
-    compile_one,
+    compile_proven,
     count,
     for_each,
     format_options,
@@ -73,7 +73,7 @@ def _write_one(run: Run, description: Description) -> int:
         run.console.say(f"{summary}, unchanged")
         return FINE
     begun, ran = stamp.now(), run.console.ran
-    compiled = compile_one(run.given, description, run.console)
+    compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)

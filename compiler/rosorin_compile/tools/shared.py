@@ -207,6 +207,21 @@ def compile_one(given: Given, description: Description, console: Console) -> Com
     return compile_robot(description.path, arguments, console.ahead)
 
 
+def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+    """Return what becomes of one description, without artifacts if they do not say what the model says."""
+    return proven(compile_one(given, description, console))
+
+
+def proven(compiled: Compiled) -> Compiled:
+    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
+    from ..meaning.agreement import agreement
+
+    if compiled.robot is None or not compiled.artifacts:
+        return compiled
+    wrong = agreement(compiled.robot, compiled.artifacts)
+    return compiled._replace(artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
+
+
 def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
     """Say how many problems keep a robot from being compiled; a robot without outputs has none."""
     errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
@@ -250,7 +265,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
     console = Console(options.format)
-    compiled = compile_one(given, description, console)
+    compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):
         return console, description, compiled

@@ -150,6 +150,9 @@ def output_options(command: argparse.ArgumentParser) -> None:
 def format_options(command: argparse.ArgumentParser) -> None:
     """Add the option that chooses how diagnostics are printed."""
     command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
+    command.add_argument(
+        "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+    )
 
 
 def json_option(command: argparse.ArgumentParser) -> None:
@@ -186,7 +189,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     """Do something with each description that is asked for; return the worst exit code."""
     given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
-    run = Run(options, Console(options.format), given)
+    run = Run(options, Console(options.format, options.quiet), given)
     code = max(one(run, description) for description in found)
     run.console.finish()
     return code
@@ -264,7 +267,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
     if len(names) > 1:
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
-    console = Console(options.format)
+    console = Console(options.format, options.quiet)
     compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):
@@ -307,7 +310,7 @@ def understood(given: Given, description: Description, console: Console) -> Know
     from ..rules.remarkable import collect
 
     try:
-        expanded, lowered, diagnostics = read(given, description, console)
+        expanded, lowered, diagnostics, _ = read(given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None

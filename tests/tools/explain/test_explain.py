@@ -17,7 +17,7 @@ PROJECT = HANDY
 
 
 def found(*names: str, pose: str = "", **given: str) -> list[Explanation]:
-    expanded, lowered, diagnostics = understand(Path("descriptions/handy/robot.yaml"), given)
+    expanded, lowered, diagnostics, _ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None, diagnostics
     return explain(expanded, lowered, given, names, pose)
 
@@ -201,7 +201,7 @@ def test_a_pose() -> None:
 def test_an_argument_from_a_file(project: Path) -> None:
     (project / "mine.yaml").write_text("scale: 3\n", "utf-8")
     given = read([Path("mine.yaml")], {})
-    expanded, lowered, _ = understand(Path("descriptions/handy/robot.yaml"), given)
+    expanded, lowered, *_ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None
     (shelf,) = explain(expanded, lowered, given, ["shelf"])
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"

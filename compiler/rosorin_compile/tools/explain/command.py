@@ -92,7 +92,7 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, lowered, diagnostics = understand(description.path, arguments, console.ahead)
+    expanded, lowered, diagnostics, _ = understand(description.path, arguments, console.ahead)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")

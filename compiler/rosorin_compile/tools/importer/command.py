@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
-    console = Console(options.format)
+    console = Console(options.format, options.quiet)
     tell = partial(_tell, console)
     imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
     if arguments and not imported.takes_arguments and imported.tree is not None:

@@ -209,7 +209,7 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     # What takes arguments may run code: once is enough.
     if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, lowered, _ = read(given, description, console)
+    expanded, lowered, *_ = read(given, description, console)
     if expanded.tree is None or lowered is None:
         return verdict.findings
     found = []

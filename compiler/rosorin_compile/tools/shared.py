@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..diagnostics.console import Console
 from ..diagnostics.registry import ASKING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, find
+from ..project import ENDINGS, Description, NoDescription, find, narrowed
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -249,7 +249,7 @@ class Known(NamedTuple):
 
 def one(name: str, how: str) -> Description:
     """Return the description of a name, or the only one here. Raises WrongUsage; ``how`` says how to name one."""
-    found = descriptions([name] if name else [])
+    found = narrowed(descriptions([name] if name else []))
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")

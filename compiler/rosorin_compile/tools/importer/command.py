@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, nearest_file
+from ...project import DESCRIPTIONS, around, nearest_file
 from ..shared import (
     FINE,
     PROBLEMS,
@@ -151,7 +151,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     if imported.tree is None or errors:
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
-    folder = Path(options.output) if options.output else Path(DESCRIPTIONS, safe(tree["robot"]))
+    folder = Path(options.output) if options.output else Path(around(), DESCRIPTIONS, safe(tree["robot"]))
     _check_folder(folder, options.force)
     named = renamed(tree, source, folder, options.meshes)
     _show(console, named.diagnostics)

@@ -13,6 +13,7 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
+from .diagnostics.console import guarded
 from .tools.parser import Parser
 from .tools.shared import PROBLEMS, USAGE, WrongUsage
 
@@ -91,6 +92,12 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
+    with guarded():
+        return _run(words)
+
+
+def _run(words: list[str]) -> int:
+    """Run a command line; return the exit code."""
     if not words:
         sys.stderr.write(parser(words).format_help())
         return USAGE

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
@@ -69,7 +68,7 @@ def _write_one(run: Run, description: Description) -> int:
     remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
     if remembered is not None:
         said, summary = remembered
-        sys.stderr.write(said)
+        run.console.again(said)
         run.console.say(f"{summary}, unchanged")
         return FINE
     begun, ran = stamp.now(), run.console.ran

@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...diagnostics.console import Console
+from ...diagnostics.console import Console, give
+from ...diagnostics.wording import masked
 from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place
 
 if TYPE_CHECKING:
@@ -246,7 +247,7 @@ def _head(options: argparse.Namespace) -> str:
     """Return the first line of a file: by which words it was made."""
     from .writing import MARK
 
-    return f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ") + "\n"
+    return masked(f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ")) + "\n"
 
 
 def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
@@ -254,7 +255,7 @@ def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
     from .writing import save
 
     if options.output is None:
-        sys.stdout.write(text)
+        give(text)
         sys.stderr.write("".join(f"{line}\n" for line in said))
         return FINE
     save(Path(options.output), text, options.force)

@@ -15,7 +15,7 @@ from importlib import import_module
 from . import __version__
 from .diagnostics.console import guarded
 from .tools.parser import Parser
-from .tools.shared import PROBLEMS, USAGE, WrongUsage
+from .tools.shared import PROBLEMS, USAGE, WrongUsage, tell_of_cache
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -93,7 +93,10 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
     with guarded():
-        return _run(words)
+        try:
+            return _run(words)
+        finally:
+            tell_of_cache()
 
 
 def _run(words: list[str]) -> int:

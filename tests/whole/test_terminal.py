@@ -6,6 +6,7 @@ import io
 import os
 import sys
 import unicodedata
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -21,10 +22,8 @@ ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf
 
 def said(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
     """Return what a command prints on both streams, after a look that none of it steers."""
-    try:
+    with suppress(SystemExit):
         main(words)
-    except SystemExit:
-        pass
     out = "".join(capsys.readouterr())
     steering = {letter for letter in out if unicodedata.category(letter) in ("Cc", "Cf", "Zl", "Zp")} - set("\n\t")
     assert not steering, out
@@ -151,7 +150,8 @@ def test_an_artifact_goes_into_a_file_to_the_letter_and_to_a_terminal_visibly(mo
         assert stream.getvalue() == shown
 
 
-def test_a_name_that_is_no_text_and_a_plug_in_that_prints(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.usefixtures("home")
+def test_a_name_that_is_no_text_and_a_plug_in_that_prints(capsys: pytest.CaptureFixture[str]) -> None:
     os.mkdir(b"\xff\x1b")  # noqa: PTH102 - no text can say this name
     assert r"\udcff\x1b" in said(["all", os.fsdecode(b"\xff\x1b")], capsys)
     with console.guarded():

@@ -18,10 +18,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, cache_folder, data_folder
+from ..project import DATA, cache_folder, data_folder, keep, recalled
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
-MAX_STAMPS = 400  # when there are more, the older half goes
 
 
 def now() -> int:
@@ -41,7 +40,7 @@ def recall(key: Mapping[str, Any], folder: Path) -> list[Any] | None:
         path = _path(key)
         if path is None:
             return None
-        stamp = json.loads(path.read_bytes())
+        stamp = json.loads(recalled(path) or b"")
         if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
             return None
         if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
@@ -76,13 +75,7 @@ def remember(
         if begun is not None and any(_changed(name) >= begun for name in names):
             return
         stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages}
-        _forget_some(path.parent)
-        new = path.with_name(f".{os.urandom(8).hex()}")
-        try:
-            new.write_text(json.dumps(stamp), "utf-8")
-            new.replace(path)
-        finally:
-            new.unlink(missing_ok=True)
+        keep(path, json.dumps(stamp).encode())
 
 
 def _path(key: Mapping[str, Any]) -> Path | None:
@@ -135,12 +128,3 @@ def _files(folder: str, prefix: str) -> Iterator[tuple[str, bool]]:
 def _changed(name: str) -> int:
     status = Path(name).stat()
     return max(status.st_mtime_ns, status.st_ctime_ns)
-
-
-def _forget_some(folder: Path) -> None:
-    """Remove the older half of the stamps when there are many, with what killed runs left between them."""
-    with os.scandir(folder) as entries:
-        stamps = sorted((entry.stat().st_mtime_ns, entry.name) for entry in entries)
-    if len(stamps) > MAX_STAMPS:
-        for _, name in stamps[: len(stamps) // 2]:
-            (folder / name).unlink(missing_ok=True)

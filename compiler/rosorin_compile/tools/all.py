@@ -66,11 +66,11 @@ def _write_one(run: Run, description: Description) -> int:
         "shown": [str(description.path), str(description.outputs), colour()],
     }
     remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
-    if remembered is not None:
-        said, summary = remembered
-        run.console.again(said)
-        run.console.say(f"{summary}, unchanged")
-        return FINE
+    match remembered:
+        case [str(said), str(summary)]:
+            run.console.again(said)
+            run.console.say(f"{summary}, unchanged")
+            return FINE
     begun, ran = stamp.now(), run.console.ran
     compiled = compile_one(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)

@@ -108,6 +108,39 @@ def shown(path: Path) -> str:
     return str(path) if here.startswith("..") else here
 
 
+class Resolved(NamedTuple):
+    """Where a name led that was looked for: a ROS package as seen ``by`` a file, or a package of Python.
+
+    ``answer`` is an absolute path, empty if there was none. On another day, or in another environment, the same name
+    may lead elsewhere.
+    """
+
+    kind: str
+    name: str
+    by: str
+    answer: str
+
+
+ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
+
+
+def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:
+    """Return where a name led, with absolute paths."""
+    return Resolved(kind, name, os.path.abspath(by) if by else "", "" if answer is None else os.path.abspath(answer))
+
+
+def python_folder(package: str) -> Path | None:
+    """Return the folder of an installed package of Python, without importing it."""
+    from importlib.util import find_spec
+
+    try:
+        spec = find_spec(package) if package.isidentifier() else None
+    except (ImportError, ValueError):
+        return None
+    places = list(spec.submodule_search_locations or ()) if spec else []
+    return Path(places[0]) if places else None
+
+
 # The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).
 DATA = ("parts_library", "schemas", "templates")
 

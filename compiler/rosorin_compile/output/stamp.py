@@ -1,8 +1,8 @@
 """Stamps: knowing that nothing changed since the last run, without compiling.
 
-A stamp is a file in the user's cache that says: this tool, called with this key, read inputs with these contents,
-wrote these artifacts and said this. It holds only as long as all of that is true, by content. Losing a stamp costs
-nothing but a compilation, so whatever is odd about one means that there is none.
+A stamp is a file in the user's cache that says: this tool, called with this key, found packages in these places, read
+inputs with these contents, wrote these artifacts and said this. It holds only as long as all of that is true, by
+content. Losing a stamp costs nothing but a compilation, so whatever is odd about one means that there is none.
 """
 
 from __future__ import annotations
@@ -12,15 +12,19 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, cache_folder, data_folder, keep, recalled
+from ..project import DATA, Resolved, cache_folder, data_folder, keep, recalled
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
+
+
+def _nowhere(asked: Resolved) -> str:
+    raise LookupError(f"nobody says where {asked.kind} {asked.name} is")
 
 
 def now() -> int:
@@ -30,11 +34,11 @@ def now() -> int:
     return time.time_ns()
 
 
-def recall(key: Mapping[str, Any], folder: Path) -> list[Any] | None:
+def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str] = _nowhere) -> list[Any] | None:
     """Return the messages that were remembered under ``key`` if a run would only do the same again, else None.
 
-    That is so if the tool, all inputs and all artifacts in ``folder`` are as they were, and no other file is in
-    ``folder``. Never raises.
+    That is so if the tool, all inputs and all artifacts in ``folder`` are as they were, no other file is in
+    ``folder``, and the names of packages lead where they led: ``leads`` says where one leads now. Never raises.
     """
     try:
         path = _path(key)
@@ -44,6 +48,8 @@ def recall(key: Mapping[str, Any], folder: Path) -> list[Any] | None:
         if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
             return None
         if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
+            return None
+        if any(leads(Resolved(*one)) != one[-1] for one in stamp["resolved"]):
             return None
         messages = stamp["messages"]
         return messages if isinstance(messages, list) else None
@@ -58,12 +64,13 @@ def remember(
     folder: Path,
     messages: list[Any],
     begun: int | None = None,
+    resolved: Iterable[Resolved] = (),
 ) -> None:
     """Write the stamp of a run that read ``inputs`` and made ``outputs``, text by relative name, in ``folder``.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
-    remembered. A failure to write is silent.
+    remembered. ``resolved`` says where names led. A failure to write is silent.
     """
     with suppress(OSError, ValueError):
         path = _path(key)
@@ -74,7 +81,7 @@ def remember(
         read = {name: _digest(Path(name).read_bytes()) for name in names}
         if begun is not None and any(_changed(name) >= begun for name in names):
             return
-        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages}
+        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages, "resolved": list(resolved)}
         keep(path, json.dumps(stamp).encode())
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
-from ..project import Description
+from ..project import PYTHON_PACKAGE, Description, Resolved, python_folder, resolved
 from .shared import (
     FINE,
     PROBLEMS,
@@ -62,10 +63,9 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
-        "packages": [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")],
         "shown": [str(description.path), str(description.outputs), colour()],
     }
-    remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
+    remembered = stamp.recall(key, description.outputs, _leads) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary)]:
             run.console.again(said)
@@ -84,8 +84,19 @@ def _write_one(run: Run, description: Description) -> int:
     run.console.say(f"{summary}, {what_changed(written)}")
     if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
         inputs = [*compiled.inputs, *run.given.files]
-        stamp.remember(key, inputs, files, description.outputs, [said, summary], begun=begun)
+        told = [said, summary]
+        stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return FINE
+
+
+def _leads(asked: Resolved) -> str:
+    """Return where the name of a package leads now."""
+    if asked.kind == PYTHON_PACKAGE:
+        return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
+    from ..formats.packages import Packages
+
+    found = Packages({}, os.environ, Path(asked.by)).find(asked.name)
+    return resolved(asked.kind, asked.name, asked.by, found).answer
 
 
 def _write(run: Run, description: Description, files: dict[str, str]) -> Written | None:

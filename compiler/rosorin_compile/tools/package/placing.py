@@ -16,12 +16,12 @@ import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
-from itertools import count
 from pathlib import Path
 
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import PACKAGES, Rule
 from ...output import OutputError
+from ...output.ours import kept_name
 
 RULES = (
     Rule("deploy-outside", "A place is not below the folder.", "Name a file below it.", PACKAGES),
@@ -244,13 +244,7 @@ def _clear(folder: Path) -> None:
         if all(_OURS.fullmatch(path.name) and not path.is_dir() for path in folder.iterdir()):
             shutil.rmtree(folder)
             return
-    folder.rename(free_name(folder))
-
-
-def free_name(path: Path) -> Path:
-    """Return a name beside a path under which nothing stands yet, for what is kept of it."""
-    names = (path.with_name(f"{path.name}.kept{f'-{number}' if number > 1 else ''}") for number in count(1))
-    return next(name for name in names if not os.path.lexists(name))
+    folder.rename(kept_name(folder))
 
 
 def _explained(problem: OSError, folder: Path) -> OutputError:

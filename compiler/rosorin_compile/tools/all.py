@@ -24,9 +24,16 @@ from .shared import (
 )
 
 if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
     from ..output import Written
 
 RULES = (
+    Rule(
+        "output-kept",
+        "A warning: a file was replaced that the tool may not have written; it is kept under the name that is told.",
+        "Remove what was kept, if nobody needs it.",
+        WRITING,
+    ),
     Rule(
         "not-an-artifact",
         "A note: a file in the outputs folder is no artifact; it is kept.",
@@ -101,17 +108,29 @@ def _leads(asked: Resolved) -> str:
 
 def _write(run: Run, description: Description, files: dict[str, str]) -> Written | None:
     from ..diagnostics import NOTE, Diagnostic
-    from ..output import OutputError, write_set
+    from ..output import OutputError, write_outputs
 
     try:
-        written = write_set(description.outputs, files, run.options.prune)
+        written = write_outputs(description.outputs, files, run.options.prune)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
+    run.console.show(put_aside(description.outputs, written))
     for name in written.kept:
         message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"
         run.console.show([Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it")])
     return written
+
+
+def put_aside(folder: Path, written: Written) -> list[Diagnostic]:
+    """Return what there is to say of files that somebody else may have written, and that were replaced."""
+    from ..diagnostics import WARNING, Diagnostic
+
+    help = "if nobody needs it, remove that file"
+    return [
+        Diagnostic("output-kept", WARNING, f"{folder}/{name} may be of somebody else; it is {kept} now", None, (), help)
+        for name, kept in written.aside
+    ]
 
 
 def what_changed(written: Written) -> str:

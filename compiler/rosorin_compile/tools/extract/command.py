@@ -210,6 +210,7 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     from . import factory
     from .options import reading, say, wanted
     from .parts import read_source
+    from .writing import whose
 
     read, packages, words = reading(options, console)
     if len(words) != 1:
@@ -224,7 +225,7 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     made = factory.extract(read_source(str(path), read), name, asked)
     say(console, made.diagnostics)
     try:
-        write_set(Path(options.output), made.files)
+        write_set(Path(options.output), made.files, judge=whose)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

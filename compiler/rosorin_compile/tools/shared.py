@@ -14,7 +14,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics.console import Console
-from ..diagnostics.registry import ASKING, Rule
+from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import ENDINGS, Description, NoDescription, cache_refused, find
 from .parser import Options
@@ -37,7 +37,7 @@ RULES = (
         "cache-not-private",
         "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
         "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
-        ASKING,
+        WRITING,
     ),
 )
 

@@ -84,6 +84,7 @@ def test_what_makes_a_package_is_no_place(pkg: Path, capsys: pytest.CaptureFixtu
     before = contents(pkg)
     said = deploy(capsys, "--map", f"urdf={place}", code=1)
     assert f"error[deploy-not-ours]: {place} is a file of the package itself: no artifact goes there\n" in said
+    assert said.count("error[") == 1
     assert contents(pkg) == before
 
 

@@ -204,12 +204,12 @@ _OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, 
 def not_ours(plan: Plan, there: Sequence[Held]) -> Iterator[Diagnostic]:
     """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept."""
     outputs = {copy.place: copy.artifact.output for copy in plan.copies}
-    for place, output in outputs.items():
-        if place.rpartition("/")[2] in _OF_PACKAGES:
-            message = f"{place} is a file of the package itself: no artifact goes there"
-            yield error("deploy-not-ours", message, None, f"say another place with --map {output}=PLACE")
+    of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
+    for place in of_package:
+        message = f"{place} is a file of the package itself: no artifact goes there"
+        yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
     for one in there:
-        if one.why == FOREIGN:
+        if one.why == FOREIGN and one.name not in of_package:
             message = f"this tool did not write {one.name}: it is not replaced"
             help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
             yield error("deploy-not-ours", message, None, help)

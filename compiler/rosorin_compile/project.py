@@ -193,7 +193,8 @@ def _cache_top() -> Path | None:
         return None if chosen == "off" else Path(os.path.abspath(chosen))
     base = os.environ.get("XDG_CACHE_HOME", "")
     if not os.path.isabs(base):  # noqa: PTH117 - an empty one is none, and a relative one does not count by XDG
-        base = os.path.expanduser("~/.cache")  # it stays as it is for a user without a home
+        # It stays as it is for a user without a home; an empty HOME would be the root of the disk.
+        base = os.path.expanduser("~/.cache") if os.environ.get("HOME", "~") else ""
     return Path(base, "rosorin-compile") if os.path.isabs(base) else None  # noqa: PTH117
 
 

@@ -148,6 +148,10 @@ def test_the_base_folder_is_absolute(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("XDG_CACHE_HOME", str(home / "xdg"))
     assert cache_folder("stamps") == home.resolve() / "xdg/rosorin-compile/stamps"
     monkeypatch.setenv("XDG_CACHE_HOME", "")
+    assert cache_folder("stamps") == home.resolve() / "me/.cache/rosorin-compile/stamps"
+    monkeypatch.setenv("HOME", "")
+    assert cache_folder("stamps") is None
+    monkeypatch.setenv("HOME", str(home / "me"))
     monkeypatch.setattr(project.os.path, "expanduser", lambda text: text)
     assert cache_folder("stamps") is None
     assert not (home / "~").exists()

@@ -93,10 +93,7 @@ def main(argv: Sequence[str] | None = None) -> int:
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
     with guarded():
-        try:
-            return _run(words)
-        finally:
-            tell_of_cache()
+        return _run(words)
 
 
 def _run(words: list[str]) -> int:
@@ -107,6 +104,8 @@ def _run(words: list[str]) -> int:
     try:
         options = parse(words)
         code: int = options.run(options)
+        if not getattr(options, "quiet", False):
+            tell_of_cache()
         sys.stdout.flush()
     except WrongUsage as problem:
         sys.stderr.write(f"rosorin-compile: {problem}\n")

@@ -114,6 +114,9 @@ CASES = {
 }
 
 
+WARNINGS = ("length-looks-like-millimetres", "mimic-chain")
+
+
 def written(rule: str, accept: bool) -> str:
     """Return a robot that breaks a rule."""
     changes, name, _ = CASES[rule]
@@ -144,13 +147,17 @@ def test_it_is_told_without(tmp_path, rule):
 
 
 @pytest.mark.parametrize("rule", CASES)
-def test_it_is_a_note_with(tmp_path, rule):
+def test_an_error_is_a_note_with(tmp_path, rule):
     made = compiled_text(tmp_path, written(rule, accept=True))
-    (note,) = [d for d in made.diagnostics if d.rule == rule]
-    assert note.severity == NOTE
-    assert note.message.startswith("accepted: ")
-    assert note.message.endswith(" (it is so)")
-    assert note.span is not None
+    told = [d for d in made.diagnostics if d.rule == rule]
+    if rule in WARNINGS:
+        assert told == []
+    else:
+        (note,) = told
+        assert note.severity == NOTE
+        assert note.message.startswith("accepted: ")
+        assert note.message.endswith(" (it is so)")
+        assert note.span is not None
     if rule == "inertia-triangle":  # MuJoCo does not load it, and says so
         assert [d.rule for d in made.diagnostics if d.severity == "error"] == ["mjcf-refused-inertia"]
         made = compiled_text(tmp_path, written(rule, accept=True).replace("mjcf: {file: a.xml}, ", ""))
@@ -164,6 +171,29 @@ def test_it_is_a_note_with(tmp_path, rule):
         mujoco.MjModel.from_xml_string(artifacts["mjcf"])
     if rule == "limit-missing":
         assert artifacts["urdf"].count("<limit") == 1
+
+
+LONELY = """
+robot: lonely
+links: {base: {}, arm: {}, laser: {}}
+joints:
+  shoulder: {type: revolute, parent: base, child: arm, axis: [0, 0, 1], %s}
+  laser_joint: {type: fixed, parent: arm, child: laser, axis: [0, 0, 1]}
+accept:
+  - {rule: ignored-key, reason: it was in the drawing}
+  - {rule: %s}
+outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml, number_format: six}}
+"""
+
+
+@pytest.mark.parametrize(
+    "rule", ["mjcf-cannot-say, reason: its driver limits it", "mjcf-cannot-say, of: [x], reason: y"]
+)
+def test_warnings_and_notes_of_a_rule_are_ended(tmp_path, rule):
+    told = compiled_text(tmp_path, LONELY % (LIMIT, rule)).diagnostics
+    rules = [d.rule for d in told]
+    assert "ignored-key" not in rules
+    assert ("mjcf-cannot-say" in rules) == ("accept-unused" in rules) == ("of:" in rule)
 
 
 def test_robots_that_pinocchio_reads(tmp_path):

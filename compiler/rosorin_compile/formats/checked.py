@@ -6,7 +6,7 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
-from ..diagnostics import ERROR, NOTE, Diagnostic, has_errors
+from ..diagnostics import ERROR, Diagnostic, has_errors
 from ..frontend.accepting import settled
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
@@ -36,11 +36,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             break
         tree = _with_accept(tree, names)
         problems = _problems(tree)
-    told = [
-        _with_way_out(d, lenient)
-        for d in settled(tree, problems, acceptable())
-        if d.severity == ERROR or _is_accepted(d)
-    ]
+    told = [_with_way_out(d, lenient) for d in settled(tree, problems, acceptable()).diagnostics if _is_told(d)]
     return (None if has_errors(told) else tree), told
 
 
@@ -67,7 +63,7 @@ def _published(tree: Map) -> Map:
 
 def _acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
     rule = acceptable().get(diagnostic.rule)
-    if rule is None or not diagnostic.of:
+    if rule is None or not diagnostic.of or diagnostic.severity != ERROR:
         return False
     if rule.imported == "always":
         return True
@@ -107,8 +103,9 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     return made
 
 
-def _is_accepted(diagnostic: Diagnostic) -> bool:
-    return diagnostic.severity == NOTE and diagnostic.rule in acceptable()
+def _is_told(diagnostic: Diagnostic) -> bool:
+    """Say whether an import tells something: errors, and all that may be accepted; the rest is about descriptions."""
+    return diagnostic.severity == ERROR or diagnostic.rule in acceptable()
 
 
 def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:

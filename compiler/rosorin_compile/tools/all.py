@@ -14,7 +14,7 @@ from .shared import (
     FINE,
     PROBLEMS,
     Run,
-    compile_one,
+    compile_proven,
     count,
     for_each,
     format_options,
@@ -70,16 +70,17 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
-        "shown": [str(description.path), str(description.outputs), colour()],
+        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
     }
     remembered = stamp.recall(key, description.outputs, _leads) if run.console.for_people else None
     match remembered:
-        case [str(said), str(summary)]:
+        case [str(said), str(summary), int(stand_ins)]:
             run.console.again(said)
+            run.console.stand_ins += stand_ins
             run.console.say(f"{summary}, unchanged")
             return FINE
-    begun, ran = stamp.now(), run.console.ran
-    compiled = compile_one(run.given, description, run.console)
+    begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
+    compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -91,7 +92,7 @@ def _write_one(run: Run, description: Description) -> int:
     run.console.say(f"{summary}, {what_changed(written)}")
     if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
         inputs = [*compiled.inputs, *run.given.files]
-        told = [said, summary]
+        told = [said, summary, run.console.stand_ins - before]
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return FINE
 

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
 from ...diagnostics.registry import FILES, Rule
-from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, python_folder, resolved, shown
+from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, project_of, python_folder, resolved, shown
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
-from .nearby import corrected, outside
+from .nearby import corrected, outside, outside_of
 from .parts import copy, sourced
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "include-outside",
-        "An included file is outside the folder of the description.",
+        "An included file is outside the project: the folder that has `descriptions`, or that of a lone description.",
         "Move it inside; a robot may also be in a ROS `package`.",
         FILES,
     ),
@@ -85,6 +85,7 @@ class Reader:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
+        self.project = project_of(root)
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
@@ -147,7 +148,7 @@ class Reader:
         return list(zip(names, names.value_spans, strict=True))
 
     def _include(self, item: Any, path: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
-        """Return an included file; it must stand inside the description's folder and not include itself."""
+        """Return an included file; it must stand inside the project and not include itself."""
         name = item.get("file") if isinstance(item, Map) else item
         if isinstance(item, Map):
             self._collect_given(item)
@@ -156,7 +157,7 @@ class Reader:
             return None
         target = path.parent / name
         if not self.inside(target):
-            self._error("include-outside", outside(name, path, self.folder), place, "move it inside")
+            self._error("include-outside", outside(name, path, self.project), place, "move it inside")
             return None
         real = target.resolve()
         if real in within:
@@ -172,9 +173,9 @@ class Reader:
         return made
 
     def inside(self, target: Path) -> bool:
-        """Say whether a file is inside the folder of the description, links followed."""
+        """Say whether a file is inside the project of the description, links followed."""
         try:
-            return target.resolve().is_relative_to(self.folder)
+            return target.resolve().is_relative_to(self.project)
         except (OSError, RuntimeError, ValueError):
             return False
 
@@ -254,7 +255,7 @@ class Reader:
 
 
 def table_loader(reader: Reader) -> Callable[[Any], Any]:
-    """Return the function ``load`` of a description: the value of a YAML file inside its folder, read once."""
+    """Return the function ``load`` of a description: the value of a YAML file inside its project, read once."""
     loaded: dict[str, Any] = {}
 
     def load(name: Any) -> Any:
@@ -263,7 +264,7 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
         if name not in loaded:
             path = reader.folder / name
             if not reader.inside(path):
-                raise ExpressionError(f"{name} is outside the folder of the description")
+                raise ExpressionError(f"{name} is {outside_of(reader.project)}")
             reader.files.append(path)
             try:
                 loaded[name] = parse_yaml(read_text(path, shown(path)))

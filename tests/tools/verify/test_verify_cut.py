@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.verify.bags import Unreadable
+from rosorin_compile.tools.verify.metadata import Unreadable
 from support import bags
 from support.bags import Scene, judged, part, rules
 

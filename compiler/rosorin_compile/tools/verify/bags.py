@@ -19,9 +19,10 @@ from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import counted
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
-from .findings import problem
+from .findings import YEAR, problem, seconds
 from .joints import in_order
 from .metadata import Unreadable
+from .pace import APART
 from .recording import MAX_DESCRIPTIONS, Batch, Recording
 
 RULES = (
@@ -397,8 +398,6 @@ def _has_header(connection: Any, known: Any) -> bool:
     return False
 
 
-# Stamps and times of arrival that are all farther apart than this are of two clocks.
-APART = 60 * SECOND
 _STAMPS = {0: struct.Struct(">iI"), 1: struct.Struct("<iI")}
 # Where the first stamp of a message stands; of /tf behind the number of its transforms.
 _PLACES = {TF: 8, JOINTS: 4, HEADER: 4, CLOCK: 4}
@@ -418,32 +417,42 @@ class Clock:
             return
         stamps = _stamps(waiting, topics)
         if self.other is None and stamps:
-            self._decide(stamps)
+            self._decide(stamps, topics)
         if not self.other:
             return
         received, now = self._now(stamps, topics)
         for times, _, _ in waiting.values():
             times[:] = np.interp(times, received, now).astype(np.int64).tolist() if len(received) else times
 
-    def _decide(self, stamps: Mapping[int, tuple[Times, Times]]) -> None:
-        """Decide by the first stamps: each topic has to be far off, for one alone is a fault of its node."""
+    def _decide(self, stamps: Mapping[int, tuple[Times, Times]], topics: Mapping[int, Topic]) -> None:
+        """Decide by the first stamps: each topic has to be far off, for one alone is a fault of its node.
+
+        Of a simulation, whose clock is there, most topics: a node without use_sim_time is a fault of its own.
+        """
         apart = {key: float(np.median(received - stamp)) for key, (received, stamp) in stamps.items()}
-        self.other = all(abs(far) > APART for far in apart.values())
+        ticks = {key for key in apart if topics[key].kind == CLOCK}
+        far = [key for key in apart if abs(apart[key]) > APART * SECOND]
+        others = apart.keys() - ticks
+        self.other = len(far) == len(apart)
+        if ticks & set(far) and 2 * len(others & set(far)) >= len(others):
+            self.other = True
         if not self.other:
             return
         self.recording.start, self.recording.end = None, 0
-        simulated = "/clock" in self.recording.topics
-        far = f"{min(map(abs, apart.values())) / SECOND:,.0f} s"
-        message = (
-            f"the stamps are of another clock than the recorder's, {far} apart: ages are told by that of the stamps"
-        )
+        self._tell(min(abs(apart[key]) for key in far) / SECOND, far_ahead=apart[far[0]] < 0)
+
+    def _tell(self, far: float, far_ahead: bool) -> None:
+        """Take down that there are two clocks, so far (s) apart."""
+        message = "the stamps are of another clock than the recorder's, "
+        message += f"{seconds(far) if far > YEAR else f'{far:,.0f} s'} apart: ages are told by that of the stamps"
         help = "a simulation or a bag that is played does that; computers whose clocks differ do, too"
-        if simulated:
-            help = "a simulation does that; ros2 bag record --use-sim-time records in its time"
-        severity = NOTE if simulated else WARNING
-        self.recording.troubles.append(
-            problem("recording-other-clock", "the recording", message, help, severity=severity)
-        )
+        severity = WARNING
+        if "/clock" in self.recording.topics:
+            severity, help = NOTE, "a simulation does that; ros2 bag record --use-sim-time records in its time"
+        elif far > YEAR:
+            help = "the recorder's clock began in 1970" if far_ahead else "a simulation, or a clock that began in 1970"
+        trouble = problem("recording-other-clock", "the recording", message, help, severity=severity)
+        self.recording.troubles.append(trouble)
 
     def _now(self, stamps: Mapping[int, tuple[Times, Times]], topics: Mapping[int, Topic]) -> tuple[Times, Times]:
         """Return times of arrival, ascending, and what the clock of the stamps was then (ns).

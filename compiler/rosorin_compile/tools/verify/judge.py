@@ -17,12 +17,13 @@ from ...formats import Artifact, feeds
 from ...meaning.golden import compare
 from ...meaning.wording import amount
 from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
-from . import judge_edges, judge_tree
+from . import judge_edges, judge_stamps, judge_tree
 from .arrays import SECOND
 from .expected import Description, Expected
 from .findings import difference, half_turn_about, ordered, pose_text, problem, rate_text, seconds, share
 from .joints import Follower, JointLog, Range
 from .judge_edges import leaps_text, owner_of
+from .pace import AHEAD
 from .recording import Asked, FrameRow, FrameUse, Lookups, Reading, Recording, Refused, SensorLog
 
 RULES = (
@@ -131,7 +132,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     findings += judge_tree.missing(recording)
     findings += judge_tree.stale(recording)
     findings += judge_tree.late(recording)
-    findings += judge_tree.clocks(recording)
+    findings += judge_stamps.clocks(recording)
     findings += joints(recording)
     findings += robot_description(recording, artifacts)
     findings += sensors(recording)
@@ -318,12 +319,20 @@ def sensors(recording: Recording) -> Iterator[Diagnostic]:
             if use.early and use.ready is not None:
                 late.setdefault(use.frame, []).append((log, use))
             lookups = use.lookups.get(recording.description.top(use.frame))
-            if lookups is not None and lookups.failed > max(2, FAILS * lookups.asked):
+            fails = lookups is not None and lookups.failed > max(2, FAILS * lookups.asked)
+            if lookups is not None and fails and not _of_other_clocks(recording, use, lookups):
                 failing.setdefault(use.frame, []).append((log, use, lookups))
     for frame, uses in late.items():
         yield _late(recording, frame, uses)
     for frame, asked in failing.items():
         yield _failing(recording, frame, asked)
+
+
+def _of_other_clocks(recording: Recording, use: FrameUse, lookups: Lookups) -> bool:
+    """Whether lookups fail because messages, or the edge that comes last, are stamped by another clock."""
+    slowest = max(lookups.slowest, key=lambda name: lookups.slowest[name])
+    paces = [use.pace, *(series.pace for series in recording.series.values() if series.name == slowest)]
+    return any(pace.other_clock for pace in paces)
 
 
 def _unknown_frames(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic | None:
@@ -370,7 +379,7 @@ def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse
 
 
 def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, FrameUse, Lookups]]) -> Diagnostic:
-    log, _, lookups = max(asked, key=lambda entry: entry[2].failed / entry[2].asked)
+    log, use, lookups = max(asked, key=lambda entry: entry[2].failed / entry[2].asked)
     slowest = max(lookups.slowest, key=lambda name: lookups.slowest[name])
     series = next(series for series in recording.series.values() if series.name == slowest and not series.still)
     message = (
@@ -382,6 +391,8 @@ def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, Fram
     if series.values.by_state:
         why += f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
     evidence = [why]
+    if use.pace.most_ahead > AHEAD:
+        evidence.append(f"its own stamps are up to {seconds(use.pace.most_ahead)} ahead of the time when they came")
     evidence += [f"also {o.topic}: {share(its.failed, its.asked)}" for o, _, its in asked if o is not log]
     help = "ask for the latest transform where things move slowly, wait with a timeout, or publish the edge more often"
     numbers = {"share": lookups.failed / lookups.asked, "lag": lookups.mean_lag, "lag_most": lookups.lag_most}

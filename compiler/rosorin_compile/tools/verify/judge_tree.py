@@ -1,4 +1,4 @@
-"""Judging the tree: edges that are missing, and edges that were late, stale, or stamped by a clock that jumped."""
+"""Judging the tree: edges that are missing, and edges that were late or stale."""
 
 from __future__ import annotations
 
@@ -7,13 +7,12 @@ from typing import NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import and_more, first_of
+from ...diagnostics.wording import and_more
 from ...model import ROBOT_STATE_PUBLISHER
 from .arrays import SECOND
 from .expected import Expected
-from .findings import problem, rate_text, seconds
-from .judge_edges import owner_of, two_values
-from .pace import Gap, Pace
+from .findings import YEAR, problem, rate_text, seconds
+from .pace import DELAY, Gap, step_of
 from .recording import Recording
 from .series import Series
 
@@ -46,18 +45,6 @@ RULES = (
         "edge-stale",
         "The newest transform of an edge was older than `--stale` (1 s).",
         "Look why its publisher stopped.",
-        RECORDINGS,
-    ),
-    Rule(
-        "stamp-zero",
-        "Messages are stamped with time zero.",
-        "A node with `use_sim_time` hears no `/clock`.",
-        RECORDINGS,
-    ),
-    Rule(
-        "stamp-jumps-back",
-        "Stamps jump back by more than 0.1 s.",
-        "One clock for all nodes, which nobody sets while they run.",
         RECORDINGS,
     ),
 )
@@ -168,12 +155,18 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
         if series.still or series.pace.unstamped or series.pace.jumps or (edge is not None and not edge.moving):
             continue
         oldest = series.pace.oldest_until(recording.end)
-        if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)):
+        if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)) and not _of_its_clock(series):
             by_owner.setdefault(series.owner or series.name, []).append(series)
     for owner, of_owner in by_owner.items():
         groups = [of_owner] if len(of_owner) > 1 and of_owner[0].edge is not None else [[series] for series in of_owner]
         for group in groups:
             yield _stale(recording, owner, group)
+
+
+def _of_its_clock(series: Series) -> bool:
+    """Whether an edge seems old because of the clock that stamps it, which is told of elsewhere."""
+    step = None if series.pace.other_clock else step_of(series.pace.bins)
+    return series.pace.other_clock or (step is not None and min(step.before, step.after) < -DELAY)
 
 
 def _within(oldest: Gap, silence: Gap) -> bool:
@@ -189,6 +182,8 @@ def _silence(recording: Recording) -> Diagnostic:
     silence = recording.silence
     at = (silence.began - (recording.start or 0)) / SECOND
     message = f"nothing was recorded for {seconds(silence.seconds)}, {at:.1f} s into the recording"
+    if silence.seconds > YEAR:
+        message = f"the clock of the recorder was set by {seconds(silence.seconds)}, {at:.1f} s into the recording"
     help = "the recorder was paused, the computer stood still, or its clock was set; no edge is called stale for that"
     numbers = {"seconds": silence.seconds, "at": at}
     return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
@@ -236,34 +231,7 @@ def late(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _waited(recording: Recording, series: Series) -> float:
-    """Return how long (s) a recording ran before the first message of an edge."""
-    return (series.pace.first - (recording.start or 0)) / SECOND
-
-
-def clocks(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
-    streams: list[tuple[str, Pace]] = []
-    for series in recording.series.values():
-        if not series.still and not two_values(series):
-            streams.append((f"{series.name}{owner_of(series)}", series.pace))
-    if recording.joints.pace.count:
-        streams.append(("/joint_states", recording.joints.pace))
-    for log in recording.sensors.values():
-        streams += [(log.topic, use.pace) for use in log.frames.values()]
-    zero = [(name, pace) for name, pace in streams if pace.unstamped]
-    if zero:
-        message = f"{_names(zero)} {'is' if len(zero) == 1 else 'are'} stamped with time zero"
-        help = "a node with use_sim_time that hears no /clock, or a driver that does not set the stamp"
-        yield problem("stamp-zero", zero[0][0], message, help, numbers={"streams": [name for name, _ in zero]})
-    back = [(name, pace) for name, pace in streams if pace.jumps]
-    if back:
-        name, pace = max(back, key=lambda stream: stream[1].farthest.seconds)
-        at = (pace.farthest.began - (recording.start or 0)) / SECOND
-        where = f", {at:.1f} s into the recording" if recording.timed else ""
-        message = f"the stamps of {_names(back)} jump back, by {seconds(pace.farthest.seconds)} at most{where}"
-        help = "a clock was set, a simulation or a bag began anew, or two nodes stamp with two clocks"
-        yield problem("stamp-jumps-back", name, message, help, numbers={"streams": [name for name, _ in back]})
-
-
-def _names(streams: Sequence[tuple[str, Pace]]) -> str:
-    return first_of([name for name, _ in streams], _MANY)
+    """Return how long (s) a recording ran before the first message of an edge; a time without any is not counted."""
+    waited = (series.pace.first - (recording.start or 0)) / SECOND
+    silence = recording.silence
+    return waited - (silence.seconds if silence.seconds > LATE and series.pace.first > silence.began else 0.0)

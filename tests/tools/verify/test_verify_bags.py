@@ -245,7 +245,7 @@ def test_namespace_and_prefix(tmp_path: Path) -> None:
             transform.header.frame_id = f"r1/{transform.header.frame_id}"
             transform.child_frame_id = f"r1/{transform.child_frame_id}"
         if hasattr(content, "header") and content.header.frame_id:
-            content.header.frame_id = f"/r1/{content.header.frame_id}"
+            content.header.frame_id = f"r1/{content.header.frame_id}"
         said.append(message._replace(topic=f"/r1{message.topic}"))
     bag = bags.write(tmp_path / "bag", said)
     verdict = judged(bag)

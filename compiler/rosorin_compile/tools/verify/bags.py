@@ -68,12 +68,13 @@ class _Damage(Exception):
 
 
 class Part(NamedTuple):
-    """An open file of a recording, or a folder of compressed ones: its number of messages, and its first time (ns)."""
+    """An open file of a recording, or a folder of compressed ones: number of messages, first and last time (ns)."""
 
     reader: Any
     path: Path
     number: int
     start: int
+    end: int
 
 
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
@@ -118,14 +119,14 @@ def _agree(reader: Any) -> None:
 
 def _part(reader: Any, path: Path) -> Part:
     """Return a part with the time of its first message; what stands beside the messages may be damaged."""
-    number, start = int(reader.message_count), int(reader.start_time)
+    number, start, end = (int(value) for value in (reader.message_count, reader.start_time, reader.end_time))
     try:
         first = next(_whole(reader.messages(list(reader.connections))), None)
     except _Damage:
         first = None
     if first is not None:
         number, start = max(1, number), first[1]
-    return Part(reader, path, number if -FAR < start < FAR else 0, start)
+    return Part(reader, path, number if -FAR < start < FAR else 0, start, end)
 
 
 def _cut_off(path: Path, left: cut_bags.CutReader) -> Diagnostic:
@@ -158,6 +159,10 @@ def _read_all(parts: Sequence[tuple[Part, dict[int, Topic]]], recording: Recordi
     first = parts[0][0].start
     start = first if options.since is None else first + int(options.since * SECOND)
     stop = None if options.until is None else first + int(options.until * SECOND)
+    end = max(part.end for part, _ in parts)
+    if options.since is not None and start > end > first:
+        long = f"{(end - first) / SECOND:.1f} s long"
+        raise Unreadable(f"--since {options.since:g} is behind the end of the recording, which is {long}")
     recording.span(start, start)
     reading = _Reading(recording, progress, sum(part.number for part, _ in parts))
     if start > first:
@@ -239,7 +244,7 @@ class _Decoder:
         self.clock = clock
         self.transforms = cdr.Reader(cdr.transforms)
         self.states = cdr.Reader(cdr.joint_state)
-        self.frames: dict[bytes, str] = {}
+        self.frames: dict[bytes, tuple[str, bool]] = {}
 
     def take(self, waiting: dict[int, Any], topics: dict[int, Topic], number: int) -> None:
         """Decode what waits, and forget it."""
@@ -272,7 +277,7 @@ class _Decoder:
         times, raws, order = messages
         received, places = np.array(times, np.int64), np.array(order, np.int64)
         for group in self.transforms.groups(raws, broken):
-            frame = self.recording.frame
+            frame = self.recording.tree_frame
             for item in group.layout.items:
                 numbers = group.doubles(item.numbers, 7)
                 stamps = group.stamps(item.stamp)
@@ -320,11 +325,14 @@ class _Decoder:
             if len(name) < length:
                 broken.append(f"the message ends after {len(raw)} bytes, within the name of its frame")
                 continue
-            frame = self.frames.get(name)
-            if frame is None:
-                frame = self.recording.frame(name.rstrip(b"\0").decode("utf-8", "replace"))
+            known = self.frames.get(name)
+            if known is None:
+                known = self.recording.frame(name.rstrip(b"\0").decode("utf-8", "replace")), name.startswith(b"/")
                 if len(self.frames) < 10_000:
-                    self.frames[name] = frame
+                    self.frames[name] = known
+            frame, slashed = known
+            if slashed:
+                batch.slashed[topic.name, frame] = batch.slashed.get((topic.name, frame), 0) + 1
             key = (topic.name, topic.type, frame)
             batch.headers.setdefault(key, []).append((received, seconds * SECOND + nanoseconds))
 

@@ -190,7 +190,7 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
         options.since,
         options.until,
         options.namespace,
-        options.prefix,
+        options.prefix.removeprefix("/"),
         options.stale,
     )
 

@@ -48,7 +48,7 @@ class _Ring:
         self._order = None
 
     def at(self, joint: str, stamps: Times, received: Times) -> tuple[Floats, Flags]:
-        """Return the positions (n,) of a joint at exactly these stamps (n,), and where there are any.
+        """Return the positions (n,) of a joint at exactly these stamps (n,), and where there are any; zero is no stamp.
 
         Of several with one stamp, as after a clock was set back, the one that was received at nearly the same time.
         """
@@ -57,7 +57,7 @@ class _Ring:
         known = self.stamps[self._order]
         first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
         last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
-        there = known[first] == stamps
+        there = (known[first] == stamps) & (stamps != 0)
         one, other = self._order[first], self._order[last]
         later = np.abs(self.received[other] - received) < np.abs(self.received[one] - received)
         column = self.positions[np.where(later, other, one), self.names.index(joint)]

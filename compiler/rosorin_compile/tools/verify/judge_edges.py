@@ -29,6 +29,12 @@ RULES = (
         "Correct the node, or the description.",
         RECORDINGS,
     ),
+    Rule(
+        "edge-dropped",
+        "A transform puts a frame under itself, or lacks a name: tf2 drops it.",
+        "Correct the frames that the node is told.",
+        RECORDINGS,
+    ),
     Rule("edge-two-parents", "A frame was published under two parents.", "Stop one of the nodes.", RECORDINGS),
     Rule(
         "edge-two-values",
@@ -90,6 +96,21 @@ def edges(recording: Recording) -> Iterator[Diagnostic]:
                 yield _alternates(series)
     for owner, several in twice.items():
         yield _twice(owner, several)
+
+
+def dropped(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the transforms that tf2 drops for their names: they are no edges, and nobody's second parent."""
+    for (still, parent, child), count in recording.dropped.items():
+        many = f"{counted(count, 'transform')} on {'/tf_static' if still else '/tf'}"
+        message = f'"{child}" is published under itself ({many}): tf2 drops that'
+        if parent != child:
+            message = f'the frame under "{parent}" has no name ({many}): tf2 drops it'
+            message = f'the frame above "{child}" has no name ({many}): tf2 drops it' if child else message
+        elif not child:
+            message = f"neither frame has a name ({many}): tf2 drops that"
+        owners = recording.description.by_child.get(child, ())
+        help = f"{owners[0].owner} should publish {owners[0].name}" if owners else "correct the frames of the node"
+        yield problem("edge-dropped", f"{parent} -> {child}", message, help, numbers={"transforms": count})
 
 
 def owner_of(series: Series) -> str:

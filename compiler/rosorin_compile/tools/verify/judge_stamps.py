@@ -91,8 +91,8 @@ def clocks(recording: Recording) -> Iterator[Diagnostic]:
         yield from _other(recording, [one for one in other if (one.pace.most_ahead > 0) == ahead])
     there = [one for one in there if not one.pace.other_clock]
     steps = [(one, step_of(one.pace.bins)) for one in there if not one.pace.jumps]
-    yield from _steps(recording, [(one, step) for one, step in steps if step is not None])
-    yield from _ahead([one for one in there if one.pace.most_ahead > FAR_AHEAD])
+    yield from _steps(recording, [(one, step) for one, step in steps if step is not None], len(there))
+    yield from _ahead([one for one in there if one.pace.most_ahead > FAR_AHEAD], len(there))
 
 
 def _zero(zero: Sequence[Stream]) -> Iterator[Diagnostic]:
@@ -131,7 +131,7 @@ def _other(recording: Recording, other: Sequence[Stream]) -> Iterator[Diagnostic
     yield problem("stamp-other-clock", other[0].name, message, help, numbers=numbers)
 
 
-def _ahead(ahead: Sequence[Stream]) -> Iterator[Diagnostic]:
+def _ahead(ahead: Sequence[Stream], every: int) -> Iterator[Diagnostic]:
     """Yield a finding for all streams that are dated about equally far ahead."""
     waiting = sorted(ahead, key=lambda one: -one.pace.most_ahead)
     while waiting:
@@ -141,15 +141,15 @@ def _ahead(ahead: Sequence[Stream]) -> Iterator[Diagnostic]:
         one = len(alike) == 1
         message = f"{_names(alike)} {'is' if one else 'are'} dated {seconds(most)} ahead of the time when "
         message += f"{'it was' if one else 'they were'} recorded"
-        help = (
-            "tf2 answers up to then with what lies between; AMCL dates 1 s ahead (transform_tolerance), slam_toolbox "
-        )
-        help += "0.5 s, and what is more is a parameter, or the clock of a computer"
+        help = "AMCL dates 1 s ahead (transform_tolerance), slam_toolbox 0.5 s; "
+        help += "what is more is a parameter, or the clock of a computer"
+        if len(alike) == every > 1:
+            help = "that is every stream there is: the clock of the recorder is behind"
         numbers = {"seconds": most, "streams": [one.name for one in alike]}
         yield problem("stamp-ahead", alike[0].name, message, help, severity=WARNING, numbers=numbers)
 
 
-def _steps(recording: Recording, steps: Sequence[tuple[Stream, Step]]) -> Iterator[Diagnostic]:
+def _steps(recording: Recording, steps: Sequence[tuple[Stream, Step]], every: int) -> Iterator[Diagnostic]:
     """Yield a finding for all streams whose clock changed alike."""
     waiting = sorted(steps, key=lambda one: -one[1].size)
     while waiting:
@@ -161,8 +161,8 @@ def _steps(recording: Recording, steps: Sequence[tuple[Stream, Step]]) -> Iterat
         ]
         waiting = [one for one in waiting if one not in alike]
         at = (first.time - (recording.start or 0)) / SECOND
-        names = _names([one for one, _ in alike])
-        message = f"the clock of {names} was set: {_offset(first.before)} at first, {_offset(first.after)} "
+        names = _names([one for one, _ in alike]) if len(alike) < max(every, 2) else "the recorder"
+        message = f"the clock of {names} was set: stamps are {_offset(first.before)} at first, {_offset(first.after)} "
         message += f"from {at:.1f} s into the recording on" if at > 0 else "in the end"
         help = "against the time when they were recorded; tf2 mixes what one clock says with what the other said"
         numbers = {"before": first.before, "after": first.after, "at": at, "streams": [one.name for one, _ in alike]}

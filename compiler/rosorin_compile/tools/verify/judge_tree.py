@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import shlex
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...diagnostics.wording import and_more
+from ...diagnostics.wording import and_more, first_of
 from ...model import ROBOT_STATE_PUBLISHER
 from .arrays import SECOND
 from .expected import Expected
 from .findings import YEAR, problem, rate_text, seconds
-from .pace import DELAY, Gap, step_of
+from .pace import APART, Gap, step_of
 from .recording import Recording
 from .series import Series
 
@@ -33,6 +35,13 @@ RULES = (
         "edge-missing",
         "Nobody published an edge that is described, in any combination of modes; or tf2_echo got no answer.",
         "The message names who should publish it; `--without NODE` if it was not meant to run.",
+        RECORDINGS,
+    ),
+    Rule(
+        "frames-prefixed",
+        "All frames of the transforms begin alike, and those of the description do not; or none begins as `--prefix` "
+        "says. None could be compared.",
+        "`--prefix TEXT`, as the message says it.",
         RECORDINGS,
     ),
     Rule(
@@ -69,6 +78,31 @@ def best_way(recording: Recording) -> Missing:
     for modes, expected in recording.description.ways():
         ways.append(Missing(modes, [edge for edge in expected if edge.child not in there], expected))
     return min(ways, key=lambda way: len(way.edges))
+
+
+def prefixed(recording: Recording) -> Diagnostic | None:
+    """Return the finding for frames that all begin otherwise than the description, and --prefix, let one expect."""
+    frames, description = recording.tree_frames, recording.description
+    known = description.frames | set(description.robot.link)
+    given = description.options.prefix
+    prefix = "" if frames & known else _common(frames, known)
+    if prefix and prefix != given:
+        message = f"all frames begin with {prefix}, "
+        message += f"not with {given}" if given else "those of the description do not"
+        help = f"--prefix {shlex.quote(prefix)} compares what is behind it"
+    elif given and frames and not any(name.startswith(given) for name in frames):
+        message = f"no frame begins with {given}: there are {first_of(sorted(frames), _MANY)}"
+        help = "leave out --prefix, or give the one that they have"
+    else:
+        return None
+    return problem("frames-prefixed", "the recording", message, help, numbers={"prefix": prefix})
+
+
+def _common(frames: Collection[str], known: Collection[str]) -> str:
+    """Return what all frames begin with where a known name follows in half of them; nothing if there is no such."""
+    counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
+    fitting = [prefix for prefix, count in counts.items() if 2 * count >= len(frames)]
+    return next((prefix for prefix in fitting if all(name.startswith(prefix) for name in frames)), "")
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
@@ -155,7 +189,11 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
         if series.still or series.pace.unstamped or series.pace.jumps or (edge is not None and not edge.moving):
             continue
         oldest = series.pace.oldest_until(recording.end)
-        if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)) and not _of_its_clock(series):
+        if (
+            oldest.seconds > limit
+            and not (silent and _within(oldest, recording.silence))
+            and not _of_its_clock(recording, series)
+        ):
             by_owner.setdefault(series.owner or series.name, []).append(series)
     for owner, of_owner in by_owner.items():
         groups = [of_owner] if len(of_owner) > 1 and of_owner[0].edge is not None else [[series] for series in of_owner]
@@ -163,10 +201,15 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
             yield _stale(recording, owner, group)
 
 
-def _of_its_clock(series: Series) -> bool:
-    """Whether an edge seems old because of the clock that stamps it, which is told of elsewhere."""
-    step = None if series.pace.other_clock else step_of(series.pace.bins)
-    return series.pace.other_clock or (step is not None and min(step.before, step.after) < -DELAY)
+def _of_its_clock(recording: Recording, series: Series) -> bool:
+    """Whether an edge seems old because a clock is another one, or was set; that is told of elsewhere."""
+    if series.pace.other_clock:
+        return True
+    step = step_of(series.pace.bins)
+    if step is None:
+        return False
+    of_recorder = recording.silence.seconds > LATE and abs(step.size - recording.silence.seconds) < LATE
+    return of_recorder or min(step.before, step.after) < -APART
 
 
 def _within(oldest: Gap, silence: Gap) -> bool:
@@ -203,6 +246,9 @@ def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Diag
     if mean > recording.description.options.stale:
         evidence.append(f"its stamps are {seconds(mean)} old on average when they come")
     help = f"whoever asks then gets where things were {seconds(oldest.seconds)} ago: look why {owner} stopped"
+    if worst.pace.most_ahead < -recording.description.options.stale:
+        fresh = seconds(-worst.pace.most_ahead)
+        help = f"even its freshest stamp was {fresh} old when it came: look at the clock of {owner}, or what delays it"
     help += f" (--stale: {limit})"
     numbers = {"seconds": oldest.seconds, "at": at, "edges": [series.name for series in of_owner]}
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)

@@ -28,6 +28,7 @@ _NOTHING = {
     "recording-foreign",
     "recording-type",
     "recording-no-static",
+    "frames-prefixed",
     "text-not-understood",
     "text-frames",
     "not-compared",

@@ -189,10 +189,11 @@ class Pace:
         if one[0, at] / SECOND > self.gap.seconds:
             self.gap = Gap(float(one[0, at] / SECOND), int(times[0, -(new + 1) :][at]))
         self.twice += int(np.count_nonzero((one[1] == 0) & (times[1, -one.shape[1] :] != 0)))
-        back = int(one[1].argmin())
-        self.jumps += int(np.count_nonzero(one[1] < -JUMP))
-        if -one[1, back] > JUMP and -one[1, back] / SECOND > self.farthest.seconds:
-            self.farthest = Gap(float(-one[1, back] / SECOND), int(times[0, -(new + 1) :][back + 1]))
+        fall = np.where(times[1, -one.shape[1] :] != 0, -one[1], 0)  # zero is no stamp
+        back = int(fall.argmax())
+        self.jumps += int(np.count_nonzero(fall > JUMP))
+        if fall[back] > JUMP and fall[back] / SECOND > self.farthest.seconds:
+            self.farthest = Gap(float(fall[back] / SECOND), int(times[0, -(new + 1) :][back + 1]))
         single = one[1] / SECOND
         double = (times[1, 2:] - times[1, :-2])[-new:] / SECOND
         self.steps += (len(single), single.sum(), (single**2).sum(), double.sum(), (double**2).sum())

@@ -22,6 +22,7 @@ from .series import Series
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500
+MAX_DROPPED = 20
 MAX_DESCRIPTIONS = 4
 
 
@@ -77,6 +78,7 @@ class Batch:
 
     edges: dict[EdgeKey, list[tuple[np.ndarray, Samples]]] = field(default_factory=dict)  # order of arrival, samples
     headers: dict[tuple[str, str, str], list[tuple[int, int]]] = field(default_factory=dict)
+    slashed: dict[tuple[str, str], int] = field(default_factory=dict)  # topic, frame: messages with "/" before it
 
     def add_edge(self, key: EdgeKey, order: np.ndarray, samples: Samples) -> None:
         """Take samples of an edge with their places in the order of arrival."""
@@ -106,6 +108,8 @@ class Recording:
         self.rows: list[FrameRow] = []
         self.refused: list[Refused] = []
         self.too_many = False
+        self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: from a frame to itself, or without a name
+        self.tree_frames: set[str] = set()  # as they were recorded
         self._came: int | None = None
 
     def frame(self, name: str) -> str:
@@ -118,6 +122,12 @@ class Recording:
         if prefix and not name.startswith(prefix) and name in self.description.robot.link:
             return f"{name} without {prefix}"
         return name.removeprefix(prefix) if prefix else name
+
+    def tree_frame(self, name: str) -> str:
+        """Return the recorded name of a frame of a transform as the description has it, and remember it."""
+        if len(self.tree_frames) < 2 * MAX_EDGES:
+            self.tree_frames.add(name.removeprefix("/"))
+        return self.frame(name)
 
     def of_another(self, frame: str) -> bool:
         """Whether a frame has the prefix of another robot of a fleet."""
@@ -161,6 +171,10 @@ class Recording:
         for series in self.series.values():
             series.begin_batch()
         for key, parts in batch.edges.items():
+            if key[1] == key[2] or not all(key[1:]):
+                if key in self.dropped or len(self.dropped) < MAX_DROPPED:
+                    self.dropped[key] = self.dropped.get(key, 0) + sum(len(samples.stamp) for _, samples in parts)
+                continue
             edge = None if self.of_another(key[2]) else self._series(key)
             if edge is not None:
                 edge.add(_in_order(parts), start)
@@ -169,6 +183,9 @@ class Recording:
         for (topic, kind, frame), times in batch.headers.items():
             if not self.of_another(frame):
                 self._headers(topic, kind, frame, times)
+        for (topic, frame), count in batch.slashed.items():
+            if topic in self.sensors and frame in self.sensors[topic].frames:
+                self.sensors[topic].frames[frame].slashed += count
 
     def finish(self) -> None:
         """Compare what still waits for a joint state."""
@@ -292,6 +309,7 @@ class FrameUse:
 
     frame: str
     pace: Pace = field(default_factory=Pace)
+    slashed: int = 0  # messages that name it with "/" before it
     early: int = 0  # messages that came before the frame was in the tree
     last_early: int = 0
     ready: int | None = None  # when it was in the tree

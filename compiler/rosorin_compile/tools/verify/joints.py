@@ -160,8 +160,13 @@ class JointLog:
             joint = self.description.robot.joint.get(name)
             if joint is None or joint.mimic is None or joint.mimic.joint not in columns:
                 continue
-            apart = np.abs(columns[name] - joint.mimic.multiplier * columns[joint.mimic.joint] - joint.mimic.offset)
-            apart = apart[np.isfinite(apart)]
+            leader = self.description.robot.joint[joint.mimic.joint]
+            apart = columns[name] - joint.mimic.multiplier * columns[leader.name] - joint.mimic.offset
+            apart = np.abs(apart[np.isfinite(apart)])
+            if leader.type == "continuous" and not float(joint.mimic.multiplier).is_integer():
+                continue  # how often the leader has gone round is not said
+            if "continuous" in (joint.type, leader.type) and joint.type != "prismatic":
+                apart = np.abs(np.remainder(apart + np.pi, 2 * np.pi) - np.pi)
             follower = self.followers.setdefault(name, Follower())
             follower.seen += len(apart)
             follower.off += int(np.count_nonzero(apart > (SLIDING if joint.type == "prismatic" else TREMBLING)))

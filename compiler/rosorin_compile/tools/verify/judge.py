@@ -115,6 +115,7 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     ):
         return ordered([*findings, *_nothing(recording, findings)])
     findings += judge_edges.edges(recording)
+    findings += judge_tree.other_modes(recording)
     findings += judge_tree.missing(recording)
     findings += judge_tree.stale(recording)
     findings += judge_tree.late(recording)
@@ -127,13 +128,27 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     if recording.too_many:
         message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
         findings.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
-    return ordered([*findings, *(_nothing(recording, findings) if nothing else ())])
+    findings += _nothing(recording, findings) if nothing else _no_edge(recording, findings)
+    return ordered(findings)
 
 
 def _nothing(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
     """Yield the finding for a recording of no edge at all, unless an error says so: nothing can be concluded of it."""
     if not any(finding.severity == ERROR for finding in findings):
         yield _foreign(recording)
+
+
+def _no_edge(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """Yield the finding for a recording of which not one edge is described, unless an error says so."""
+    known = recording.description.by_child
+    edges = [(one.parent, one.child) for one in recording.series.values()]
+    edges += [(row.parent, row.child) for row in recording.rows]
+    described = any(parent == edge.parent for parent, child in edges for edge in known.get(child, ()))
+    if described or recording.asked or any(finding.severity == ERROR for finding in findings):
+        return
+    message = f"none of the {counted(len(edges), 'edge')} of the recording is described: nothing could be compared"
+    help = "look whether this is the recording of this robot, and its description"
+    yield problem("not-compared", "the recording", message, help)
 
 
 def _foreign(recording: Recording) -> Diagnostic:
@@ -199,7 +214,12 @@ def joints(recording: Recording) -> Iterator[Diagnostic]:
     for name, follower in log.followers.items():
         yield from _follower(log, name, follower)
     unmatched = [series for series in moving if series.values.compared and not series.values.by_state]
-    if unmatched and len(unmatched) == len(moving):
+    if unmatched and len(unmatched) < len(moving):
+        names = first_of([series.name for series in unmatched], _FEW)
+        message = f"{names} never had the stamp of a message of {_TOPIC} that names its joint: compared only with what "
+        message += "the joint can do"
+        yield problem("not-compared", _TOPIC, message, "look who else publishes it", severity=NOTE)
+    elif unmatched:
         message = f"no transform has the stamp of a message of {_TOPIC}: compared only with what the joints can do"
         help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
         yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
@@ -451,7 +471,7 @@ def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
         help = help if help.startswith("did you mean") else "declare it under edges, with the node that publishes it"
         yield problem("edge-not-described", name, message, help, severity=WARNING)
         return
-    edge = next((edge for edge in expected if edge.parent == row.parent), expected[0])
+    edge = recording.expected(row.parent, row.child, row.still) or expected[0]
     if edge.parent != row.parent:
         message = f'the parent of "{row.child}" is "{row.parent}", described is "{edge.parent}"'
         yield problem("edge-wrong-parent", name, message, f"{edge.owner} should publish {edge.name}")

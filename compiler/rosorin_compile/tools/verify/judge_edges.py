@@ -143,6 +143,13 @@ def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iter
 def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator[Diagnostic]:
     """Yield the finding for an edge that is not described; many below one frame of the robot are told once."""
     series, description = of_child[0], recording.description
+    turns = [edge.when for edge in description.edges if edge.child == series.child]
+    if turns:
+        message = f"{series.name} was published, but such an edge is described only when {' or '.join(turns)}"
+        yield problem(
+            "edge-not-described", series.name, message, "look what --mode says, and what runs", severity=WARNING
+        )
+        return
     joint = description.robot.joint_to.get(series.child)
     if joint is not None:
         message = f"{series.name} was published, but the description says that nobody does: {joint.publisher.about}"
@@ -182,7 +189,7 @@ def _top(recording: Recording, series: Series) -> str:
 
 def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Diagnostic]:
     """Yield an edge on the wrong topic, or on both."""
-    edge = next((edge for edge in expected if edge.parent == of_child[0].parent), expected[0])
+    edge = of_child[0].edge or expected[0]
     name = of_child[0].name
     if len(of_child) > 1:
         evidence = [_evidence(series) for series in of_child]

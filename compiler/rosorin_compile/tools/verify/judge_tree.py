@@ -38,6 +38,12 @@ RULES = (
         RECORDINGS,
     ),
     Rule(
+        "edge-of-other-mode",
+        "Some edges are those of one mode, and others those of another: the robot was in none that is described.",
+        "Look which nodes run; `--mode` says what was meant.",
+        RECORDINGS,
+    ),
+    Rule(
         "frames-prefixed",
         "All frames of the transforms begin alike, and those of the description do not; or none begins as `--prefix` "
         "says. None could be compared.",
@@ -72,12 +78,42 @@ class Missing(NamedTuple):
 
 
 def best_way(recording: Recording) -> Missing:
-    """Return the combination of modes in which the fewest edges are missing."""
+    """Return the combination of modes in which the fewest edges are missing, and of those the one that fits most."""
     there = set(recording.into) | {row.child for row in recording.rows}
+    found = _fitting(recording)
     ways = []
     for modes, expected in recording.description.ways():
         ways.append(Missing(modes, [edge for edge in expected if edge.child not in there], expected))
-    return min(ways, key=lambda way: len(way.edges))
+    return min(ways, key=lambda way: (len(way.edges), len(_of_others(found, way.present))))
+
+
+def _fitting(recording: Recording) -> list[Expected]:
+    """Return the described edges that were recorded as they are described."""
+    every = recording.series.values()
+    return [one.edge for one in every if one.edge and one.edge.parent == one.parent and not one.values.wrong]
+
+
+def _of_others(found: Sequence[Expected], present: Sequence[Expected]) -> list[Expected]:
+    """Return the recorded edges that are of another combination of modes, as it can be seen."""
+    own = {edge.child: edge for edge in present}
+    return [edge for edge in found if edge.child in own and not _alike(edge, own[edge.child])]
+
+
+def _alike(one: Expected, other: Expected) -> bool:
+    """Say whether two edges into one frame are the same but for who publishes them."""
+    return (one.parent, one.moving, one.transform) == (other.parent, other.moving, other.transform)
+
+
+def other_modes(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the edges of one combination of modes among those of another: there is none that all are of."""
+    way = best_way(recording)
+    for edge in _of_others(_fitting(recording), way.present):
+        own = next(own for own in way.present if own.child == edge.child)
+        modes = " and ".join(f"{name} is {_on(value)}" for name, value in way.modes.items())
+        message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
+        message += f"when {modes}"
+        help = f"then {own.owner} should publish {own.name}: look which nodes run"
+        yield problem("edge-of-other-mode", edge.name, message, help)
 
 
 def prefixed(recording: Recording) -> Diagnostic | None:

@@ -14,11 +14,11 @@ import numpy as np
 
 from ...diagnostics import Diagnostic
 from ...model.geometry import Rows, Vector
-from .arrays import SECOND, Samples, Times
+from .arrays import NO_SAMPLES, SECOND, Samples, Times
 from .expected import Description, Expected
 from .joints import JointLog
 from .pace import Gap, Pace
-from .series import Series
+from .series import Series, unlike
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500
@@ -135,10 +135,14 @@ class Recording:
         fleet = bool(self.description.options.prefix) and "/" in frame and " " not in frame
         return fleet and (own in self.description.frames or own in self.description.robot.link)
 
-    def expected(self, parent: str, child: str) -> Expected | None:
-        """Return the described edge into a frame, that from this parent if there are several."""
+    def expected(
+        self, parent: str, child: str, still: bool | None = None, samples: Samples = NO_SAMPLES
+    ) -> Expected | None:
+        """Return the described edge into a frame; of several, as modes make them, the one that is most like this."""
         edges = self.description.by_child.get(child, ())
-        return next((edge for edge in edges if edge.parent == parent), edges[0] if edges else None)
+        if len(edges) < 2:
+            return edges[0] if edges else None
+        return min(edges, key=lambda edge: (edge.parent != parent, edge.moving is still, unlike(edge, samples)))
 
     def span(self, first: int, last: int) -> None:
         """Take note of a time (ns) from which on, and one until which, there were messages."""
@@ -175,9 +179,10 @@ class Recording:
                 if key in self.dropped or len(self.dropped) < MAX_DROPPED:
                     self.dropped[key] = self.dropped.get(key, 0) + sum(len(samples.stamp) for _, samples in parts)
                 continue
-            edge = None if self.of_another(key[2]) else self._series(key)
+            samples = _in_order(parts)
+            edge = None if self.of_another(key[2]) else self._series(key, samples)
             if edge is not None:
-                edge.add(_in_order(parts), start)
+                edge.add(samples, start)
         for series in self.series.values():
             series.compare(self.joints, last=False)
         for (topic, kind, frame), times in batch.headers.items():
@@ -196,14 +201,14 @@ class Recording:
             for use in log.frames.values():
                 use.pace.aged = self.timed
 
-    def _series(self, key: EdgeKey) -> Series | None:
+    def _series(self, key: EdgeKey, samples: Samples) -> Series | None:
         series = self.series.get(key)
         if series is None:
             if len(self.series) >= MAX_EDGES:
                 self.too_many = True
                 return None
             still, parent, child = key
-            edge = self.expected(parent, child)
+            edge = self.expected(parent, child, still, samples)
             series = self.series[key] = Series(parent, child, still, edge, self.description)
             series.pace.aged = self.timed
             if child not in self.parents or (edge is not None and edge.parent == parent):

@@ -14,6 +14,7 @@ from rosorin_compile.tools.verify.judge import Verdict
 from rosorin_compile.tools.verify.lines import table
 from support import bags
 from support.bags import SECOND, START, TYPES, Message, judged, ns, rules, time
+from support.paths import DATA
 
 pytestmark = pytest.mark.slow
 
@@ -270,3 +271,20 @@ def test_what_is_late_because_of_its_clock_is_said_so(tmp_path: Path) -> None:
     assert [finding.rule for finding in stale] == ["edge-stale"]
     help = "even its freshest stamp was 3.0 s old when it came: look at the clock of ekf, or what delays it"
     assert stale[0].help == f"{help} (--stale: 1.0 s)"
+
+
+@pytest.mark.parametrize(
+    ("now", "rule", "message"),
+    [
+        ("12.5", "stamp-other-clock", "stamped by another clock, 56.7 years ahead"),
+        ("3590580099.9", "stamp-other-clock", "stamped by another clock, 57.0 years behind"),
+        ("1790580090.0", "stamp-ahead", "dated 9.9 s ahead of the time when they were recorded"),
+    ],
+)
+def test_clocks_of_what_view_frames_saw(now: str, rule: str, message: str) -> None:
+    text = (DATA / "recordings" / "frames.gv").read_text("utf-8")
+    assert "Recorded at time: 1790580099.9" in text
+    verdict = judged("-", text.replace("Recorded at time: 1790580099.9", f"Recorded at time: {now}"))
+    names = "base_link -> link1, link1 -> link2, link2 -> link3 and 4 more are"
+    assert [(finding.rule, finding.message) for finding in verdict.findings] == [(rule, f"{names} {message}")]
+    assert any("ahead" in row for row in table(verdict)) == ("behind" not in message)

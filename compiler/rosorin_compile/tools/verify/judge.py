@@ -20,7 +20,7 @@ from ...meaning.wording import amount
 from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
 from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected
-from .findings import difference, half_turn_about, ordered, pose_text, problem, seconds, share
+from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share
 from .joints import Follower, JointLog, Range
 from .judge_edges import leaps_text
 from .recording import Asked, FrameRow, Reading, Recording, Refused
@@ -460,6 +460,7 @@ def rows(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the tree that view_frames saw."""
     for row in recording.rows:
         yield from _row(recording, row)
+    yield from judge_stamps.of_rows(recording)
 
 
 def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
@@ -484,7 +485,7 @@ def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
         )
         yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
     limit = recording.description.options.stale
-    if not row.still and row.age is not None and not math.isnan(row.age) and row.age > limit:
+    if not row.still and row.age is not None and limit < row.age <= YEAR:
         message = f"{name} went {seconds(row.age)} stale, when view_frames looked"
         help = f"whoever asks then gets where things were {seconds(row.age)} ago: look why {edge.owner} stopped"
         evidence = [f"average rate {row.rate:.1f} Hz"]

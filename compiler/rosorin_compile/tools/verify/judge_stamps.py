@@ -5,6 +5,7 @@ What several streams share is told once: they come from one computer, or follow 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -12,7 +13,7 @@ from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import first_of
 from .arrays import SECOND
-from .findings import problem, seconds
+from .findings import YEAR, problem, seconds
 from .judge_edges import owner_of, two_values
 from .pace import SIMULATED, Pace, Step, step_of
 from .recording import Recording
@@ -95,6 +96,16 @@ def clocks(recording: Recording) -> Iterator[Diagnostic]:
     yield from _ahead([one for one in there if one.pace.most_ahead > FAR_AHEAD], len(there))
 
 
+def of_rows(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the clocks of the edges that view_frames saw."""
+    rows = [row for row in recording.rows if not row.still and row.age is not None and math.isfinite(row.age)]
+    every = [Stream(f"{row.parent} -> {row.child}", Pace(most_ahead=-(row.age or 0.0))) for row in rows]
+    for ahead in (False, True):
+        sign = 1 if ahead else -1
+        yield from _other(recording, [one for one in every if sign * one.pace.most_ahead > YEAR])
+    yield from _ahead([one for one in every if FAR_AHEAD < one.pace.most_ahead <= YEAR], len(every))
+
+
 def _zero(zero: Sequence[Stream]) -> Iterator[Diagnostic]:
     if not zero:
         return
@@ -125,7 +136,7 @@ def _other(recording: Recording, other: Sequence[Stream]) -> Iterator[Diagnostic
     help = "set the clocks of the computers by NTP"
     if ahead and (recording.start or 0) < SIMULATED:
         help = "the wall clock among times of a simulation: use_sim_time for all nodes or for none"
-    elif other[0].pace.newest < SIMULATED < (recording.start or 0):
+    elif far > YEAR:
         help = "the time of a simulation (use_sim_time for all nodes or for none), or a computer that begins in 1970"
     numbers = {"seconds": far if ahead else -far, "streams": [one.name for one in other]}
     yield problem("stamp-other-clock", other[0].name, message, help, numbers=numbers)

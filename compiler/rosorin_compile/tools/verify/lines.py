@@ -152,6 +152,8 @@ def _frame_row(recording: Recording, row: FrameRow, edge: Expected | None) -> Se
     by = _publishers(recording, edge)
     rate = _NONE if row.still else rate_text(row.rate)
     age = _NONE if row.age is None or row.still else age_text(row.age)
+    if row.age is not None and row.age < -NO_TIME and not row.still:
+        age = f"{seconds(-row.age)} ahead"
     value = "not described"
     if edge is not None:
         value = "parent as described" if edge.parent == row.parent else "wrong parent"

@@ -118,14 +118,18 @@ def _agree(reader: Any) -> None:
 
 
 def _part(reader: Any, path: Path) -> Part:
-    """Return a part with the time of its first message; what stands beside the messages may be damaged."""
-    number, start, end = (int(value) for value in (reader.message_count, reader.start_time, reader.end_time))
-    try:
-        first = next(_whole(reader.messages(list(reader.connections))), None)
-    except _Damage:
-        first = None
-    if first is not None:
-        number, start = max(1, number), first[1]
+    """Return a part with what its files say of themselves: what metadata.yaml says may be of others."""
+    files = getattr(getattr(reader, "storage", None), "storages", None) if path.is_dir() else None
+    said = [file.metadata for file in files] if files else [reader]
+    number = sum(int(one.message_count) for one in said)
+    start, end = min(int(one.start_time) for one in said), max(int(one.end_time) for one in said)
+    if path.suffix == ".mcap":  # its last lines count; its first chunk has the first message
+        try:
+            first = next(_whole(reader.messages(list(reader.connections))), None)
+        except _Damage:
+            first = None
+        if first is not None:
+            number, start = max(1, number), first[1]
     return Part(reader, path, number if -FAR < start < FAR else 0, start, end)
 
 

@@ -102,14 +102,16 @@ def step_of(bins: Bins) -> Step | None:
     while width < SLICE:
         leads, width = leads.reshape(-1, 2).max(axis=1), width * 2
     places = np.flatnonzero(np.isfinite(leads))
-    values = leads[places]
-    best = _drift(values, bins.start or 0)
+    best = _drift(leads[places], bins.start or 0)
+    values = leads[places].tolist()
     for at in range(SLICES, len(values) - SLICES + 1):
-        before, after = values[at - SLICES : at], values[at : at + SLICES]
-        found = Step((bins.start or 0) + int(places[at]) * width, float(np.median(before)), float(np.median(after)))
-        still = max(np.ptp(before), np.ptp(after)) < found.size / 4
-        ahead = max(float(before.max()), float(after.max())) > AHEAD
-        if still and found.size > (STEP if ahead else DELAY) and (best is None or found.size > best.size):
+        if abs(values[at] - values[at - 1]) < STEP / 2:  # most often
+            continue
+        before, after = sorted(values[at - SLICES : at]), sorted(values[at : at + SLICES])
+        found = Step((bins.start or 0) + int(places[at]) * width, before[SLICES // 2], after[SLICES // 2])
+        still = max(before[-1] - before[0], after[-1] - after[0]) < found.size / 4
+        large = found.size > (STEP if max(before[-1], after[-1]) > AHEAD else DELAY)
+        if still and large and (best is None or found.size > best.size):
             best = found
     return best
 

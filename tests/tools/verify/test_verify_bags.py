@@ -13,8 +13,8 @@ from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 
 from rosorin_compile.cli import main
 from rosorin_compile.model import Pose
-from rosorin_compile.tools.verify.bags import Unreadable
 from rosorin_compile.tools.verify.lines import summary, table
+from rosorin_compile.tools.verify.metadata import Unreadable
 from support import bags
 from support.bags import STORE, TYPES, Message, Scene, judged, ns, part, rules
 from support.paths import ROOT
@@ -245,7 +245,7 @@ def test_namespace_and_prefix(tmp_path: Path) -> None:
             transform.header.frame_id = f"r1/{transform.header.frame_id}"
             transform.child_frame_id = f"r1/{transform.child_frame_id}"
         if hasattr(content, "header") and content.header.frame_id:
-            content.header.frame_id = f"/r1/{content.header.frame_id}"
+            content.header.frame_id = f"r1/{content.header.frame_id}"
         said.append(message._replace(topic=f"/r1{message.topic}"))
     bag = bags.write(tmp_path / "bag", said)
     verdict = judged(bag)

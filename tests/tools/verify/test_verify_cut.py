@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+import tracemalloc
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.tools.verify.bags import Unreadable
+from rosorin_compile.tools.verify.metadata import Unreadable
 from support import bags
 from support.bags import Scene, judged, part, rules
 
@@ -41,6 +42,19 @@ def test_what_is_left_of_a_recording_without_its_end(tmp_path: Path, storage: st
     else:
         with pytest.raises(Unreadable, match="cannot be read"):
             judged(folder)
+
+
+def test_a_length_that_is_damaged_takes_no_memory(tmp_path: Path) -> None:
+    """A record of four gigabytes in a file of a few kilobytes."""
+    file = part(bags.bag(tmp_path / "bag", "mcap", seconds=1.0))
+    header = 8 + 9 + int.from_bytes(file.read_bytes()[9:17], "little")
+    file.write_bytes(file.read_bytes()[:header] + b"\x06" + (2**32 - 1).to_bytes(8, "little") + bytes(100))
+    tracemalloc.start()
+    try:
+        assert rules(judged(file)) == ["recording-empty", "recording-cut-off"]
+        assert tracemalloc.get_traced_memory()[1] < 1 << 28
+    finally:
+        tracemalloc.stop()
 
 
 @pytest.mark.parametrize("compression", ["lz4", "zstd"])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -18,8 +19,10 @@ from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import counted
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
-from .findings import problem
+from .findings import YEAR, problem, seconds
 from .joints import in_order
+from .metadata import Unreadable
+from .pace import APART
 from .recording import MAX_DESCRIPTIONS, Batch, Recording
 
 RULES = (
@@ -60,36 +63,31 @@ _STAMP_AND_LENGTH = {0: struct.Struct(">iII"), 1: struct.Struct("<iII")}
 Progress = Callable[[int, int], None]
 
 
-class Unreadable(Exception):
-    """A recording cannot be read at all; the text says why, ``help`` what to do."""
-
-    def __init__(self, message: str, help: str = "") -> None:
-        super().__init__(message)
-        self.help = help
-
-
 class _Damage(Exception):
     """The reader gave up in the middle of a recording; the text says why."""
 
 
+class Part(NamedTuple):
+    """An open file of a recording, or a folder of compressed ones: number of messages, first and last time (ns)."""
+
+    reader: Any
+    path: Path
+    number: int
+    start: int
+    end: int
+
+
 def read(paths: Sequence[Path], recording: Recording, progress: Progress) -> None:
-    """Read rosbag2 folders or files, one after the other, into a recording. Raises Unreadable."""
-    clock = Clock(recording)
-    for path in paths:
-        for file in _files(path):
-            with _opened(file, recording) as reader:
-                _read_one(reader, file, recording, clock, progress)
+    """Read the files of a recording, or its folder, into it, as they follow each other in time. Raises Unreadable."""
+    with ExitStack() as stack:
+        parts = [_opened(path, recording, stack) for path in paths]
+        every = [(part, topics_of(part.reader, recording)) for part in parts]
+        _read_all(sorted((one for one in every if one[0].number), key=lambda one: one[0].start), recording, progress)
     recording.finish()
 
 
-def _files(path: Path) -> Sequence[Path]:
-    """Return a folder as it is, or its files if one of them is cut: rosbags opens all of a folder or nothing."""
-    files = sorted(file for file in path.iterdir() if file.suffix in (".mcap", ".db3")) if path.is_dir() else ()
-    return files if any(map(cut_bags.is_cut, files)) else [path]
-
-
-def _opened(path: Path, recording: Recording) -> Any:
-    """Return an open reader; of a file whose end is missing one of what is left. Raises Unreadable."""
+def _opened(path: Path, recording: Recording, stack: ExitStack) -> Part:
+    """Return an open part; of a file whose end is missing what is left. Raises Unreadable."""
     try:
         from rosbags.rosbag2 import Reader
     except ImportError:
@@ -97,14 +95,42 @@ def _opened(path: Path, recording: Recording) -> Any:
         raise Unreadable("reading a recording needs the package rosbags, which is not installed", help) from None
     left = cut_bags.opened(path) if path.is_file() and cut_bags.is_cut(path) else None
     if left is not None:
+        stack.callback(left.close)
         recording.troubles.append(_cut_off(path, left))
-        return _Closing(left)
+        return _part(left, path)
     try:
         reader = Reader(path)
         reader.open()
+        stack.callback(reader.close)
+        _agree(reader)
+        return _part(reader, path)
     except Exception as wrong:
         raise Unreadable(f"{path} cannot be read: {_reason(wrong)}", _help(path)) from None
-    return _Closing(reader)
+
+
+def _agree(reader: Any) -> None:
+    """Raise ValueError if the files of a folder have topics that its metadata.yaml has not: rosbags skips them."""
+    known = [(one.topic, one.msgtype, one.ext, digest) for one in reader.connections for digest in ("", one.digest)]
+    for file in getattr(reader.storage, "storages", ()):
+        for one in file.connections:
+            if (one.topic, one.msgtype, one.ext, one.digest) not in known:
+                raise ValueError(f"metadata.yaml says other things of {one.topic} than the files")
+
+
+def _part(reader: Any, path: Path) -> Part:
+    """Return a part with what its files say of themselves: what metadata.yaml says may be of others."""
+    files = getattr(getattr(reader, "storage", None), "storages", None) if path.is_dir() else None
+    said = [file.metadata for file in files] if files else [reader]
+    number = sum(int(one.message_count) for one in said)
+    start, end = min(int(one.start_time) for one in said), max(int(one.end_time) for one in said)
+    if path.suffix == ".mcap":  # its last lines count; its first chunk has the first message
+        try:
+            first = next(_whole(reader.messages(list(reader.connections))), None)
+        except _Damage:
+            first = None
+        if first is not None:
+            number, start = max(1, number), first[1]
+    return Part(reader, path, number if -FAR < start < FAR else 0, start, end)
 
 
 def _cut_off(path: Path, left: cut_bags.CutReader) -> Diagnostic:
@@ -115,19 +141,6 @@ def _cut_off(path: Path, left: cut_bags.CutReader) -> Diagnostic:
     help = "the recorder was killed, or the copy broke off: what came before is compared; Ctrl-C ends a recording well"
     numbers = {"seconds": until if left.message_count else 0.0, "messages": left.message_count}
     return problem("recording-cut-off", "the recording", message, help, severity=WARNING, numbers=numbers)
-
-
-class _Closing:
-    """An open reader that is closed at the end, whatever state it is in."""
-
-    def __init__(self, reader: Any) -> None:
-        self.reader = reader
-
-    def __enter__(self) -> Any:
-        return self.reader
-
-    def __exit__(self, *_: object) -> None:
-        self.reader.close()
 
 
 def _reason(problem: BaseException) -> str:
@@ -142,30 +155,48 @@ def _help(path: Path) -> str:
     return "if the recorder was stopped hard, ros2 bag reindex FOLDER may help"
 
 
-def _read_one(reader: Any, path: Path, recording: Recording, clock: Clock, progress: Progress) -> None:
-    topics = topics_of(reader, recording)
-    options = recording.description.options
-    number, first = int(reader.message_count), int(reader.start_time)
-    if not number:
+def _read_all(parts: Sequence[tuple[Part, dict[int, Topic]]], recording: Recording, progress: Progress) -> None:
+    """Read all parts between the two times that are asked for; of what is latched also what came before."""
+    if not parts:
         return
+    options = recording.description.options
+    first = parts[0][0].start
     start = first if options.since is None else first + int(options.since * SECOND)
     stop = None if options.until is None else first + int(options.until * SECOND)
+    end = max(part.end for part, _ in parts)
+    if options.since is not None and start > end > first:
+        long = f"{(end - first) / SECOND:.1f} s long"
+        raise Unreadable(f"--since {options.since:g} is behind the end of the recording, which is {long}")
     recording.span(start, start)
-    wanted = [connection for connection in reader.connections if connection.id in topics]
-    if not wanted:
-        return
-    latched = [connection for connection in wanted if topics[connection.id].kind in (TF_STATIC, ROBOT)]
-    decoder = _Decoder(recording, clock)
-    try:
-        if start > first and latched:
-            _take_all(reader.messages(latched, stop=start), topics, decoder, progress, number)
-            recording.begin_at(start)
-        late = None if start == first else start
-        _take_all(reader.messages(wanted, start=late, stop=stop), topics, decoder, progress, number)
-    except _Damage as wrong:
-        text = f"{path} is damaged: after {recording.messages:,} messages, {wrong}"
-        help = f"what came before is compared all the same; {_help(path)}"
-        recording.troubles.append(problem("recording-damaged", "the recording", text, help))
+    reading = _Reading(recording, progress, sum(part.number for part, _ in parts))
+    if start > first:
+        for part, topics in parts:
+            latched = {key: topic for key, topic in topics.items() if topic.kind in (TF_STATIC, ROBOT)}
+            reading.take(part, latched, None, start)
+        recording.begin_at(start)
+    for part, topics in parts:
+        reading.take(part, topics, start if start > first else None, stop)
+
+
+class _Reading:
+    """What goes on while a recording is read part by part."""
+
+    def __init__(self, recording: Recording, progress: Progress, number: int) -> None:
+        self.recording, self.progress, self.number = recording, progress, number
+        self.decoder = _Decoder(recording, Clock(recording))
+
+    def take(self, part: Part, topics: dict[int, Topic], start: int | None, stop: int | None) -> None:
+        """Take some topics of a part between two times; that it is damaged is a trouble of the recording."""
+        wanted = [connection for connection in part.reader.connections if connection.id in topics]
+        if not wanted:
+            return
+        try:
+            messages = part.reader.messages(wanted, start=start, stop=stop)
+            _take_all(messages, topics, self.decoder, self.progress, self.number)
+        except _Damage as wrong:
+            text = f"{part.path} is damaged: after {self.recording.messages:,} messages, {wrong}"
+            help = f"what came before is compared all the same; {_help(part.path)}"
+            self.recording.troubles.append(problem("recording-damaged", "the recording", text, help))
 
 
 def _whole(messages: Iterator[tuple[Any, int, bytes]]) -> Iterator[tuple[Any, int, bytes]]:
@@ -217,7 +248,7 @@ class _Decoder:
         self.clock = clock
         self.transforms = cdr.Reader(cdr.transforms)
         self.states = cdr.Reader(cdr.joint_state)
-        self.frames: dict[bytes, str] = {}
+        self.frames: dict[bytes, tuple[str, bool]] = {}
 
     def take(self, waiting: dict[int, Any], topics: dict[int, Topic], number: int) -> None:
         """Decode what waits, and forget it."""
@@ -250,7 +281,7 @@ class _Decoder:
         times, raws, order = messages
         received, places = np.array(times, np.int64), np.array(order, np.int64)
         for group in self.transforms.groups(raws, broken):
-            frame = self.recording.frame
+            frame = self.recording.tree_frame
             for item in group.layout.items:
                 numbers = group.doubles(item.numbers, 7)
                 stamps = group.stamps(item.stamp)
@@ -298,11 +329,14 @@ class _Decoder:
             if len(name) < length:
                 broken.append(f"the message ends after {len(raw)} bytes, within the name of its frame")
                 continue
-            frame = self.frames.get(name)
-            if frame is None:
-                frame = self.recording.frame(name.rstrip(b"\0").decode("utf-8", "replace"))
+            known = self.frames.get(name)
+            if known is None:
+                known = self.recording.frame(name.rstrip(b"\0").decode("utf-8", "replace")), name.startswith(b"/")
                 if len(self.frames) < 10_000:
-                    self.frames[name] = frame
+                    self.frames[name] = known
+            frame, slashed = known
+            if slashed:
+                batch.slashed[topic.name, frame] = batch.slashed.get((topic.name, frame), 0) + 1
             key = (topic.name, topic.type, frame)
             batch.headers.setdefault(key, []).append((received, seconds * SECOND + nanoseconds))
 
@@ -347,6 +381,10 @@ def topics_of(reader: Any, recording: Recording) -> dict[int, Topic]:
         names |= {f"/{namespace}/{name}": kind for name, kind in TOPICS.items()}
     topics: dict[int, Topic] = {}
     for connection in reader.connections:
+        if not isinstance(connection.topic, str) or not isinstance(connection.msgtype, str):
+            text = "a topic of the recording has no name, or no type"
+            recording.troubles.append(problem("recording-damaged", "the recording", text, "its messages are left out"))
+            continue
         topic, kind = connection.topic, names.get(connection.topic, HEADER)
         recording.topics[topic] = connection.msgtype
         if kind != HEADER and connection.msgtype != TYPES[kind]:
@@ -372,8 +410,6 @@ def _has_header(connection: Any, known: Any) -> bool:
     return False
 
 
-# Stamps and times of arrival that are all farther apart than this are of two clocks.
-APART = 60 * SECOND
 _STAMPS = {0: struct.Struct(">iI"), 1: struct.Struct("<iI")}
 # Where the first stamp of a message stands; of /tf behind the number of its transforms.
 _PLACES = {TF: 8, JOINTS: 4, HEADER: 4, CLOCK: 4}
@@ -393,32 +429,42 @@ class Clock:
             return
         stamps = _stamps(waiting, topics)
         if self.other is None and stamps:
-            self._decide(stamps)
+            self._decide(stamps, topics)
         if not self.other:
             return
         received, now = self._now(stamps, topics)
         for times, _, _ in waiting.values():
             times[:] = np.interp(times, received, now).astype(np.int64).tolist() if len(received) else times
 
-    def _decide(self, stamps: Mapping[int, tuple[Times, Times]]) -> None:
-        """Decide by the first stamps: each topic has to be far off, for one alone is a fault of its node."""
+    def _decide(self, stamps: Mapping[int, tuple[Times, Times]], topics: Mapping[int, Topic]) -> None:
+        """Decide by the first stamps: each topic has to be far off, for one alone is a fault of its node.
+
+        Of a simulation, whose clock is there, most topics: a node without use_sim_time is a fault of its own.
+        """
         apart = {key: float(np.median(received - stamp)) for key, (received, stamp) in stamps.items()}
-        self.other = all(abs(far) > APART for far in apart.values())
+        ticks = {key for key in apart if topics[key].kind == CLOCK}
+        far = [key for key in apart if abs(apart[key]) > APART * SECOND]
+        others = apart.keys() - ticks
+        self.other = len(far) == len(apart)
+        if ticks & set(far) and 2 * len(others & set(far)) >= len(others):
+            self.other = True
         if not self.other:
             return
         self.recording.start, self.recording.end = None, 0
-        simulated = "/clock" in self.recording.topics
-        far = f"{min(map(abs, apart.values())) / SECOND:,.0f} s"
-        message = (
-            f"the stamps are of another clock than the recorder's, {far} apart: ages are told by that of the stamps"
-        )
+        self._tell(min(abs(apart[key]) for key in far) / SECOND, far_ahead=apart[far[0]] < 0)
+
+    def _tell(self, far: float, far_ahead: bool) -> None:
+        """Take down that there are two clocks, so far (s) apart."""
+        message = "the stamps are of another clock than the recorder's, "
+        message += f"{seconds(far) if far > YEAR else f'{far:,.0f} s'} apart: ages are told by that of the stamps"
         help = "a simulation or a bag that is played does that; computers whose clocks differ do, too"
-        if simulated:
-            help = "a simulation does that; ros2 bag record --use-sim-time records in its time"
-        severity = NOTE if simulated else WARNING
-        self.recording.troubles.append(
-            problem("recording-other-clock", "the recording", message, help, severity=severity)
-        )
+        severity = WARNING
+        if "/clock" in self.recording.topics:
+            severity, help = NOTE, "a simulation does that; ros2 bag record --use-sim-time records in its time"
+        elif far > YEAR:
+            help = "the recorder's clock began in 1970" if far_ahead else "a simulation, or a clock that began in 1970"
+        trouble = problem("recording-other-clock", "the recording", message, help, severity=severity)
+        self.recording.troubles.append(trouble)
 
     def _now(self, stamps: Mapping[int, tuple[Times, Times]], topics: Mapping[int, Topic]) -> tuple[Times, Times]:
         """Return times of arrival, ascending, and what the clock of the stamps was then (ns).

@@ -81,7 +81,7 @@ def run(options: argparse.Namespace) -> int:
     """Hold one recording against one robot."""
     given, words = given_arguments(options, options.words)
     source, description = _asked(words)
-    if source != "-" and not Path(source).exists():
+    if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
     console = Console("text")
     compiled = _compiled(given, description, console)
@@ -90,7 +90,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a description with errors is nothing to compare with")
         return PROBLEMS
     try:
-        from .bags import Unreadable
+        from .metadata import Unreadable
         from .sources import verify
     except ModuleNotFoundError as problem:
         if problem.name != "numpy":
@@ -141,6 +141,14 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     return words[0], found[0]
 
 
+def _is_there(source: str) -> bool:
+    """Say whether there is a source; one that cannot be looked at is, and reading it says why."""
+    try:
+        return Path(source).exists()
+    except OSError:
+        return True
+
+
 def _is_robot(source: str) -> bool:
     """Say whether the word for the recording is a robot: a description, or a file in another format."""
     from ...formats import endings
@@ -182,7 +190,7 @@ def _options(options: argparse.Namespace, robot: Robot) -> Options:
         options.since,
         options.until,
         options.namespace,
-        options.prefix,
+        options.prefix.removeprefix("/"),
         options.stale,
     )
 

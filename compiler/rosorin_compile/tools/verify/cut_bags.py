@@ -180,6 +180,7 @@ class CutMcap:
 
     def messages(self) -> Iterator[tuple[int, int, bytes]]:
         """Yield channel, time of arrival (ns) and bytes of each message, from the begin to where the file ends."""
+        end = self._file.seek(0, 2)
         self._file.seek(len(MAGIC))
         while True:
             head = self._file.read(_HEAD.size)
@@ -188,7 +189,7 @@ class CutMcap:
             kind, length = _HEAD.unpack(head)
             if kind in (_DATA_END, _FOOTER) or length > MAX_RECORD:
                 return
-            body = self._file.read(length)
+            body = self._file.read(min(length, end - self._file.tell()))  # a length may be damaged
             try:
                 if kind == _CHUNK:
                     yield from self._chunk(body)

@@ -96,10 +96,12 @@ class Description:
 
     @cached_property
     def by_child(self) -> Mapping[str, tuple[Expected, ...]]:
-        """The expected edges into each frame; several where modes decide."""
+        """The expected edges into each frame, in the modes that may have been; several where modes decide."""
         by_child: dict[str, list[Expected]] = {}
+        combinations = list(self._combinations())
         for edge in self.edges:
-            by_child.setdefault(edge.child, []).append(edge)
+            if not edge.when or any(_holds(edge.when, modes) for modes in combinations):
+                by_child.setdefault(edge.child, []).append(edge)
         return {child: tuple(edges) for child, edges in by_child.items()}
 
     @cached_property
@@ -138,11 +140,14 @@ class Description:
 
     def ways(self) -> Iterator[tuple[Mapping[str, bool], list[Expected]]]:
         """Yield each combination of modes that may have been, and the edges that should be there in it."""
+        for combination in self._combinations():
+            yield combination, [edge for edge in self.edges if self._is_there(edge, combination)]
+
+    def _combinations(self) -> Iterator[Mapping[str, bool]]:
         modes = [mode for mode in self.robot.modes if any(_names(edge.when, mode) for edge in self.edges)]
         free = [mode for mode in modes if mode not in self.options.modes][:MAX_MODES]
         for states in product((False, True), repeat=len(free)):
-            combination = {**dict.fromkeys(modes, False), **self.options.modes, **dict(zip(free, states, strict=True))}
-            yield combination, [edge for edge in self.edges if self._is_there(edge, combination)]
+            yield {**dict.fromkeys(modes, False), **self.options.modes, **dict(zip(free, states, strict=True))}
 
     def _is_there(self, edge: Expected, combination: Mapping[str, bool]) -> bool:
         if {edge.publisher.name, edge.publisher.kind} & self.options.without:

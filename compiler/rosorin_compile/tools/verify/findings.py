@@ -15,6 +15,7 @@ from ...model.geometry import minus, norm
 _WEIGHT = {ERROR: 0, WARNING: 1, NOTE: 2}
 _NEAR = math.radians(2.0)  # a turn is named a quarter or a half of one if it is one to within this
 _AXES = ("x", "y", "z")
+YEAR = 365.25 * 86400.0  # s
 _NO_NUMBERS: Mapping[str, Any] = MappingProxyType({})
 
 
@@ -47,11 +48,13 @@ def ordered(findings: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 def seconds(value: float) -> str:
-    """Return a time in s or ms, with three digits at most.
+    """Return a time in s or ms, with three digits at most; in years what no robot runs.
 
-    >>> seconds(12.34), seconds(0.0981), seconds(0.0021)
-    ('12.3 s', '98 ms', '2.1 ms')
+    >>> seconds(12.34), seconds(0.0981), seconds(0.0021), seconds(1.79e9)
+    ('12.3 s', '98 ms', '2.1 ms', '56.7 years')
     """
+    if value >= YEAR:
+        return f"{value / YEAR:.1f} years"
     if value >= 1:
         return f"{value:.1f} s"
     return f"{value * 1e3:.0f} ms" if value >= 0.01 else f"{value * 1e3:.1f} ms"

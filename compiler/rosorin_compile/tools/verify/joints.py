@@ -48,7 +48,7 @@ class _Ring:
         self._order = None
 
     def at(self, joint: str, stamps: Times, received: Times) -> tuple[Floats, Flags]:
-        """Return the positions (n,) of a joint at exactly these stamps (n,), and where there are any.
+        """Return the positions (n,) of a joint at exactly these stamps (n,), and where there are any; zero is no stamp.
 
         Of several with one stamp, as after a clock was set back, the one that was received at nearly the same time.
         """
@@ -57,7 +57,7 @@ class _Ring:
         known = self.stamps[self._order]
         first = np.minimum(np.searchsorted(known, stamps, side="left"), len(known) - 1)
         last = np.maximum(np.searchsorted(known, stamps, side="right") - 1, 0)
-        there = known[first] == stamps
+        there = (known[first] == stamps) & (stamps != 0)
         one, other = self._order[first], self._order[last]
         later = np.abs(self.received[other] - received) < np.abs(self.received[one] - received)
         column = self.positions[np.where(later, other, one), self.names.index(joint)]
@@ -160,8 +160,13 @@ class JointLog:
             joint = self.description.robot.joint.get(name)
             if joint is None or joint.mimic is None or joint.mimic.joint not in columns:
                 continue
-            apart = np.abs(columns[name] - joint.mimic.multiplier * columns[joint.mimic.joint] - joint.mimic.offset)
-            apart = apart[np.isfinite(apart)]
+            leader = self.description.robot.joint[joint.mimic.joint]
+            apart = columns[name] - joint.mimic.multiplier * columns[leader.name] - joint.mimic.offset
+            apart = np.abs(apart[np.isfinite(apart)])
+            if leader.type == "continuous" and not float(joint.mimic.multiplier).is_integer():
+                continue  # how often the leader has gone round is not said
+            if "continuous" in (joint.type, leader.type) and joint.type != "prismatic":
+                apart = np.abs(np.remainder(apart + np.pi, 2 * np.pi) - np.pi)
             follower = self.followers.setdefault(name, Follower())
             follower.seen += len(apart)
             follower.off += int(np.count_nonzero(apart > (SLIDING if joint.type == "prismatic" else TREMBLING)))

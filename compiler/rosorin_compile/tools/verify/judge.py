@@ -1,7 +1,8 @@
 """Judge: all findings about a recording, the most serious first.
 
-Edges and the tree have modules of their own (``judge_edges``, ``judge_tree``); joints, the description that the robot
-ran with, sensors and pasted text are judged here. ``Verdict`` is what comes out.
+Edges, the tree, stamps and sensors have modules of their own (``judge_edges``, ``judge_tree``, ``judge_stamps``,
+``judge_sensors``); joints, the description that the robot ran with and pasted text are judged here. ``Verdict`` is what
+comes out.
 """
 
 from __future__ import annotations
@@ -10,20 +11,19 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean, nearest
+from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import and_more, counted, first_of
 from ...formats import Artifact, feeds
 from ...meaning.golden import compare
 from ...meaning.wording import amount
 from ...model import ROBOT_STATE_PUBLISHER, Joint, Transform
-from . import judge_edges, judge_tree
-from .arrays import SECOND
+from . import judge_edges, judge_sensors, judge_stamps, judge_tree
 from .expected import Description, Expected
-from .findings import difference, half_turn_about, ordered, pose_text, problem, rate_text, seconds, share
+from .findings import YEAR, difference, half_turn_about, ordered, pose_text, problem, seconds, share
 from .joints import Follower, JointLog, Range
-from .judge_edges import leaps_text, owner_of
-from .recording import Asked, FrameRow, FrameUse, Lookups, Reading, Recording, Refused, SensorLog
+from .judge_edges import leaps_text
+from .recording import Asked, FrameRow, Reading, Recording, Refused
 
 RULES = (
     Rule(
@@ -95,30 +95,17 @@ RULES = (
         "Start one robot_state_publisher, with one URDF.",
         RECORDINGS,
     ),
-    Rule(
-        "frame-unknown",
-        "A message names a frame that is neither described nor published.",
-        "Correct `frame_id` in the driver, or describe the frame.",
-        RECORDINGS,
-    ),
-    Rule(
-        "frame-late",
-        "The first messages of a sensor came before its frame was there.",
-        "Wait for the frame, or start its publisher first.",
-        RECORDINGS,
-    ),
-    Rule(
-        "lookup-fails",
-        "tf2 could not have answered at the exact stamps of messages when they came, because an edge comes too seldom.",
-        "Ask for the latest transform, wait with a timeout, or publish more often.",
-        RECORDINGS,
-    ),
 )
 
 
 def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     """Return what is wrong with a recording, held against the description and the compiled artifacts."""
     findings = list(recording.troubles)
+    prefixed = judge_tree.prefixed(recording)
+    if prefixed is not None:  # of frames that have other names nothing else can be said
+        findings += [prefixed, *judge_stamps.clocks(recording), *joints(recording)]
+        return ordered([*findings, *robot_description(recording, artifacts)])
+    findings += judge_edges.dropped(recording)
     nothing = not (recording.series or recording.rows or recording.asked or recording.refused)
     if (
         nothing
@@ -128,25 +115,40 @@ def judge(recording: Recording, artifacts: Sequence[Artifact]) -> list[Diagnosti
     ):
         return ordered([*findings, *_nothing(recording, findings)])
     findings += judge_edges.edges(recording)
+    findings += judge_tree.other_modes(recording)
     findings += judge_tree.missing(recording)
     findings += judge_tree.stale(recording)
     findings += judge_tree.late(recording)
-    findings += judge_tree.clocks(recording)
+    findings += judge_stamps.clocks(recording)
     findings += joints(recording)
     findings += robot_description(recording, artifacts)
-    findings += sensors(recording)
+    findings += judge_sensors.sensors(recording)
     findings += rows(recording)
     findings += asked(recording)
     if recording.too_many:
         message = f"there are more than {len(recording.series):,} edges; the others were not looked at"
         findings.append(problem("recording-foreign", "the recording", message, "no robot has as many frames"))
-    return ordered([*findings, *(_nothing(recording, findings) if nothing else ())])
+    findings += _nothing(recording, findings) if nothing else _no_edge(recording, findings)
+    return ordered(findings)
 
 
 def _nothing(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
     """Yield the finding for a recording of no edge at all, unless an error says so: nothing can be concluded of it."""
     if not any(finding.severity == ERROR for finding in findings):
         yield _foreign(recording)
+
+
+def _no_edge(recording: Recording, findings: Sequence[Diagnostic]) -> Iterator[Diagnostic]:
+    """Yield the finding for a recording of which not one edge is described, unless an error says so."""
+    known = recording.description.by_child
+    edges = [(one.parent, one.child) for one in recording.series.values()]
+    edges += [(row.parent, row.child) for row in recording.rows]
+    described = any(parent == edge.parent for parent, child in edges for edge in known.get(child, ()))
+    if described or recording.asked or any(finding.severity == ERROR for finding in findings):
+        return
+    message = f"none of the {counted(len(edges), 'edge')} of the recording is described: nothing could be compared"
+    help = "look whether this is the recording of this robot, and its description"
+    yield problem("not-compared", "the recording", message, help)
 
 
 def _foreign(recording: Recording) -> Diagnostic:
@@ -212,7 +214,12 @@ def joints(recording: Recording) -> Iterator[Diagnostic]:
     for name, follower in log.followers.items():
         yield from _follower(log, name, follower)
     unmatched = [series for series in moving if series.values.compared and not series.values.by_state]
-    if unmatched and len(unmatched) == len(moving):
+    if unmatched and len(unmatched) < len(moving):
+        names = first_of([series.name for series in unmatched], _FEW)
+        message = f"{names} never had the stamp of a message of {_TOPIC} that names its joint: compared only with what "
+        message += "the joint can do"
+        yield problem("not-compared", _TOPIC, message, "look who else publishes it", severity=NOTE)
+    elif unmatched:
         message = f"no transform has the stamp of a message of {_TOPIC}: compared only with what the joints can do"
         help = "robot_state_publisher with ignore_timestamp, or another clock, does that"
         yield problem("not-compared", _TOPIC, message, help, severity=NOTE)
@@ -297,95 +304,6 @@ def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> It
             message = f"{topic} means what the compiled {compiled.file} means, in another text"
             help = "deploy what is compiled, so that the two stay the same"
             yield problem("robot-description-text", topic, message, help, severity=NOTE)
-
-
-# From this share of lookups on that fail they are told of; one in a hundred is a message that was overtaken.
-FAILS = 0.05
-# What messages of these packages say is somewhere; a header of others may be a mere stamp.
-_PLACED = ("sensor_msgs", "geometry_msgs", "nav_msgs", "visualization_msgs", "vision_msgs", "stereo_msgs")
-
-
-def sensors(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the frames of stamped messages."""
-    failing: dict[str, list[tuple[SensorLog, FrameUse, Lookups]]] = {}
-    late: dict[str, list[tuple[SensorLog, FrameUse]]] = {}
-    for log in recording.sensors.values():
-        for use in log.frames.values():
-            finding = _unknown_frames(recording, log, use)
-            if finding is not None:
-                yield finding
-                continue
-            if use.early and use.ready is not None:
-                late.setdefault(use.frame, []).append((log, use))
-            lookups = use.lookups.get(recording.description.top(use.frame))
-            if lookups is not None and lookups.failed > max(2, FAILS * lookups.asked):
-                failing.setdefault(use.frame, []).append((log, use, lookups))
-    for frame, uses in late.items():
-        yield _late(recording, frame, uses)
-    for frame, asked in failing.items():
-        yield _failing(recording, frame, asked)
-
-
-def _unknown_frames(recording: Recording, log: SensorLog, use: FrameUse) -> Diagnostic | None:
-    """Return the finding for a frame that is in no tree."""
-    known = recording.description.frames
-    recorded = use.frame in recording.parents or use.frame in recording.parents.values()
-    if use.frame in known or recorded or (not use.frame and not _is_sensor(log.kind)):
-        return None
-    if not use.frame:
-        message = f"{log.topic} is stamped with no frame"
-        return problem("frame-unknown", log.topic, message, "let the driver set frame_id", severity=WARNING)
-    many = counted(use.pace.count, "message")
-    message = f'{log.topic} is stamped "{use.frame}" ({many}), a frame that is neither described nor published'
-    near = nearest(use.frame, known)
-    help = did_you_mean(use.frame, known) if near else "set frame_id in the driver, or describe the frame"
-    if use.frame in recording.description.robot.link:
-        help = "the description has this frame, but says that nobody publishes it"
-    placed = not log.kind or log.kind.split("/")[0] in _PLACED
-    return problem("frame-unknown", log.topic, message, help, severity=ERROR if placed else WARNING)
-
-
-def _is_sensor(kind: str) -> bool:
-    return kind.startswith("sensor_msgs/") or kind == ""
-
-
-def _late(recording: Recording, frame: str, uses: list[tuple[SensorLog, FrameUse]]) -> Diagnostic:
-    log, use = max(uses, key=lambda both: both[1].early)
-    start = recording.start or 0
-    ready = start if use.ready is None else use.ready
-    wait = (ready - use.pace.first) / SECOND
-    first = (use.pace.first - start) / SECOND
-    message = (
-        f'the frame "{frame}" did not exist when the first message of {log.topic} came: {seconds(wait)} later it did'
-    )
-    evidence = [
-        f"first message {first:.2f} s into the recording, {use.waited_for} at {(ready - start) / SECOND:.2f} s",
-        f"{share(use.early, use.pace.count)} messages could not be placed",
-    ]
-    evidence += [f"also {other.topic}: {share(its.early, its.pace.count)}" for other, its in uses if other is not log]
-    help = "let whoever uses the sensor wait for its frame, or start the publisher of the frame first"
-    return problem(
-        "frame-late", log.topic, message, help, evidence=evidence, numbers={"seconds": wait, "messages": use.early}
-    )
-
-
-def _failing(recording: Recording, frame: str, asked: list[tuple[SensorLog, FrameUse, Lookups]]) -> Diagnostic:
-    log, _, lookups = max(asked, key=lambda entry: entry[2].failed / entry[2].asked)
-    slowest = max(lookups.slowest, key=lambda name: lookups.slowest[name])
-    series = next(series for series in recording.series.values() if series.name == slowest and not series.still)
-    message = (
-        f"{log.topic}: {frame} in {lookups.target} could not be looked up at the exact stamp for "
-        f"{share(lookups.failed, lookups.asked)} messages; the tree was {seconds(lookups.mean_lag)} behind, "
-        f"{seconds(lookups.lag_most)} at most"
-    )
-    why = f"slowest is {slowest}{owner_of(series)} at {rate_text(series.pace.rate)}"
-    if series.values.by_state:
-        why += f", which follows /joint_states at {rate_text(recording.joints.pace.rate)}"
-    evidence = [why]
-    evidence += [f"also {o.topic}: {share(its.failed, its.asked)}" for o, _, its in asked if o is not log]
-    help = "ask for the latest transform where things move slowly, wait with a timeout, or publish the edge more often"
-    numbers = {"share": lookups.failed / lookups.asked, "lag": lookups.mean_lag, "lag_most": lookups.lag_most}
-    return problem("lookup-fails", log.topic, message, help, evidence=evidence, numbers=numbers)
 
 
 class _Step(NamedTuple):
@@ -542,6 +460,7 @@ def rows(recording: Recording) -> Iterator[Diagnostic]:
     """Yield what is wrong with the tree that view_frames saw."""
     for row in recording.rows:
         yield from _row(recording, row)
+    yield from judge_stamps.of_rows(recording)
 
 
 def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
@@ -553,7 +472,7 @@ def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
         help = help if help.startswith("did you mean") else "declare it under edges, with the node that publishes it"
         yield problem("edge-not-described", name, message, help, severity=WARNING)
         return
-    edge = next((edge for edge in expected if edge.parent == row.parent), expected[0])
+    edge = recording.expected(row.parent, row.child, row.still) or expected[0]
     if edge.parent != row.parent:
         message = f'the parent of "{row.child}" is "{row.parent}", described is "{edge.parent}"'
         yield problem("edge-wrong-parent", name, message, f"{edge.owner} should publish {edge.name}")
@@ -566,7 +485,7 @@ def _row(recording: Recording, row: FrameRow) -> Iterator[Diagnostic]:
         )
         yield problem("edge-not-static", name, message, f"{edge.owner} should publish it on /tf_static")
     limit = recording.description.options.stale
-    if not row.still and row.age is not None and not math.isnan(row.age) and row.age > limit:
+    if not row.still and row.age is not None and limit < row.age <= YEAR:
         message = f"{name} went {seconds(row.age)} stale, when view_frames looked"
         help = f"whoever asks then gets where things were {seconds(row.age)} ago: look why {edge.owner} stopped"
         evidence = [f"average rate {row.rate:.1f} Hz"]

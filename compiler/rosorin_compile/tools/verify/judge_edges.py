@@ -29,6 +29,12 @@ RULES = (
         "Correct the node, or the description.",
         RECORDINGS,
     ),
+    Rule(
+        "edge-dropped",
+        "A transform puts a frame under itself, or lacks a name: tf2 drops it.",
+        "Correct the frames that the node is told.",
+        RECORDINGS,
+    ),
     Rule("edge-two-parents", "A frame was published under two parents.", "Stop one of the nodes.", RECORDINGS),
     Rule(
         "edge-two-values",
@@ -92,6 +98,21 @@ def edges(recording: Recording) -> Iterator[Diagnostic]:
         yield _twice(owner, several)
 
 
+def dropped(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the transforms that tf2 drops for their names: they are no edges, and nobody's second parent."""
+    for (still, parent, child), count in recording.dropped.items():
+        many = f"{counted(count, 'transform')} on {'/tf_static' if still else '/tf'}"
+        message = f'"{child}" is published under itself ({many}): tf2 drops that'
+        if parent != child:
+            message = f'the frame under "{parent}" has no name ({many}): tf2 drops it'
+            message = f'the frame above "{child}" has no name ({many}): tf2 drops it' if child else message
+        elif not child:
+            message = f"neither frame has a name ({many}): tf2 drops that"
+        owners = recording.description.by_child.get(child, ())
+        help = f"{owners[0].owner} should publish {owners[0].name}" if owners else "correct the frames of the node"
+        yield problem("edge-dropped", f"{parent} -> {child}", message, help, numbers={"transforms": count})
+
+
 def owner_of(series: Series) -> str:
     """Return who should publish an edge, in brackets."""
     return f" ({series.owner})" if series.owner else ""
@@ -122,6 +143,13 @@ def _frame(recording: Recording, child: str, of_child: Sequence[Series]) -> Iter
 def _not_described(recording: Recording, of_child: Sequence[Series]) -> Iterator[Diagnostic]:
     """Yield the finding for an edge that is not described; many below one frame of the robot are told once."""
     series, description = of_child[0], recording.description
+    turns = [edge.when for edge in description.edges if edge.child == series.child]
+    if turns:
+        message = f"{series.name} was published, but such an edge is described only when {' or '.join(turns)}"
+        yield problem(
+            "edge-not-described", series.name, message, "look what --mode says, and what runs", severity=WARNING
+        )
+        return
     joint = description.robot.joint_to.get(series.child)
     if joint is not None:
         message = f"{series.name} was published, but the description says that nobody does: {joint.publisher.about}"
@@ -161,7 +189,7 @@ def _top(recording: Recording, series: Series) -> str:
 
 def _topics(of_child: Sequence[Series], expected: Sequence[Expected]) -> Iterator[Diagnostic]:
     """Yield an edge on the wrong topic, or on both."""
-    edge = next((edge for edge in expected if edge.parent == of_child[0].parent), expected[0])
+    edge = of_child[0].edge or expected[0]
     name = of_child[0].name
     if len(of_child) > 1:
         evidence = [_evidence(series) for series in of_child]

@@ -1,8 +1,10 @@
-"""Judging the tree: edges that are missing, and edges that were late, stale, or stamped by a clock that jumped."""
+"""Judging the tree: edges that are missing, and edges that were late or stale."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+import shlex
+from collections import Counter
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
@@ -11,9 +13,8 @@ from ...diagnostics.wording import and_more, first_of
 from ...model import ROBOT_STATE_PUBLISHER
 from .arrays import SECOND
 from .expected import Expected
-from .findings import problem, rate_text, seconds
-from .judge_edges import owner_of, two_values
-from .pace import Gap, Pace
+from .findings import YEAR, problem, rate_text, seconds
+from .pace import APART, Gap, step_of
 from .recording import Recording
 from .series import Series
 
@@ -37,6 +38,19 @@ RULES = (
         RECORDINGS,
     ),
     Rule(
+        "edge-of-other-mode",
+        "Some edges are those of one mode, and others those of another: the robot was in none that is described.",
+        "Look which nodes run; `--mode` says what was meant.",
+        RECORDINGS,
+    ),
+    Rule(
+        "frames-prefixed",
+        "All frames of the transforms begin alike, and those of the description do not; or none begins as `--prefix` "
+        "says. None could be compared.",
+        "`--prefix TEXT`, as the message says it.",
+        RECORDINGS,
+    ),
+    Rule(
         "edge-late",
         "A note: a moving edge came only some time after the begin of the recording.",
         "Start its publisher earlier, or let listeners wait.",
@@ -46,18 +60,6 @@ RULES = (
         "edge-stale",
         "The newest transform of an edge was older than `--stale` (1 s).",
         "Look why its publisher stopped.",
-        RECORDINGS,
-    ),
-    Rule(
-        "stamp-zero",
-        "Messages are stamped with time zero.",
-        "A node with `use_sim_time` hears no `/clock`.",
-        RECORDINGS,
-    ),
-    Rule(
-        "stamp-jumps-back",
-        "Stamps jump back by more than 0.1 s.",
-        "One clock for all nodes, which nobody sets while they run.",
         RECORDINGS,
     ),
 )
@@ -76,12 +78,67 @@ class Missing(NamedTuple):
 
 
 def best_way(recording: Recording) -> Missing:
-    """Return the combination of modes in which the fewest edges are missing."""
+    """Return the combination of modes in which the fewest edges are missing, and of those the one that fits most."""
     there = set(recording.into) | {row.child for row in recording.rows}
+    found = _fitting(recording)
     ways = []
     for modes, expected in recording.description.ways():
         ways.append(Missing(modes, [edge for edge in expected if edge.child not in there], expected))
-    return min(ways, key=lambda way: len(way.edges))
+    return min(ways, key=lambda way: (len(way.edges), len(_of_others(found, way.present))))
+
+
+def _fitting(recording: Recording) -> list[Expected]:
+    """Return the described edges that were recorded as they are described."""
+    every = recording.series.values()
+    return [one.edge for one in every if one.edge and one.edge.parent == one.parent and not one.values.wrong]
+
+
+def _of_others(found: Sequence[Expected], present: Sequence[Expected]) -> list[Expected]:
+    """Return the recorded edges that are of another combination of modes, as it can be seen."""
+    own = {edge.child: edge for edge in present}
+    return [edge for edge in found if edge.child in own and not _alike(edge, own[edge.child])]
+
+
+def _alike(one: Expected, other: Expected) -> bool:
+    """Say whether two edges into one frame are the same but for who publishes them."""
+    return (one.parent, one.moving, one.transform) == (other.parent, other.moving, other.transform)
+
+
+def other_modes(recording: Recording) -> Iterator[Diagnostic]:
+    """Yield the edges of one combination of modes among those of another: there is none that all are of."""
+    way = best_way(recording)
+    for edge in _of_others(_fitting(recording), way.present):
+        own = next(own for own in way.present if own.child == edge.child)
+        modes = " and ".join(f"{name} is {_on(value)}" for name, value in way.modes.items())
+        message = f"{edge.name} is as described when {edge.when or 'no mode says otherwise'}, but the others are those "
+        message += f"when {modes}"
+        help = f"then {own.owner} should publish {own.name}: look which nodes run"
+        yield problem("edge-of-other-mode", edge.name, message, help)
+
+
+def prefixed(recording: Recording) -> Diagnostic | None:
+    """Return the finding for frames that all begin otherwise than the description, and --prefix, let one expect."""
+    frames, description = recording.tree_frames, recording.description
+    known = description.frames | set(description.robot.link)
+    given = description.options.prefix
+    prefix = "" if frames & known else _common(frames, known)
+    if prefix and prefix != given:
+        message = f"all frames begin with {prefix}, "
+        message += f"not with {given}" if given else "those of the description do not"
+        help = f"--prefix {shlex.quote(prefix)} compares what is behind it"
+    elif given and frames and not any(name.startswith(given) for name in frames):
+        message = f"no frame begins with {given}: there are {first_of(sorted(frames), _MANY)}"
+        help = "leave out --prefix, or give the one that they have"
+    else:
+        return None
+    return problem("frames-prefixed", "the recording", message, help, numbers={"prefix": prefix})
+
+
+def _common(frames: Collection[str], known: Collection[str]) -> str:
+    """Return what all frames begin with where a known name follows in half of them; nothing if there is no such."""
+    counts = Counter(name[:at] for name in frames for at in range(1, len(name)) if name[at:] in known)
+    fitting = [prefix for prefix, count in counts.items() if 2 * count >= len(frames)]
+    return next((prefix for prefix in fitting if all(name.startswith(prefix) for name in frames)), "")
 
 
 def missing(recording: Recording) -> Iterator[Diagnostic]:
@@ -168,12 +225,27 @@ def stale(recording: Recording) -> Iterator[Diagnostic]:
         if series.still or series.pace.unstamped or series.pace.jumps or (edge is not None and not edge.moving):
             continue
         oldest = series.pace.oldest_until(recording.end)
-        if oldest.seconds > limit and not (silent and _within(oldest, recording.silence)):
+        if (
+            oldest.seconds > limit
+            and not (silent and _within(oldest, recording.silence))
+            and not _of_its_clock(recording, series)
+        ):
             by_owner.setdefault(series.owner or series.name, []).append(series)
     for owner, of_owner in by_owner.items():
         groups = [of_owner] if len(of_owner) > 1 and of_owner[0].edge is not None else [[series] for series in of_owner]
         for group in groups:
             yield _stale(recording, owner, group)
+
+
+def _of_its_clock(recording: Recording, series: Series) -> bool:
+    """Whether an edge seems old because a clock is another one, or was set; that is told of elsewhere."""
+    if series.pace.other_clock:
+        return True
+    step = step_of(series.pace.bins)
+    if step is None:
+        return False
+    of_recorder = recording.silence.seconds > LATE and abs(step.size - recording.silence.seconds) < LATE
+    return of_recorder or min(step.before, step.after) < -APART
 
 
 def _within(oldest: Gap, silence: Gap) -> bool:
@@ -189,6 +261,8 @@ def _silence(recording: Recording) -> Diagnostic:
     silence = recording.silence
     at = (silence.began - (recording.start or 0)) / SECOND
     message = f"nothing was recorded for {seconds(silence.seconds)}, {at:.1f} s into the recording"
+    if silence.seconds > YEAR:
+        message = f"the clock of the recorder was set by {seconds(silence.seconds)}, {at:.1f} s into the recording"
     help = "the recorder was paused, the computer stood still, or its clock was set; no edge is called stale for that"
     numbers = {"seconds": silence.seconds, "at": at}
     return problem("recording-silent", "the recording", message, help, severity=WARNING, numbers=numbers)
@@ -208,6 +282,9 @@ def _stale(recording: Recording, owner: str, of_owner: Sequence[Series]) -> Diag
     if mean > recording.description.options.stale:
         evidence.append(f"its stamps are {seconds(mean)} old on average when they come")
     help = f"whoever asks then gets where things were {seconds(oldest.seconds)} ago: look why {owner} stopped"
+    if worst.pace.most_ahead < -recording.description.options.stale:
+        fresh = seconds(-worst.pace.most_ahead)
+        help = f"even its freshest stamp was {fresh} old when it came: look at the clock of {owner}, or what delays it"
     help += f" (--stale: {limit})"
     numbers = {"seconds": oldest.seconds, "at": at, "edges": [series.name for series in of_owner]}
     return problem("edge-stale", worst.name, message, help, evidence=evidence, numbers=numbers)
@@ -236,34 +313,7 @@ def late(recording: Recording) -> Iterator[Diagnostic]:
 
 
 def _waited(recording: Recording, series: Series) -> float:
-    """Return how long (s) a recording ran before the first message of an edge."""
-    return (series.pace.first - (recording.start or 0)) / SECOND
-
-
-def clocks(recording: Recording) -> Iterator[Diagnostic]:
-    """Yield stamps of zero, and stamps that jump back: one finding each for the whole recording."""
-    streams: list[tuple[str, Pace]] = []
-    for series in recording.series.values():
-        if not series.still and not two_values(series):
-            streams.append((f"{series.name}{owner_of(series)}", series.pace))
-    if recording.joints.pace.count:
-        streams.append(("/joint_states", recording.joints.pace))
-    for log in recording.sensors.values():
-        streams += [(log.topic, use.pace) for use in log.frames.values()]
-    zero = [(name, pace) for name, pace in streams if pace.unstamped]
-    if zero:
-        message = f"{_names(zero)} {'is' if len(zero) == 1 else 'are'} stamped with time zero"
-        help = "a node with use_sim_time that hears no /clock, or a driver that does not set the stamp"
-        yield problem("stamp-zero", zero[0][0], message, help, numbers={"streams": [name for name, _ in zero]})
-    back = [(name, pace) for name, pace in streams if pace.jumps]
-    if back:
-        name, pace = max(back, key=lambda stream: stream[1].farthest.seconds)
-        at = (pace.farthest.began - (recording.start or 0)) / SECOND
-        where = f", {at:.1f} s into the recording" if recording.timed else ""
-        message = f"the stamps of {_names(back)} jump back, by {seconds(pace.farthest.seconds)} at most{where}"
-        help = "a clock was set, a simulation or a bag began anew, or two nodes stamp with two clocks"
-        yield problem("stamp-jumps-back", name, message, help, numbers={"streams": [name for name, _ in back]})
-
-
-def _names(streams: Sequence[tuple[str, Pace]]) -> str:
-    return first_of([name for name, _ in streams], _MANY)
+    """Return how long (s) a recording ran before the first message of an edge; a time without any is not counted."""
+    waited = (series.pace.first - (recording.start or 0)) / SECOND
+    silence = recording.silence
+    return waited - (silence.seconds if silence.seconds > LATE and series.pace.first > silence.began else 0.0)

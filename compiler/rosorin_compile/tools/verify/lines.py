@@ -13,6 +13,7 @@ from .findings import rate_text, seconds
 from .judge import Verdict, outcome
 from .judge_edges import age_text
 from .judge_tree import best_way
+from .pace import Pace
 from .recording import FrameRow, Recording
 from .series import Series
 
@@ -20,12 +21,14 @@ _HEAD = ("edge", "by", "topic", "seen", "rate", "largest gap", "age, oldest", "v
 _SENSOR_HEAD = ("topic", "frame", "seen", "rate", "placed in", "at its stamp", "tree behind, most")
 _NONE = "-"
 MAX_ROWS = 200
+NO_TIME = 0.5e-3  # s; what is less ahead is how exactly a clock is read
 # Errors that say nothing against the robot: there was too little to compare.
 _NOTHING = {
     "recording-empty",
     "recording-foreign",
     "recording-type",
     "recording-no-static",
+    "frames-prefixed",
     "text-not-understood",
     "text-frames",
     "not-compared",
@@ -101,10 +104,21 @@ def _series_row(recording: Recording, series: Series, edge: Expected | None) -> 
     gap, age = _NONE, _NONE
     if not series.still and recording.timed:
         gap = seconds(pace.gap.seconds) if pace.count > 1 else _NONE
-        age = f"{age_text(pace.mean_age)}, {seconds(max(0.0, pace.oldest_until(recording.end).seconds))}"
+        age = _age(pace, recording)
     rate = _NONE if series.still or math.isnan(pace.rate) else rate_text(pace.rate)
     by = _publishers(recording, edge)
     return (series.name, by, series.topic, f"{pace.count:,}", rate, gap, age, value_text(series))
+
+
+def _age(pace: Pace, recording: Recording) -> str:
+    """Return the mean age of an edge, or how far it is dated ahead, and the oldest that its newest stamp was."""
+    if pace.zeros == pace.count:
+        return "no stamp"
+    mean = pace.mean_age
+    if pace.other_clock:
+        return f"{seconds(abs(mean))} {'behind' if mean > 0 else 'ahead'}: another clock"
+    oldest = seconds(max(0.0, pace.oldest_until(recording.end).seconds))
+    return f"{seconds(-mean)} ahead, {oldest}" if mean < -NO_TIME else f"{age_text(mean)}, {oldest}"
 
 
 def _publishers(recording: Recording, edge: Expected | None) -> str:
@@ -138,6 +152,8 @@ def _frame_row(recording: Recording, row: FrameRow, edge: Expected | None) -> Se
     by = _publishers(recording, edge)
     rate = _NONE if row.still else rate_text(row.rate)
     age = _NONE if row.age is None or row.still else age_text(row.age)
+    if row.age is not None and row.age < -NO_TIME and not row.still:
+        age = f"{seconds(-row.age)} ahead"
     value = "not described"
     if edge is not None:
         value = "parent as described" if edge.parent == row.parent else "wrong parent"

@@ -9,17 +9,23 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 import numpy as np
 
 from .arrays import SECOND, Floats, Times
 from .expected import SIX_ANGLE
+from .findings import YEAR
 
 BINS = 240
 # A stamp that lies further behind the one before it has jumped; less is two messages that overtook each other.
 JUMP = SECOND // 10
 # No wall clock says less (1973): what does is the clock of a simulation, which begins at zero.
 SIMULATED = 10**8 * SECOND
+
+
+# Stamps and times of arrival that are all farther apart than this (s) are of two clocks.
+APART = 60.0
 
 
 @dataclass
@@ -31,22 +37,31 @@ class Gap:
 
 
 class Bins:
-    """How many messages came in each slice of time; slices double in width when the recording outgrows them."""
+    """How many messages came in each slice of time; slices double in width when the recording outgrows them.
+
+    ``leads`` has the most that a stamp in each slice was ahead of its arrival (s; less than zero is behind it, minus
+    infinite where there is none): what is between two clocks, for no message arrives before it is sent.
+    """
 
     def __init__(self, width: int = SECOND // 10) -> None:
         self.start: int | None = None
         self.width = width
         self.counts: Floats = np.zeros(BINS)
+        self.leads: Floats = np.full(BINS, -np.inf)
 
-    def add(self, times: Times, start: int) -> None:
-        """Count messages by the times (ns) when they came; ``start`` is the begin of the recording."""
+    def add(self, times: Times, stamps: Times, start: int) -> None:
+        """Take messages by the times (ns) when they came; ``start`` is the begin of the recording."""
         if self.start is None:
             self.start = start
         since = times - self.start
         while int(since.max()) // self.width >= BINS:
             self.counts = np.concatenate((self.counts.reshape(-1, 2).sum(axis=1), np.zeros(BINS // 2)))
+            self.leads = np.concatenate((self.leads.reshape(-1, 2).max(axis=1), np.full(BINS // 2, -np.inf)))
             self.width *= 2
-        self.counts += np.bincount(np.clip(since // self.width, 0, BINS - 1), minlength=BINS)
+        places = np.clip(since // self.width, 0, BINS - 1)
+        self.counts += np.bincount(places, minlength=BINS)
+        stamped = stamps != 0
+        np.maximum.at(self.leads, places[stamped], (stamps - times)[stamped] / SECOND)
 
     def at_width(self, width: int) -> Floats:
         """Return the counts in slices of a width that is this one doubled some times."""
@@ -55,6 +70,61 @@ class Bins:
             counts = np.concatenate((counts.reshape(-1, 2).sum(axis=1), np.zeros(BINS // 2)))
             own *= 2
         return counts
+
+
+# A step of the clock that stamps is looked for in slices of this time (ns), as many on each side of it.
+SLICE, SLICES = SECOND // 2, 3
+# It is one if it is as large (s); where both sides lie in the past it might be a delay if it is not larger.
+STEP, DELAY = 0.25, 5.0
+# From here on (s) a stamp that is ahead is no matter of reading two clocks one after the other.
+AHEAD = 0.1
+
+
+class Step(NamedTuple):
+    """A step of the clock that stamps: when (ns), and how far ahead of their arrival (s) it dated before and after."""
+
+    time: int
+    before: float
+    after: float
+
+    @property
+    def size(self) -> float:
+        """How large it is (s)."""
+        return abs(self.after - self.before)
+
+
+def step_of(bins: Bins) -> Step | None:
+    """Return the largest step of the clock that stamps a stream, or from where to where it drifted; None if neither.
+
+    Delays that grow and shrink are no step: both sides have to stand still.
+    """
+    leads, width = bins.leads, bins.width
+    while width < SLICE:
+        leads, width = leads.reshape(-1, 2).max(axis=1), width * 2
+    places = np.flatnonzero(np.isfinite(leads))
+    best = _drift(leads[places], bins.start or 0)
+    values = leads[places].tolist()
+    for at in range(SLICES, len(values) - SLICES + 1):
+        if abs(values[at] - values[at - 1]) < STEP / 2:  # most often
+            continue
+        before, after = sorted(values[at - SLICES : at]), sorted(values[at : at + SLICES])
+        found = Step((bins.start or 0) + int(places[at]) * width, before[SLICES // 2], after[SLICES // 2])
+        still = max(before[-1] - before[0], after[-1] - after[0]) < found.size / 4
+        large = found.size > (STEP if max(before[-1], after[-1]) > AHEAD else DELAY)
+        if still and large and (best is None or found.size > best.size):
+            best = found
+    return best
+
+
+def _drift(values: Floats, start: int) -> Step | None:
+    """Return from where to where a clock drifted that runs faster or slower; a stamp that stays behind is no drift."""
+    if len(values) < 2 * SLICES:
+        return None
+    at = np.arange(len(values))
+    line = np.polyval(np.polyfit(at, values, 1), at)
+    found = Step(start, float(line[0]), float(line[-1]))
+    even = np.abs(values - line).max() < found.size / 8
+    return found if even and found.size > STEP and min(found.before, found.after) > -AHEAD else None
 
 
 @dataclass
@@ -70,6 +140,8 @@ class Pace:
     gap: Gap = field(default_factory=Gap)
     oldest: Gap = field(default_factory=Gap)  # the oldest that the newest stamp ever was, and when it was
     age_sum: float = 0.0
+    most_ahead: float = -math.inf  # the most (s) that a stamp was ahead of its arrival, and the least
+    least_ahead: float = math.inf
     zeros: int = 0
     jumps: int = 0
     farthest: Gap = field(default_factory=Gap)  # the farthest jump back of a stamp, and the time when it came
@@ -84,7 +156,7 @@ class Pace:
             self.first, self.first_stamp = int(received[0]), int(stamp[0])
         self.count += len(received)
         self.zeros += int(np.count_nonzero(stamp == 0))
-        self.bins.add(received, start)
+        self.bins.add(received, stamp, start)
         self._ages(received, stamp)
         times = np.concatenate((self._tail, np.stack((received, stamp))), axis=1)
         self._gaps(times, len(received))
@@ -93,10 +165,16 @@ class Pace:
         self._tail = times[:, -2:]
 
     def _ages(self, received: Times, stamp: Times) -> None:
-        """Take the ages: what a message has when it comes, and what the newest before it had then."""
+        """Take the ages: what a message has when it comes, and what the newest before it had then; zero is no stamp."""
+        stamped = stamp != 0
+        received, stamp = received[stamped], stamp[stamped]
+        if not len(stamp):
+            return
         ages = (received - stamp) / SECOND
         self.age_sum += float(ages.sum())
-        before = max(self.newest, 0) if self._tail.shape[1] else int(stamp[0])
+        self.most_ahead = max(self.most_ahead, -float(ages.min()))
+        self.least_ahead = min(self.least_ahead, -float(ages.max()))
+        before = self.newest if self.newest > 0 else int(stamp[0])
         newest = np.maximum(np.maximum.accumulate(stamp), before)
         known = np.concatenate(([before], newest[:-1]))
         for oldest in (received - known, received - newest):
@@ -113,10 +191,11 @@ class Pace:
         if one[0, at] / SECOND > self.gap.seconds:
             self.gap = Gap(float(one[0, at] / SECOND), int(times[0, -(new + 1) :][at]))
         self.twice += int(np.count_nonzero((one[1] == 0) & (times[1, -one.shape[1] :] != 0)))
-        back = int(one[1].argmin())
-        self.jumps += int(np.count_nonzero(one[1] < -JUMP))
-        if -one[1, back] > JUMP and -one[1, back] / SECOND > self.farthest.seconds:
-            self.farthest = Gap(float(-one[1, back] / SECOND), int(times[0, -(new + 1) :][back + 1]))
+        fall = np.where(times[1, -one.shape[1] :] != 0, -one[1], 0)  # zero is no stamp
+        back = int(fall.argmax())
+        self.jumps += int(np.count_nonzero(fall > JUMP))
+        if fall[back] > JUMP and fall[back] / SECOND > self.farthest.seconds:
+            self.farthest = Gap(float(fall[back] / SECOND), int(times[0, -(new + 1) :][back + 1]))
         single = one[1] / SECOND
         double = (times[1, 2:] - times[1, :-2])[-new:] / SECOND
         self.steps += (len(single), single.sum(), (single**2).sum(), double.sum(), (double**2).sum())
@@ -136,7 +215,19 @@ class Pace:
     @property
     def mean_age(self) -> float:
         """The mean age (s) of a message when it came; NaN where that is not known."""
-        return self.age_sum / self.count if self.aged and self.count else math.nan
+        stamped = self.count - self.zeros
+        return self.age_sum / stamped if self.aged and stamped else math.nan
+
+    @property
+    def other_clock(self) -> bool:
+        """Whether all stamps are far from the times of arrival: of another clock.
+
+        A stamp that is sent again and again grows old, too, but it does not go on as time does.
+        """
+        if not self.aged or self.least_ahead > self.most_ahead:
+            return False
+        goes_on = self.newest - self.first_stamp > (self.last - self.first) / 2 > 0
+        return self.least_ahead > APART or self.most_ahead < -(APART if goes_on else YEAR)
 
     @property
     def alternates(self) -> bool:

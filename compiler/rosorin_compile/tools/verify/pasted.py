@@ -125,7 +125,7 @@ class _TextReader:
         return bool(question or topic)
 
     def _name(self, frame: str) -> str:
-        return self.recording.frame(frame.strip("'\""))
+        return self.recording.tree_frame(frame.strip("'\""))
 
     def _refused(self, line: str, at: int) -> bool:
         waiting, failed = _WAITING.search(line), _FAILED.search(line)
@@ -182,7 +182,7 @@ class _TextReader:
             help = "look whether anything runs, and with the ROS_DOMAIN_ID of the robot"
             self.recording.troubles.append(problem("recording-foreign", f"line {at + 1}", message, help))
             return behind
-        rows = reader(text, self.recording.frame)
+        rows = reader(text, self.recording.tree_frame)
         if rows is None:
             message = f"line {at + 1} begins what view_frames prints, but it is not whole"
             self.recording.troubles.append(problem("text-not-understood", f"line {at + 1}", message, "paste all of it"))
@@ -462,15 +462,18 @@ class TopicText:
             self._robot(message["data"])
         elif isinstance(message.get("header"), dict):
             stamp = _stamp(message["header"])
-            frame = self.recording.frame(str(message["header"].get("frame_id", "")))
+            name = str(message["header"].get("frame_id", ""))
+            frame = self.recording.frame(name)
             key = (topic or "the message", "", frame)
+            if name.startswith("/"):
+                self.batch.slashed[key[0], frame] = self.batch.slashed.get((key[0], frame), 0) + 1
             self.batch.headers.setdefault(key, []).append((stamp, stamp))
         return ""
 
     def _transform(self, topic: str, entry: dict[str, Any]) -> None:
         stamp = _stamp(entry["header"])
-        parent = self.recording.frame(str(entry["header"]["frame_id"]))
-        child = self.recording.frame(str(entry["child_frame_id"]))
+        parent = self.recording.tree_frame(str(entry["header"]["frame_id"]))
+        child = self.recording.tree_frame(str(entry["child_frame_id"]))
         moved, turned = entry["transform"]["translation"], entry["transform"]["rotation"]
         xyz = [float(moved[axis]) for axis in "xyz"]
         quaternion = [float(turned[axis]) for axis in "xyzw"]

@@ -14,14 +14,15 @@ import numpy as np
 
 from ...diagnostics import Diagnostic
 from ...model.geometry import Rows, Vector
-from .arrays import SECOND, Samples, Times
+from .arrays import NO_SAMPLES, SECOND, Samples, Times
 from .expected import Description, Expected
 from .joints import JointLog
 from .pace import Gap, Pace
-from .series import Series
+from .series import Series, unlike
 
 MAX_EDGES = 4000
 MAX_SENSORS = 500
+MAX_DROPPED = 20
 MAX_DESCRIPTIONS = 4
 
 
@@ -77,6 +78,7 @@ class Batch:
 
     edges: dict[EdgeKey, list[tuple[np.ndarray, Samples]]] = field(default_factory=dict)  # order of arrival, samples
     headers: dict[tuple[str, str, str], list[tuple[int, int]]] = field(default_factory=dict)
+    slashed: dict[tuple[str, str], int] = field(default_factory=dict)  # topic, frame: messages with "/" before it
 
     def add_edge(self, key: EdgeKey, order: np.ndarray, samples: Samples) -> None:
         """Take samples of an edge with their places in the order of arrival."""
@@ -106,6 +108,8 @@ class Recording:
         self.rows: list[FrameRow] = []
         self.refused: list[Refused] = []
         self.too_many = False
+        self.dropped: dict[EdgeKey, int] = {}  # transforms that tf2 drops: from a frame to itself, or without a name
+        self.tree_frames: set[str] = set()  # as they were recorded
         self._came: int | None = None
 
     def frame(self, name: str) -> str:
@@ -119,16 +123,26 @@ class Recording:
             return f"{name} without {prefix}"
         return name.removeprefix(prefix) if prefix else name
 
+    def tree_frame(self, name: str) -> str:
+        """Return the recorded name of a frame of a transform as the description has it, and remember it."""
+        if len(self.tree_frames) < 2 * MAX_EDGES:
+            self.tree_frames.add(name.removeprefix("/"))
+        return self.frame(name)
+
     def of_another(self, frame: str) -> bool:
         """Whether a frame has the prefix of another robot of a fleet."""
         own = frame.rpartition("/")[2]
         fleet = bool(self.description.options.prefix) and "/" in frame and " " not in frame
         return fleet and (own in self.description.frames or own in self.description.robot.link)
 
-    def expected(self, parent: str, child: str) -> Expected | None:
-        """Return the described edge into a frame, that from this parent if there are several."""
+    def expected(
+        self, parent: str, child: str, still: bool | None = None, samples: Samples = NO_SAMPLES
+    ) -> Expected | None:
+        """Return the described edge into a frame; of several, as modes make them, the one that is most like this."""
         edges = self.description.by_child.get(child, ())
-        return next((edge for edge in edges if edge.parent == parent), edges[0] if edges else None)
+        if len(edges) < 2:
+            return edges[0] if edges else None
+        return min(edges, key=lambda edge: (edge.parent != parent, edge.moving is still, unlike(edge, samples)))
 
     def span(self, first: int, last: int) -> None:
         """Take note of a time (ns) from which on, and one until which, there were messages."""
@@ -161,14 +175,22 @@ class Recording:
         for series in self.series.values():
             series.begin_batch()
         for key, parts in batch.edges.items():
-            edge = None if self.of_another(key[2]) else self._series(key)
+            if key[1] == key[2] or not all(key[1:]):
+                if key in self.dropped or len(self.dropped) < MAX_DROPPED:
+                    self.dropped[key] = self.dropped.get(key, 0) + sum(len(samples.stamp) for _, samples in parts)
+                continue
+            samples = _in_order(parts)
+            edge = None if self.of_another(key[2]) else self._series(key, samples)
             if edge is not None:
-                edge.add(_in_order(parts), start)
+                edge.add(samples, start)
         for series in self.series.values():
             series.compare(self.joints, last=False)
         for (topic, kind, frame), times in batch.headers.items():
             if not self.of_another(frame):
                 self._headers(topic, kind, frame, times)
+        for (topic, frame), count in batch.slashed.items():
+            if topic in self.sensors and frame in self.sensors[topic].frames:
+                self.sensors[topic].frames[frame].slashed += count
 
     def finish(self) -> None:
         """Compare what still waits for a joint state."""
@@ -179,14 +201,14 @@ class Recording:
             for use in log.frames.values():
                 use.pace.aged = self.timed
 
-    def _series(self, key: EdgeKey) -> Series | None:
+    def _series(self, key: EdgeKey, samples: Samples) -> Series | None:
         series = self.series.get(key)
         if series is None:
             if len(self.series) >= MAX_EDGES:
                 self.too_many = True
                 return None
             still, parent, child = key
-            edge = self.expected(parent, child)
+            edge = self.expected(parent, child, still, samples)
             series = self.series[key] = Series(parent, child, still, edge, self.description)
             series.pace.aged = self.timed
             if child not in self.parents or (edge is not None and edge.parent == parent):
@@ -292,6 +314,7 @@ class FrameUse:
 
     frame: str
     pace: Pace = field(default_factory=Pace)
+    slashed: int = 0  # messages that name it with "/" before it
     early: int = 0  # messages that came before the frame was in the tree
     last_early: int = 0
     ready: int | None = None  # when it was in the tree

@@ -268,3 +268,12 @@ def reference(edge: Expected | None) -> Still | Moving | None:
     if edge.moving:
         return Moving(edge, edge.transform, edge.joint) if edge.joint is not None and edge.joint.moves else None
     return Still(edge, edge.transform)
+
+
+def unlike(edge: Expected, samples: Samples) -> float:
+    """Return how unlike the first of some samples is to an edge: 0 if it fits, 1 if the edge has no value, or more."""
+    made = reference(edge)
+    if not isinstance(made, Still) or not len(samples.stamp):
+        return 1.0
+    deviation = made.deviation(samples.where(slice(0, 1)))
+    return 2.0 + float(deviation.metres[0]) + float(deviation.radians[0]) if deviation.wrong[0] else 0.0

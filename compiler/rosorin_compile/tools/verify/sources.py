@@ -9,9 +9,11 @@ import numpy as np
 
 from ...formats import Artifact
 from ...model import Robot
-from .bags import Progress, Unreadable, read
+from . import cut_bags, metadata
+from .bags import Progress, read
 from .expected import Description, Options
 from .judge import Verdict, judge
+from .metadata import Unreadable
 from .pasted import read_text
 from .recording import Recording
 
@@ -75,12 +77,20 @@ def _named(path: Path, head: bytes) -> Path:
 
 
 def _parts(folder: Path) -> list[Path]:
-    """Return what is to be read of a folder: itself, or its files where metadata.yaml is missing. Raises Unreadable."""
-    if (folder / "metadata.yaml").is_file():
-        return [folder]
+    """Return what is to be read of a folder: its files, or itself where they are compressed. Raises Unreadable.
+
+    Where a file is cut, or metadata.yaml is missing, that is all files there are. What is no regular file is none.
+    """
     files = sorted(path for path in folder.iterdir() if path.suffix in _FORMS and path.is_file())
+    if (folder / metadata.FILE).is_file() and not any(map(cut_bags.is_cut, files)):
+        said = metadata.read_metadata(folder)
+        if said.packed or any(path.suffix not in _FORMS for path in said.files):
+            return [folder]
+        files = list(said.files)
     if files:
-        return [_named(path, _head(path)) for path in files]
+        heads = [(path, _head(path)) for path in files]
+        # The recorder had just begun the last one; if there is nothing else, that is the finding.
+        return [_named(path, head) for path, head in heads if head] or [_named(*heads[0])]
     inner = sorted(path.parent.name for path in folder.glob("*/metadata.yaml"))
     if inner:
         raise Unreadable(f"{folder} holds several recordings: {', '.join(inner[:5])}", "name one of them")

@@ -102,6 +102,8 @@ def understand(
             diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
+    if not has_errors(diagnostics):  # else what is wrong may be the use
+        diagnostics += expanded.unused
     diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)
     return Understood(expanded, lowered, arrange(diagnostics))
 

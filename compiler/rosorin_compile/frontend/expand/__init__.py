@@ -20,6 +20,7 @@ from ...diagnostics import Diagnostic, did_you_mean, error
 from ...project import data_folder, shown
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
+from .declared import check_names, unused
 from .files import Reader, table_loader
 from .forms import ENTRIES, SECTIONS, check_controls
 from .ledger import Failed, Ledger
@@ -40,12 +41,14 @@ class Expanded(NamedTuple):
     """The plain tree (None if it could not be made), what is wrong, and the files that were read.
 
     ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
+    ``unused`` is what is declared in vain: worth saying once nothing is wrong.
     """
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     files: tuple[Path, ...]
     scope: Scope | None = None
+    unused: tuple[Diagnostic, ...] = ()
 
 
 def expand(
@@ -82,7 +85,9 @@ def expand(
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)
-    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope)
+    check_names(root, scope)
+    idle = unused(root, reader, scope) if tree is not None else []
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope, tuple(idle))
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:

@@ -151,5 +151,5 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     close = nearest(word, names)
     if close:
         alike = not (word + close).isascii() and look(word) == look(close)
-        return f'did you mean "{close}"?' + (f" this one differs in {difference(word, close)}" if alike else "")
+        return f'did you mean "{close}"?' + (f" the two differ in {difference(word, close)}" if alike else "")
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""

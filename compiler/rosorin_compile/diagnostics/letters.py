@@ -90,15 +90,15 @@ def difference(name: str, other: str) -> str:
     """
     from unicodedata import normalize
 
-    for one, another, whose in ((name, other, ""), (other, name, "the other one's ")):
+    for one, another in ((name, other), (other, name)):
         if unseen(one) and unseen(one) not in another:
-            return f"{whose}{in_words(unseen(one))}, which nobody sees"
+            return f"{in_words(unseen(one))}, which nobody sees"
     if normalize("NFC", name) == normalize("NFC", other):
-        return "its Unicode form, NFC or NFD,"
+        return "its Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():
         return "upper and lower case"
-    for one, another, whose in ((name, other, ""), (other, name, "the other one's ")):
+    for one, another in ((name, other), (other, name)):
         strange = [letter for letter in one if letter not in another and not letter.isascii()]
         if strange:
-            return f"{whose}{in_words(strange[0])}"
+            return in_words(strange[0])
     return "letters that look alike"

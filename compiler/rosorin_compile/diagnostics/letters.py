@@ -94,7 +94,7 @@ def difference(name: str, other: str) -> str:
         if unseen(one) and unseen(one) not in another:
             return f"{in_words(unseen(one))}, which nobody sees"
     if normalize("NFC", name) == normalize("NFC", other):
-        return "its Unicode form (NFC, NFD)"
+        return "the Unicode form (NFC, NFD)"
     if name.casefold() == other.casefold():
         return "upper and lower case"
     for one, another in ((name, other), (other, name)):

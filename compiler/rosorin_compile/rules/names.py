@@ -142,6 +142,6 @@ def _slashes(case: Case, group: list[Name]) -> Iterator[Diagnostic]:
         else:
             also = ", a frame that there is already" if bare in taken else ""
             message = f'the frame "{one.name}" begins with "/": tf2 publishes it as "{bare}"{also}, and refuses to look'
-            message += f' up "{one.name}", the frame of messages that are stamped so'
+            message += f' up "{one.name}"'
         help = f'write "{bare}"' if bare else "give it a name"
         yield case.problem("leading-slash", message, one.path, help, severity=WARNING, key=one.key)

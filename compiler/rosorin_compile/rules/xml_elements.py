@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Sequence
+from functools import lru_cache
 from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic, Related, nearest
@@ -179,9 +180,15 @@ def _mentions(element: Found, path: Path) -> Iterator[Mention]:
         if _is_name(element.text):
             yield Mention(element.text, JOINT, 'the param "mimic" in <ros2_control>', element.line, path)
         return
-    kind = next((kind for form, kind in _TEXTS if form.fullmatch(tag)), "")
+    kind = _kind_of_text(tag) if element.text else ""
     if kind and _is_name(element.text):
         yield Mention(element.text, kind, f"the text of <{tag}> in <{top}>", element.line, path, sure=False)
+
+
+@lru_cache(maxsize=2_000)
+def _kind_of_text(tag: str) -> str:
+    """Return what the text of an element of this tag names: a link, a joint, or neither."""
+    return next((kind for form, kind in _TEXTS if form.fullmatch(tag)), "")
 
 
 def _named(element: Found) -> Iterator[tuple[str, str]]:

@@ -55,6 +55,9 @@ def names(case: Case) -> Iterator[Name]:
     for section, kind in _SECTIONS.items():
         for name in case.tree.get(section) or ():
             yield Name(name, kind, (section, name), True)
+    for name, entry in (case.tree.get("publishers") or {}).items():
+        if entry and "node" in entry:
+            yield Name(entry["node"], "node", ("publishers", name, "node"), False)
     yield Name(case.robot.name, "robot", ("robot",), False)
 
 

@@ -24,7 +24,7 @@ AFTER = "materials"
 LINK, JOINT, EITHER = "link", "joint", "link or joint"
 
 # What has none of these words names no link and no joint.
-_WORDS = re.compile("link|joint|reference|mimic", re.IGNORECASE)
+_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body")
 # Elements whose <link name> and <joint name> are links and joints of the robot: those of an SRDF and of ros2_control.
 _REFERRING = (
     *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
@@ -96,7 +96,7 @@ def known(case: Case) -> Iterator[Diagnostic]:
     own: set[str] = set()
     for path, kept in _kept(case):
         for index, text in enumerate(kept):
-            if _WORDS.search(text):
+            if any(word in text for word in _WORDS):
                 for element in found_in(text):
                     own.update(_defined(element))
                     for mention in _mentions(element, (*path, "urdf_elements", index)):

@@ -109,6 +109,8 @@ def understand(
             diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
+    if not has_errors(diagnostics):  # else what is wrong may be the use
+        diagnostics += expanded.unused
     left = settled(expanded.tree, diagnostics, acceptable())
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 

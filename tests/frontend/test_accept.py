@@ -50,6 +50,8 @@ CASES = {
         '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/>',
     ),
     "inertia-triangle": ({"arm": "inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 9}}"}, "arm", 'izz="9"'),
+    "invisible-letter": ({}, "ha\u200bnd", '<link name="ha\u200bnd">'),
+    "leading-slash": ({}, "/hand", '<link name="/hand">'),
     "length-looks-like-millimetres": (
         {"shoulder": f"type: revolute, axis: [0, 0, 1], xyz: [0, 0, 90], {LIMIT}"},
         "shoulder",
@@ -101,6 +103,7 @@ CASES = {
         "wrist",
         'offset="0.5"',
     ),
+    "names-look-alike": ({}, "Arm", '<link name="Arm">'),
     "optical-frame": ({"hand": BODY, "wrist": "type: fixed"}, "hand_optical", "hand_optical"),
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
     "shape-size": (
@@ -127,6 +130,8 @@ def written(rule: str, accept: bool) -> str:
             "joints:\n",
             "joints:\n  z: {type: revolute, mimic: {joint: shoulder}, " + LIMIT + ", parent: hand, child: more}\n",
         )
+    if rule in ("invisible-letter", "leading-slash", "names-look-alike"):
+        text = text.replace("hand: {", f'"{name}": {{').replace("child: hand}", f'child: "{name}"}}')
     if rule == "optical-frame":
         text = text.replace("hand: {", "hand_optical: {").replace("child: hand}", "child: hand_optical}")
     if rule == "owns-world-frame":

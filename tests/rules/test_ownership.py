@@ -313,7 +313,8 @@ def test_launch_file_starts_the_publishers_of_a_mode(tmp_path, modes, names):
 def test_turn_that_always_holds_is_started(tmp_path):
     """An entry without a condition, and one whose condition names no mode."""
     text = (
-        TURNS.split("  camera:")[0].split("    publisher:")[0]
+        "robot: turner\nlinks:"
+        + TURNS.split("\nlinks:")[1].split("  camera:")[0].split("    publisher:")[0]
         + """
     publisher: [{by: {static_transform_publisher: tf_laser}}]
   camera:
@@ -420,6 +421,7 @@ outputs: {static_tf_json: {file: a.json}, frames: {file: frames.md}, urdf: {file
         "[{by: {static_transform_publisher: tf_laser}, when: not simulated}, {by: bridge, when: simulated}]",
         "{static_transform_publisher: tf_laser}",
     )
+    plain = plain.replace("modes: {simulated: it is}\npublishers: {bridge: {}}\n", "")
     assert '"name": "left_tf_laser"' in made(tmp_path, plain)["static_tf_json"]
 
 

@@ -15,6 +15,7 @@ from collections.abc import Iterable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from .letters import difference, look
 from .wording import and_more, first_of, plural
 
 ERROR = "error"
@@ -135,6 +136,9 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
     import difflib
 
     names = sorted(known) if len(word) > 1 else []  # everything is like a single letter
+    if not word.isascii():
+        alike = [name for name in names if look(name) == look(word)]
+        names = alike or names
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
     close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
@@ -146,5 +150,6 @@ def did_you_mean(word: str, known: Iterable[str]) -> str:
     names = sorted(known)
     close = nearest(word, names)
     if close:
-        return f'did you mean "{close}"?'
+        alike = not (word + close).isascii() and look(word) == look(close)
+        return f'did you mean "{close}"?' + (f" the two differ in {difference(word, close)}" if alike else "")
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""

@@ -6,7 +6,8 @@ from collections.abc import Iterable, Iterator
 
 from ..diagnostics import Diagnostic, nearest
 from ..diagnostics.registry import JOINTS, rule
-from ..diagnostics.wording import quoted
+from ..diagnostics.wording import listed, quoted
+from ..frontend.lower import owner_of_frame
 from ..frontend.tree import Path
 from ..model import Joint, Robot
 from .case import Case, suggest
@@ -92,8 +93,13 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         count = "two" if len(joints) == 2 else str(len(joints))
         message = f'link "{child}" is the child of {count} joints, {names}: a link has one parent'
         *first, last = joints
-        related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
         path, help = case.end(last, "child"), "correct one child, or remove a joint"
+        ends = [case.end(joint, "child") for joint in joints]
+        if any(end[0] == "sensors" for end in ends):
+            message = f'the frame "{child}" is said {"twice" if len(ends) == 2 else f"{count} times"}: by '
+            message += listed(map(owner_of_frame, ends))
+            help = "give each a frame of its own"
+        related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
         yield case.problem("two-parents", message, path, help, related=related)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from ..diagnostics import NOTE, Diagnostic
+from ..diagnostics import NOTE, WARNING, Diagnostic, nearest
 from ..diagnostics.registry import NUMBERS, rule
 from ..diagnostics.wording import quoted
 from ..frontend.tree import Path
@@ -13,6 +13,8 @@ from ..model import Material
 from .case import Case, number
 
 AFTER = "values"
+
+MAX_RELATED = 3
 
 
 class _Defined(NamedTuple):
@@ -42,17 +44,26 @@ def once(case: Case) -> Iterator[Diagnostic]:
 
 @rule(
     "unknown-material",
-    "A note: a visual is of a material that nothing describes.",
-    "Add it to `materials`, if readers do not know it.",
+    "A note: a visual is of a material that nothing describes. As a warning: its name is nearly that of one that is "
+    "described.",
+    "Correct the name, or add it to `materials`, if readers do not know it.",
     NUMBERS,
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names of materials that nothing says the look of: legal, but seldom meant."""
     unknown: dict[str, list[Path]] = {}
+    described = case.robot.material
     for link in case.robot.links:
         for index, visual in enumerate(link.visual):
-            if visual.material and visual.material not in case.robot.material:
+            if visual.material and visual.material not in described:
                 unknown.setdefault(visual.material, []).append(case.link(link.name, "visual", index, "material"))
+    for name in list(unknown):
+        close = nearest(name, described)
+        if close:
+            path, *others = unknown.pop(name)
+            related = [case.related("also of it", other) for other in others[:MAX_RELATED]]
+            message, help = f'there is no material "{name}"', f'did you mean "{close}"?'
+            yield case.problem("unknown-material", message, path, help, related=related, severity=WARNING)
     if unknown:
         names = list(unknown)
         what = (

@@ -10,7 +10,7 @@ from ..diagnostics.registry import FRAMES, rule
 from ..frontend.tree import Path
 from . import conditions
 from .case import Case, exists, suggest
-from .tf_tree import Step, active_in, is_tree, legal_steps
+from .tf_tree import Step, active_in, is_tree, legal_steps, silences
 
 AFTER = "tf_tree"
 
@@ -47,12 +47,14 @@ def stamps(case: Case) -> Iterator[Stamp]:
 def known(case: Case) -> Iterator[Diagnostic]:
     """Frames in the headers of messages that do not exist, or that tf2 does not know, always or in some mode.
 
-    A frame that somebody publishes in another mode is a gap, which is said.
+    A frame that somebody publishes in another mode is a gap, which is said; but not where the description has nobody
+    publish it in that mode.
     """
     robot = case.robot
     frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    published = legal_steps(case)
-    modes = conditions.modes_in(robot, [step.edge.when for step in published if step.edge])
+    published, silent = legal_steps(case), silences(case)
+    whens = [step.edge.when for step in (*published, *silent) if step.edge]
+    modes = conditions.modes_in(robot, whens)
     whole = is_tree(case) and len(modes) <= conditions.MAX_MODES
     told: set[str] = set()
     for stamp in stamps(case):
@@ -61,31 +63,38 @@ def known(case: Case) -> Iterator[Diagnostic]:
             help = suggest(stamp.frame, frames, "name a frame of the robot")
             yield case.problem("unknown-frame-id", message, stamp.path, help)
         elif whole and stamp.frame not in told and len(frames) > 1:
-            missing = _missing(stamp.frame, conditions.combinations(modes), published)
-            if missing is not None and not (missing and stamp.frame in {step.child for step in published}):
+            absent = _absent(stamp.frame, conditions.combinations(modes), published)
+            if absent and stamp.frame in {step.child for step in published}:
+                none = [step for step in silent if step.child == stamp.frame]
+                absent = [one for one in absent if active_in(none, one)]
+            if absent:
                 told.add(stamp.frame)
-                yield _not_on_tf(case, stamp, conditions.in_words(missing))
+                always = len(absent) == 2 ** len(modes)
+                yield _not_on_tf(case, stamp, {} if always else absent[0], silent)
 
 
-def _missing(
+def _absent(
     frame: str, combinations: Iterable[conditions.Combination], published: list[Step]
-) -> conditions.Combination | None:
-    """Return the first combination of modes in which no transform has a frame; {} if none has it in any."""
-    absent: conditions.Combination | None = None
-    always = True
-    for combination in combinations:
-        there = any(frame in (step.parent, step.child) for step in active_in(published, combination))
-        always = always and not there
-        if not there and absent is None:
-            absent = combination
-    return {} if always else absent
+) -> list[conditions.Combination]:
+    """Return the combinations of modes in which no transform has a frame."""
+    return [
+        combination
+        for combination in combinations
+        if not any(frame in (step.parent, step.child) for step in active_in(published, combination))
+    ]
 
 
-def _not_on_tf(case: Case, stamp: Stamp, when: str) -> Diagnostic:
+def _not_on_tf(case: Case, stamp: Stamp, missing: conditions.Combination, silent: list[Step]) -> Diagnostic:
+    """Return what is said of a frame that is not there in a combination of modes; {} is always."""
+    when = conditions.in_words(missing)
     message = f'tf2 does not know the frame "{stamp.frame}"{when}, which {stamp.who} stamps its messages with'
     joint = case.robot.joint_to.get(stamp.frame)
     related = []
     if joint is not None and not when:
         related = [case.related(f'nobody publishes joint "{joint.name}"', case.publisher(joint))]
-    help = "say who publishes it" + ("" if stamp.said else ", or what the messages are stamped with: stamps: [FRAME]")
+    elif when:
+        none = [step for step in active_in(silent, missing) if step.child == stamp.frame]
+        related = [case.related("nobody publishes it then, it says here", step.path) for step in none]
+    help = "say who publishes it" + (" then" if related and when else "")
+    help += "" if stamp.said else ", or what the messages are stamped with: stamps: [FRAME]"
     return case.problem("unknown-frame-id", message, stamp.path, help, related=related, severity=WARNING)

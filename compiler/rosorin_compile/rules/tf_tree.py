@@ -41,6 +41,13 @@ def legal_steps(case: Case) -> list[Step]:
     return [step for step in steps(case) if step.edge is None or conditions.is_legal(case, step.edge)]
 
 
+def silences(case: Case) -> list[Step]:
+    """Return the transforms that nobody is to publish in some combination of modes, as their joints say."""
+    silent = [(index, edge) for index, edge in enumerate(case.robot.edges) if edge.publisher.kind == UNPUBLISHED]
+    legal = [(index, edge) for index, edge in silent if edge.joint and conditions.is_legal(case, edge)]
+    return [Step(edge.parent, edge.child, case.edge(index, "parent"), edge) for index, edge in legal]
+
+
 @Check
 def known_frames(case: Case) -> Iterator[Diagnostic]:
     """Edges that hang neither on a link nor over one: one of their names is not what was meant."""
@@ -211,8 +218,8 @@ def one_tree(case: Case) -> Iterator[Diagnostic]:
 @Check
 def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     """Links that are cut off in some combination of modes alone, because a frame changes its parent there."""
-    published = legal_steps(case)
-    modes = conditions.modes_in(case.robot, [step.edge.when for step in published if step.edge])
+    published, silent = legal_steps(case), silences(case)
+    modes = conditions.modes_in(case.robot, [step.edge.when for step in (*published, *silent) if step.edge])
     if not is_tree(case) or not modes:
         return
     if len(modes) > conditions.MAX_MODES:
@@ -223,13 +230,14 @@ def one_tree_in_modes(case: Case) -> Iterator[Diagnostic]:
     for combination in conditions.combinations(modes):
         active = active_in(published, combination)
         reached = {step.child for step in active}
+        # A frame that somebody publishes in another mode is a gap, which is said, unless nobody is to do it here.
+        gaps = claimed - {step.child for step in active_in(silent, combination)}
         parts = _with_links(active, links)
         for whole in _with_links(published, links):
             inside = sorted((piece for piece in parts if piece <= whole), key=lambda piece: -len(piece & links))
             for piece in inside[1:]:
                 tops = piece - reached
-                # A frame that somebody publishes in another mode is a gap, which is said; without a top it is a circle.
-                if tops and not tops & claimed:
+                if tops and not tops & gaps:  # without a top it is a circle
                     yield _cut_off(case, published, piece, tops, combination)
                     return
 
@@ -261,8 +269,13 @@ def _cut_off(
         f"{quoted(names)} would be cut off from the rest of the running robot{conditions.in_words(combination)}:"
         f" {lost.parent} -> {lost.child} is not published then"
     )
+    stamps = [(sensor.name, frame) for sensor in case.robot.sensors for frame in sensor.stamps if frame in piece]
+    related = [
+        case.related(f'sensor "{name}" stamps its messages with "{frame}"', ("sensors", name), key=True)
+        for name, frame in stamps
+    ]
     help = f'say who publishes "{sorted(tops)[0]}", or keep that transform in every mode'
-    return case.problem("split-tf", message, lost.path, help, severity=WARNING)
+    return case.problem("split-tf", message, lost.path, help, related=related, severity=WARNING)
 
 
 def is_tree(case: Case) -> bool:

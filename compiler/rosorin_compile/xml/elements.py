@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 from xml.parsers import expat
 
 if TYPE_CHECKING:
@@ -104,6 +104,42 @@ def damage(text: str) -> str:
     except UnicodeEncodeError:
         return "a character that no file can hold"
     return reader.wrong or ("" if reader.elements else "there is no element")
+
+
+class Found(NamedTuple):
+    """An element of a text: the tags that lead to it, its own last; its attributes, its own text, its line from 1."""
+
+    tags: tuple[str, ...]
+    attributes: dict[str, str]
+    text: str
+    line: int
+
+
+def found_in(text: str) -> list[Found]:
+    """Return every element of a text of elements, in the order of their ends; none of one that is no XML."""
+    found: list[Found] = []
+    open_ones: list[tuple[str, dict[str, str], list[str], int]] = []
+    parser = new_parser()
+
+    def start(name: str, attributes: dict[str, str]) -> None:
+        open_ones.append((name, attributes, [], parser.CurrentLineNumber))
+
+    def end(name: str) -> None:  # noqa: ARG001
+        tags = tuple(one[0] for one in open_ones[1:])
+        _, attributes, texts, line = open_ones.pop()
+        found.append(Found(tags, attributes, "".join(texts).strip(), line))
+
+    def data(piece: str) -> None:
+        open_ones[-1][2].append(piece)
+
+    parser.StartElementHandler, parser.EndElementHandler, parser.CharacterDataHandler = start, end, data
+    try:
+        for part in (_TOP, text.encode(), _END):
+            parser.Parse(part, False)
+        parser.Parse(b"", True)
+    except (expat.ExpatError, UnicodeEncodeError):
+        return []
+    return found[:-1]
 
 
 def indented(text: str, indent: str) -> str:

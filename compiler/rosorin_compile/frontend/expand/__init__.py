@@ -20,6 +20,7 @@ from ...diagnostics import Diagnostic, did_you_mean, error
 from ...project import Resolved, data_folder, shown
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
+from .declared import check_names, unused
 from .files import Reader, table_loader
 from .forms import ENTRIES, SECTIONS, check_controls
 from .ledger import Failed, Ledger
@@ -41,6 +42,7 @@ class Expanded(NamedTuple):
 
     ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
     ``resolved`` says where the names of packages led.
+    ``unused`` is what is declared in vain: worth saying once nothing is wrong.
     """
 
     tree: Map | None
@@ -48,6 +50,7 @@ class Expanded(NamedTuple):
     files: tuple[Path, ...]
     scope: Scope | None = None
     resolved: tuple[Resolved, ...] = ()
+    unused: tuple[Diagnostic, ...] = ()
 
 
 def expand(
@@ -84,8 +87,10 @@ def expand(
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)
+    check_names(root, scope)
     led = tuple(dict.fromkeys(reader.resolved))
-    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope, led)
+    idle = unused(root, reader, scope) if tree is not None else []
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope, led, tuple(idle))
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:

@@ -90,6 +90,7 @@ class Reader:
         self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
+        self.offered: list[Any] = []
         self.diagnostics: list[Diagnostic] = []
         self.robots: list[Asked] = []
 
@@ -190,6 +191,7 @@ class Reader:
             place = Place(item.value_spans["args"], item.via)
             self._error("wrong-type", "args of an include map names to values", place, "write args: {NAME: VALUE}")
         elif values is not None:
+            self.offered.append(values)
             for name, value in values.items():
                 self.given.setdefault(name, (value, Place(values.value_spans[name], values.via)))
 

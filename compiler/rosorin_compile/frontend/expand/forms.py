@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from ...diagnostics import did_you_mean
+from ...diagnostics.letters import in_words, unseen
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
 from ..expression import pieces
 from ..expression.functions import kind_of
@@ -79,6 +80,7 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
         if value is not None and not isinstance(value, str):
             _report(f"{owner} {key} is text, not {_kind(value)}", entry, key, scope)
             sound = False
+    sound &= not hides_letters("prefix", entry, scope)
     for key, dimension in _POSE.items():
         sound &= _check_vector(f"{owner} {key}", entry, key, dimension, scope)
     sound &= _check_kind(owner, entry, "with", Map, scope, evaluated=False)
@@ -89,6 +91,16 @@ def check_use(name: str, entry: Map, scope: Scope) -> None:
         sound &= _check_sections(f"content of {owner}", content, scope, evaluated=False)
     if not sound:
         raise Failed
+
+
+def hides_letters(key: str, entry: Map, scope: Scope) -> bool:
+    """Report a letter that nobody sees in what all names of a part or of a robot begin with; say whether one is."""
+    value = entry.get(key)
+    letter = unseen(value) if isinstance(value, str) else ""
+    if letter:
+        message = f'{key} "{value}" has a letter that nobody sees: {in_words(letter)}'
+        scope.report("invisible-letter", message, _place_of(entry, key, scope), "type it anew, without it")
+    return bool(letter)
 
 
 def check_controls(owner: str, tree: Map, sections: Sequence[str], scope: Scope) -> bool:

@@ -22,6 +22,7 @@ from ...project import ROS_PACKAGE, resolved, shown
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked
+from .forms import hides_letters
 from .ledger import Failed
 from .nearby import corrected, outside
 from .parts import sourced
@@ -356,6 +357,8 @@ def check_include(entry: Map, scope: Scope) -> None:
     if isinstance(prefix, str) and not _PREFIX.fullmatch(prefix):
         help = "no markup, no quotes; spaces only within"
         scope.report("bad-name", f'no name can begin with "{prefix}"', place_of(entry, "prefix", scope), help)
+        wrong += 1
+    elif hides_letters("prefix", entry, scope):
         wrong += 1
     for name, folder in (entry.get("packages") or {}).items() if not wrong else ():
         if not isinstance(folder, str):

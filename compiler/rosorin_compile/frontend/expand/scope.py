@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error, nearest
+from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
 from ...units import UNITS
@@ -363,8 +363,8 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
     if problem.unknown.endswith("()"):
         help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
     elif problem.unknown:
-        close, names = nearest(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
-        help = f'did you mean "{close}"?' if close else f"known here: {names}" if names else "name it in let"
+        guess, names = did_you_mean(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
+        help = guess if guess.startswith("did") else f"known here: {names}" if names else "name it in let"
     where = shifted(place, text, piece.offset + 2)
     if "\n" not in piece.text and where.span != place.span:
         indent = len(piece.text) - len(piece.text.lstrip())

@@ -106,6 +106,7 @@ class _Lowering:
     def __init__(self, tree: Map) -> None:
         self.tree = tree
         self.places: dict[tuple[str, str], Path] = {}
+        self.frames: dict[str, tuple[str, Path]] = {}
         self.diagnostics: list[Diagnostic] = []
         self.nodes = {name: node_of(name, entry) for name, entry in self.section("publishers").items()}
         self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
@@ -130,6 +131,20 @@ class _Lowering:
             return
         related = (Related("first defined here", locate(self.tree, taken, key=True).span),)
         self.problem("duplicate-name", f'the {kind} "{name}" is defined twice', path, "rename one", related)
+
+    def place_joint(self, name: str, path: Path, frame: str, said: Path) -> None:
+        """Remember where a joint was given, and where the frame that it leads to; a frame said twice is the cause."""
+        taken = self.frames.setdefault(name, (frame, said))
+        if taken == (frame, said) or taken[0] != frame:
+            self.place("joint", name, path)
+            return
+        first = taken[1]
+        related = (Related("first said here", locate(self.tree, first).span),)
+        message = f'the frame "{frame}" is said twice: by {owner_of_frame(first)} and {owner_of_frame(said)}'
+        help = "give each a frame of its own"
+        if first[0] == "joints":
+            help = f'a sensor brings the joint to its frame along: remove joint "{name}", or name another frame'
+        self.problem("duplicate-name", message, said, help, related)
 
     def robot(self) -> Robot:
         tree = self.tree
@@ -205,7 +220,7 @@ class _Lowering:
 
     def joint(self, name: str, entry: dict[str, Any]) -> Joint:
         path: Path = ("joints", name)
-        self.place("joint", name, path)
+        self.place_joint(name, path, entry["child"], (*path, "child"))
         actuator = entry.get("actuator")
         joint = Joint(
             name=name,
@@ -239,7 +254,7 @@ class _Lowering:
         path: Path = ("sensors", name)
         frame, source = entry["frame"], source_of(entry.get("source"))
         joint = entry.get("joint", f"{frame}_joint")
-        self.place("joint", joint, path)
+        self.place_joint(joint, path, frame, (*path, "frame"))
         by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
         mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
@@ -252,7 +267,7 @@ class _Lowering:
             return made, mounts
         inner = (*path, "optical")
         optical_joint = optical.get("joint", f"{optical['frame']}_joint")
-        self.place("joint", optical_joint, inner)
+        self.place_joint(optical_joint, inner, optical["frame"], (*inner, "frame"))
         pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
         by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
         mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
@@ -296,6 +311,12 @@ class _Lowering:
         backend = entry.get("backend", backend_of(name, entry))
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
         return Output(name, backend, entry["file"], options)
+
+
+def owner_of_frame(path: Path) -> str:
+    """Return in words what says a frame: the path of the name in a joint, a sensor, or the optical frame of one."""
+    what = "joint" if path[0] == "joints" else "sensor"
+    return f'{"the optical frame of " if "optical" in path[2:] else ""}{what} "{path[1]}"'
 
 
 OF_THE_URDF = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)

@@ -9,7 +9,6 @@ from ..diagnostics import MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
-from .validate import not_allowed
 
 RULES = (
     Rule(
@@ -58,6 +57,8 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
         if isinstance(rule, str) and rule not in acceptable:
+            from .complaint import not_allowed
+
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
     return diagnostics
 

@@ -49,7 +49,9 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     known = [name for name, format in case.formats.items() if format.write is not None]
     named = (*path, "backend")
     at, key = (named, False) if exists(case.tree, named) else (path, True)
-    help = did_you_mean(output.backend, known)
+    from ..frontend.misnamed import word_meant
+
+    help = word_meant(output.backend, known, "backend")
     if help.startswith("did"):
         help += f" (known: {', '.join(sorted(known))})"
     elif key:

@@ -255,7 +255,10 @@ class Scope:
         if isinstance(resolved, bool):
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        self.report("wrong-type", f"a condition is true or false, not {what}", place, "compare it: ${n > 0}")
+        from ..meant import flag_meant
+
+        help = flag_meant(resolved) or "compare it: ${n > 0}"
+        self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
 
     def text(self, text: str, span: Span, via: Instance | None) -> Any:

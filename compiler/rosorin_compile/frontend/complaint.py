@@ -50,6 +50,9 @@ RULES = (
 _EXPANDED = ("parts", "sensor_types", "use")
 
 
+_MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
+
+
 class Complaint:
     """One complaint of the validator, told in the words of the description."""
 
@@ -132,6 +135,9 @@ class Complaint:
 
     def _type_help(self, types: list[str], units: list[str], expected: Mapping[str, Any]) -> str:
         """Return the way out for a value of another type than its place asks for."""
+        sign = self._sign() if self.value is None else ""
+        if sign:
+            return f'"{sign}" begins {_MEANING[sign]} here: put the text in quotes'
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
         if "number" in types and isinstance(value, str):
             return number_meant(value, units)
@@ -139,9 +145,17 @@ class Complaint:
             return list_meant(value, key, expected)
         if "object" in types:
             return mapping_meant(value, self.path, expected)
+        if value is None and "number" in types:
+            return "write the number behind the colon, or leave the key out"
         if types == ["boolean"]:
             return flag_meant(value) or "write true or false"
         return text_meant(value, key) if "string" in types else ""
+
+    def _sign(self) -> str:
+        """Return the sign of YAML that an empty value begins with; "" if it has none."""
+        span = locate(self.tree, self.path).span
+        rest = span.source.line(span.line)[span.column - 1 :].lstrip()
+        return rest[:1] if rest[:1] in _MEANING else ""
 
     def _enum(self) -> list[Diagnostic]:
         kind = {"joint": "joint type", "source": "status"}.get(self._kind(), "")
@@ -201,9 +215,7 @@ class Complaint:
         return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
 
 
-def not_allowed(
-    tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = ""
-) -> Diagnostic:
+def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "") -> Diagnostic:
     """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
     names = list(dict.fromkeys(map(str, options)))
     help = word_meant(str(value), names, kind)

@@ -139,6 +139,7 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
         kind, help = _markup(source.text)
         raise LoadError(error("not-a-mapping", f"{shown} is {kind}, not a description", first_line(source), help))
     kind = "empty" if tree is None else "not a mapping"
+    kind = "a list" if isinstance(tree, Seq) else kind
     message = f'{shown} is {kind}; a description is a mapping such as "robot: my_robot"'
     raise LoadError(error("not-a-mapping", message, first_line(source), "start from docs/tutorial.md"))
 

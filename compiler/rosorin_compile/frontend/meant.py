@@ -129,7 +129,7 @@ def _of_unit(found: re.Match[str], wanted: Sequence[str]) -> str:
         return ""
     meant = unit_meant(rest, wanted)
     if meant:
-        return f'there is no unit "{rest}"; write {number} {meant}'
+        return f'there is no unit "{rest}"; write {number} {meant}' if '"' not in rest else f"write {number} {meant}"
     if re.fullmatch(r"[A-Za-z][\w^*/-]*", rest):
         return f'there is no unit "{rest}"; {did_you_mean(rest, units_like(wanted))}'
     return ""
@@ -217,7 +217,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
         known = known or (_AXES.get(value.casefold().lstrip("+")) if key == "axis" else None)
         if known:
             return f"write {known}"
-        if items.get("type") == "string" or "$ref" in items and items["$ref"].endswith("/name"):
+        if items.get("type") == "string" or items.get("$ref", "").endswith("/name"):
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
         if value.startswith(("-", "\u2013", "\u2022", "*")):
             return 'an item of a list begins with "- ", with a space'
@@ -233,7 +233,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
 
 
 def _example(key: str, count: int) -> str:
-    known = {"xyz": "[X, Y, Z]", "rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
+    known = {"rpy": "[ROLL, PITCH, YAW]", "rgba": "[RED, GREEN, BLUE, OPACITY]", "axis": "[0, 0, 1]"}
     return known.get(key) or f"[{', '.join('XYZW'[:count] or 'X')}]"
 
 
@@ -242,14 +242,16 @@ def _list_of(value: Map, key: str, items: Mapping[str, Any]) -> str:
     small = {name.casefold(): name for name in value}
     for names in _TURNS:
         if small and set(small) <= set(names):
-            return f"write the numbers alone: [{', '.join(names[:4])}]"
+            given = [_short(value[small[name]]) if name in small else "0" for name in names]
+            return f"write the numbers alone: [{', '.join(given)}]"
     if list(value) == [key] or list(value) == ["xyz"]:
-        return f"write {key}: [...], without another mapping"
+        return f"write {key}: {_short(next(iter(value.values())))}"
     glued = next((name for name in value if name[:1] in "-\u2013\u2022*"), None)
     if glued is not None:
         name = glued.lstrip("-*\u2013\u2022").strip()
         return f'an item of a list begins with "- ", with a space: "- {name}: ..."'
     if items.get("type") != "number":
+        value = value["geometry"] if isinstance(value.get("geometry"), Map) else value
         first = next(iter(value), "")
         return f'its items begin with "- ": write "- {first}: ..."' if first else "write []"
     return ""
@@ -285,7 +287,7 @@ def items_meant(value: Seq, fragment: Mapping[str, Any]) -> str:
     if fragment.get("items", {}).get("type") != "number":
         return ""
     if len(value) == 1 and isinstance(value[0], str) and len(listed := numbers_in(value[0])) > 1:
-        return f"a \",\" stands between its items: [{', '.join(listed)}]"
+        return f'a "," stands between its items: [{", ".join(listed)}]'
     whole = all(type(item) is int for item in value)
     if whole and len(value) == 2 * fragment.get("maxItems", 0):
         pairs = (f"{first}.{second}" for first, second in zip(value[::2], value[1::2], strict=True))
@@ -298,6 +300,9 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
     from .schema import resolve
 
     legal = fragment.get("properties", {})
+    for key in fragment.get("required", ()):
+        if value in resolve(legal.get(key, {})).get("enum", ()):
+            return f"write {path[-1]}: {{{key}: {value}}}"
     if isinstance(value, str) and (told := _entry_in(value, legal or None)):
         return told
     if not legal and isinstance(value, Seq):
@@ -305,9 +310,12 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
     if not legal and isinstance(value, str) and value:
         return f'a ":" is missing: write {value}: ...' if len(value.split()) == 1 else ""
     if value is None:
-        return "what belongs to it is indented below it" if legal else ""
-    kinds = {str: "string", Map: "object", Seq: "array"}
-    kind = kinds.get(type(value), "string" if isinstance(value, str) else "number")
+        return "what belongs to it is indented below it" if legal else "indent its entries below it, or remove it"
+    if not value and not isinstance(value, (int, float)):
+        return "write {} for an empty one"
+    if isinstance(value, Seq) and "lower" in legal and len(value) == 2:
+        return f"write {path[-1]}: {{lower: {_short(value[0])}, upper: {_short(value[1])}, effort: ..., velocity: ...}}"
+    kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
     for key in [*fragment.get("required", ()), *legal]:
         part = resolve(legal[key]) if key in legal else {}
         wanted = part.get("type") or ("string" if "enum" in part else "")

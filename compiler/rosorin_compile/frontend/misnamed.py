@@ -24,6 +24,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
         return told
     close = synonym(key, table, known)
     help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
+    if help.startswith("known") and kind == "pose":
+        return f"joints stand in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
     return f"{help} (legal: {', '.join(sorted(known))})" if help.startswith("did") else help
 
 
@@ -34,7 +36,7 @@ def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:
     glued = re.match(r"\s*([\w.-]+)\s*([:=])\s*(.*)", key, re.DOTALL)
     if glued and glued[1] in known:
         name, sign, value = glued.groups()
-        return f"a space is missing after the \":\": {name}: {value}" if sign == ":" else f"write {name}: {value}"
+        return f'a space is missing after the ":": {name}: {value}' if sign == ":" else f"write {name}: {value}"
     keys = list(entry)
     before = keys[keys.index(key) - 1] if key in entry and keys.index(key) else ""
     if not before:
@@ -75,7 +77,7 @@ def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]
 
     ``fragment`` is that of the entries in the schema. None if it is an entry itself.
     """
-    section = tree[path[0]] if len(path) == 2 else None
+    section = tree[str(path[0])] if len(path) == 2 else None
     legal = fragment.get("properties", {})
     if not isinstance(section, Map) or path[-1] not in legal:
         return None

@@ -1,6 +1,6 @@
 """Synonyms: what URDF, SDF, MJCF and xacro call a thing, and what it is called here.
 
-``KEYS`` has a table for each kind of entry, by its name in ``$defs`` of the schema (``top`` for the description itself);
+``KEYS`` has a table for each kind of entry, by its name in ``$defs`` of the schema (``top`` for the description);
 ``VALUES`` one for each key whose values are words. A name alone is the word to write; a sentence is the way out. Words
 are compared in small letters, without ``_`` and the like.
 """
@@ -56,7 +56,7 @@ _SHAPE = {
 KEYS: dict[str, dict[str, str]] = {
     "top": {
         **_all("link body bodies segments", "links"),
-        **_all("frame frames", "links"),
+        **_all("frame frames", "a frame is an empty link, placed by a joint: links: {NAME: {}}"),
         **_all("joint connections", "joints"),
         **_all("sensor", "sensors"),
         **_all("property properties variable variables var vars constant constants const defines definitions", "let"),
@@ -67,7 +67,7 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("name robotname model modelname", "robot"),
         **_all("version schema schemaversion", "rosorin_compile"),
         **_all("color colors colour colours material", "materials"),
-        **_all("transmission transmissions gazebo plugin plugins ros2control ros2controls xml raw", "urdf_elements"),
+        **_all("transmission transmissions gazebo plugin plugins ros2control ros2controls xml raw", _XML),
         **_all("actuator actuators motor motors", "a joint has an actuator; servos has the calibration of pulses"),
         **_all("statictransforms statictfs transforms transform tf tfs", "joints"),
         **_all("keyframe keyframes groupstate groupstates states configurations", "poses"),
@@ -220,7 +220,7 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("wheel spin spinning endless rolling roller unlimited", "continuous"),
         **_all("weld welded rigid static none glue locked mounted", "fixed"),
         **_all("free 6dof freejoint float base", "floating"),
-        **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints with a link between"),
+        **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints and links"),
     },
     "status": {
         **_all("guessed guess estimated estimate assumed unknown tbd todo placeholder approximate", "stand_in"),

@@ -18,6 +18,7 @@ from ..diagnostics.wording import printable
 _CLOSING = {"[": "]", "{": "}"}
 _COMMENTS = ("//", "/*", "<!--", "--")
 _QUOTE = "put the text in quotes"
+_COLON_IN_TEXT = 'a text with a ":" stands here without quotes'
 _ITEM = re.compile(r"(- +)*")
 _COLON = re.compile(r":(\s|$)")
 
@@ -46,9 +47,7 @@ class Trouble(NamedTuple):
         """The character at that place."""
         return self.text[self.column - 1 : self.column]
 
-    def told(
-        self, message: str, help: str, line: int, column: int, length: int = 1, and_here: str = ""
-    ) -> Diagnostic:
+    def told(self, message: str, help: str, line: int, column: int, length: int = 1, and_here: str = "") -> Diagnostic:
         """Return the diagnostic, with the place where the parser gave up if ``and_here`` says what it is."""
         related = [Related(and_here, Span(self.source, self.line, self.column))] if and_here else []
         return error("yaml-syntax", message, Span(self.source, line, column, max(1, length)), help, related)
@@ -74,7 +73,7 @@ def explained(source: Source, problem: yaml.YAMLError) -> Diagnostic:
 
 
 def _tab(trouble: Trouble) -> Diagnostic | None:
-    """Tabs in the indentation of the line."""
+    """Find tabs in the indentation of the line."""
     blank = trouble.text[: len(trouble.text) - len(trouble.text.lstrip())]
     if "\t" not in blank:
         return None
@@ -83,7 +82,7 @@ def _tab(trouble: Trouble) -> Diagnostic | None:
 
 
 def _expression(trouble: Trouble) -> Diagnostic | None:
-    """An expression without quotes inside brackets."""
+    """Find an expression without quotes inside brackets."""
     if not trouble.before.endswith("$") or trouble.letter != "{":
         return None
     help = 'inside [ ] and { } an expression needs quotes: "${...}"'
@@ -91,7 +90,7 @@ def _expression(trouble: Trouble) -> Diagnostic | None:
 
 
 def _comment_of_others(trouble: Trouble) -> Diagnostic | None:
-    """A comment within brackets as other languages write it."""
+    """Find a comment within brackets as other languages write it."""
     for number in range(trouble.begun[0], trouble.line + 1) if "parsing a flow" in trouble.what else ():
         line = trouble.source.line(number)
         if line.lstrip().startswith(_COMMENTS):
@@ -100,7 +99,7 @@ def _comment_of_others(trouble: Trouble) -> Diagnostic | None:
 
 
 def _quote_open(trouble: Trouble) -> Diagnostic | None:
-    """A quote that is not closed, or closed only by the next quote in a later line."""
+    """Find a quote that is not closed, or closed only by the next quote in a later line."""
     begun = trouble.begun
     if "quoted scalar" not in trouble.what:
         quoted = _quoted_before(trouble)
@@ -131,7 +130,7 @@ def _quoted_before(trouble: Trouble) -> Any:
 
 
 def _after_a_value(trouble: Trouble) -> Diagnostic | None:
-    """Text that goes on where a value has ended: behind a quote or a bracket."""
+    """Find text that goes on where a value has ended: behind a quote or a bracket."""
     before, rest = trouble.before.rstrip(), trouble.text[trouble.column - 1 :].strip()
     if not before.endswith(("'", '"', "]", "}")) or not rest or "did not find expected" not in trouble.what:
         return None
@@ -153,7 +152,7 @@ def _after_a_value(trouble: Trouble) -> Diagnostic | None:
 
 
 def _bracket(trouble: Trouble) -> Diagnostic | None:
-    """A bracket that is not closed, or by the wrong one; a comma or quotes missing within."""
+    """Find a bracket that is not closed, or by the wrong one; a comma or quotes missing within."""
     if "',' or" not in trouble.what:
         return None
     opened = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
@@ -179,8 +178,8 @@ def _comma(trouble: Trouble, closing: str) -> Diagnostic:
         return trouble.told(f'a "," is missing before "{word}"', "add it", trouble.line, column, len(word))
     if trouble.letter == ":" and ": " in text:
         value = text.partition(": ")[2].lstrip()
-        message, help = 'a text with a ":" stands here without quotes', f"{_QUOTE}; if two entries are meant, add a \",\""
-        return trouble.told(message, help, trouble.line, start + 1 + len(text) - len(value), len(value) + 1)
+        help = f'{_QUOTE}; if two entries are meant, add a ","'
+        return trouble.told(_COLON_IN_TEXT, help, trouble.line, start + 1 + len(text) - len(value), len(value) + 1)
     message = f'a "," or the closing "{closing}" is missing here'
     return trouble.told(message, f"add it, or {_QUOTE}", trouble.line, trouble.column)
 
@@ -218,7 +217,7 @@ def _is_closed(source: Source, line: int, column: int) -> bool:
 
 
 def _second_colon(trouble: Trouble) -> Diagnostic | None:
-    """A text with a colon, without quotes, after the key of its line."""
+    """Find a text with a colon, without quotes, after the key of its line."""
     if "mapping values are not allowed" not in trouble.what:
         return None
     found = _COLON.search(trouble.before)
@@ -226,11 +225,11 @@ def _second_colon(trouble: Trouble) -> Diagnostic | None:
         return None
     value = trouble.before[found.end() :]
     column = found.end() + 1 + len(value) - len(value.lstrip())
-    return trouble.told('a text with a ":" stands here without quotes', _QUOTE, trouble.line, column, len(value.strip()))
+    return trouble.told(_COLON_IN_TEXT, _QUOTE, trouble.line, column, len(value.strip()))
 
 
 def _no_colon(trouble: Trouble) -> Diagnostic | None:
-    """A line that should name an entry, or give it a value, and has no colon."""
+    """Find a line that should name an entry, or give it a value, and has no colon."""
     if not trouble.what.endswith(("mapping values are not allowed in this context", "could not find expected ':'")):
         return None
     number = trouble.begun[0] if "simple key" in trouble.what else _line_above(trouble.source, trouble.line)
@@ -266,6 +265,8 @@ def _bare(trouble: Trouble, number: int) -> Diagnostic:
         message = 'a space is missing after the ":"' if is_glued else f'"{sign}" does not give a value: ":" does'
         meant = f"{name}: {value or ''}".strip()
         return trouble.told(message, f"write {printable(meant)}", *at)
+    if len(text.split()) > 3 or text[-1] in ".,;!":
+        return trouble.told('this line is no entry: it has no ":"', 'write NAME: VALUE; a comment begins with "#"', *at)
     name, _, value = text.partition(" ")
     shown = printable(f"{name}: {value.strip()}" if value else f"{name}:")
     return trouble.told('a ":" is missing in this line', f"write {shown}", *at)
@@ -278,7 +279,7 @@ def _comment(trouble: Trouble, line: int, column: int) -> Diagnostic:
 
 
 def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
-    """Entries below a line that has a value already."""
+    """Find entries below a line that has a value already."""
     number = _line_above(trouble.source, trouble.line)
     if "mapping values are not allowed" not in trouble.what or not number:
         return None
@@ -295,17 +296,17 @@ def _value_and_entries(trouble: Trouble) -> Diagnostic | None:
 
 
 def _no_dash(trouble: Trouble) -> Diagnostic | None:
-    """A line among the items of a list that is no item."""
+    """Find a line among the items of a list that is no item."""
     indent = _indent(trouble.text)
     if "'-' indicator" not in trouble.what or indent != trouble.begun[1] - 1:
         return None
     name = _name_of(trouble.text)
-    help = f'write "- {name}: ..." for one more item, or indent it by {_spaces(indent + 2)} if it belongs to the one above'
+    help = f'write "- {name}: ..." for one more item; indent it by {_spaces(indent + 2)} to belong to the one above'
     return trouble.told('this line stands among the items of a list, without "- "', help, trouble.line, indent + 1)
 
 
 def _indentation(trouble: Trouble) -> Diagnostic | None:
-    """A line that is indented as no entry above it is."""
+    """Find a line that is indented as no entry above it is."""
     if "expected key" not in trouble.what and "'-' indicator" not in trouble.what:
         return None
     indent = _indent(trouble.text)
@@ -361,7 +362,7 @@ def _spaces(count: int) -> str:
 
 
 def _beginning(trouble: Trouble) -> Diagnostic | None:
-    """A letter at the beginning of a value that YAML gives a meaning."""
+    """Find a letter at the beginning of a value that YAML gives a meaning."""
     at, what = (trouble.line, trouble.column), trouble.what
     if "cannot start any token" in what:
         return trouble.told(f'no text begins with "{printable(trouble.letter)}"', _QUOTE, *at)

@@ -52,7 +52,7 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     from ..frontend.misnamed import word_meant
 
     help = word_meant(output.backend, known, "backend")
-    if help.startswith("did"):
+    if not help.startswith("known"):
         help += f" (known: {', '.join(sorted(known))})"
     elif key:
         help += "; an artifact of your own names its template"

@@ -149,7 +149,10 @@ def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind:
         from ..misnamed import word_meant
 
         place = Place(tree.key_spans[key], scope.via or tree.via)
-        scope.report("unknown-key", f'{owner} has no key "{key}"', place, word_meant(key, known, kind))
+        help = word_meant(key, known, kind)
+        if kind == "use" and not help.startswith("did"):
+            help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
+        scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
     return not unknown
 
 

@@ -124,6 +124,8 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
             sign = found[0] if len(found[0]) < 3 else found[0][:1]
             return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
     column = max(0, (problem.offset or 1) - 1)
+    if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):
+        return ExpressionError(f"not an expression: {problem.msg}", column, "brackets come in pairs")
     two = re.search(r"[\w)\]] +[\w(]", plain[max(0, column - 2) :])
     help = "two values need an operator between them: * for a product" if two else ""
     return ExpressionError(f"not an expression: {problem.msg}", column, help)

@@ -253,7 +253,8 @@ def _literal(literal: Literal, column: int) -> Code:
         for name in factors:
             with suppress(KeyError):
                 lookup(name)
-                help = f'write the unit as in {value.text.replace("*", " * ").replace("/", " / ")} for the value "{name}"'
+                spaced = value.text.replace("*", " * ").replace("/", " / ")
+                help = f'write {spaced} for the value "{name}", and call it something else for the unit'
                 raise ExpressionError(f'"{name}" in {value.text} is a unit, and a value here', column, help)
         return value
 

@@ -12,9 +12,9 @@ import re
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...diagnostics import did_you_mean
+from ...diagnostics.wording import printable
 from ...units import UNITS, Quantity, parse_quantity
-from .functions import ExpressionError
+from .functions import CONSTANTS, ExpressionError
 
 _NUMBER = r"(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 _FACTOR = r"[A-Za-z]+(?:\^-?\d)?(?![\w(])"
@@ -87,6 +87,7 @@ def _check_neighbours(text: str, start: int, stop: int, unit: str) -> None:
 
 # What other languages write, and what is written here.
 _FOREIGN: tuple[tuple[str, str], ...] = (
+    (r"[\u00a0\u2007\u202f]", "type the space anew: it is none of the keyboard"),
     (r"&&", 'write "and"'),
     (r"\|\|", 'write "or"'),
     (r"\?.*:", "write A if CONDITION else B"),
@@ -103,7 +104,7 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
     (r"\d,\d", "a number has a point, not a comma"),
 )
-_NO_UNIT = re.compile(r"(?<![\w.])([\d.]+) *([A-Za-z]+)")
+_NO_UNIT = re.compile(r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b")
 _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 
 
@@ -112,16 +113,16 @@ def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
     for match in _NO_UNIT.finditer(plain):
         word = match[2]
-        if word not in _WORDS and word not in UNITS:
+        if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
             from ..meant import unit_meant
 
             meant = unit_meant(word, [])
-            help = f"write {match[1]} {meant}" if meant else did_you_mean(word, UNITS)
+            help = f"write {match[1]} {meant}" if meant else "a unit such as mm, kg, deg or N*m; or * for a product"
             return ExpressionError(f'there is no unit "{word}"', match.start(2), help)
     for pattern, help in _FOREIGN:
         found = re.search(pattern, plain)
         if found:
-            sign = found[0] if len(found[0]) < 3 else found[0][:1]
+            sign = printable(found[0] if len(found[0]) < 3 else found[0][:1])
             return ExpressionError(f'"{sign}" has no meaning in an expression', found.start(), help)
     column = max(0, (problem.offset or 1) - 1)
     if "never closed" in str(problem.msg) or "unmatched" in str(problem.msg):

@@ -253,8 +253,8 @@ def _literal(literal: Literal, column: int) -> Code:
         for name in factors:
             with suppress(KeyError):
                 lookup(name)
-                spaced = value.text.replace("*", " * ").replace("/", " / ")
-                help = f'write {spaced} for the value "{name}", and call it something else for the unit'
+                spaced = value.text.replace("*", " * ").replace("/", " / ").replace("^", "**")
+                help = f'call the value something else; or write {spaced} where it is meant'
                 raise ExpressionError(f'"{name}" in {value.text} is a unit, and a value here', column, help)
         return value
 

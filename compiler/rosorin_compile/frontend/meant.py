@@ -203,6 +203,9 @@ _AXES |= {f"-{name}": axis.replace("1", "-1") for name, axis in _AXES.items()}
 _TURNS = (("roll", "pitch", "yaw"), ("r", "p", "y"), ("x", "y", "z"), ("r", "g", "b", "a"))
 
 
+_ITEMS = 'its items stand below it, each with "- " before it'
+
+
 def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
     """Return the way out for what stands where a list belongs, under a key, by its fragment of the schema."""
     count = fragment.get("minItems", 0)
@@ -221,7 +224,7 @@ def list_meant(value: Any, key: str, fragment: Mapping[str, Any]) -> str:
             return f"write [{', '.join(value.replace(',', ' ').split())}]"
         if value.startswith(("-", "\u2013", "\u2022", "*")):
             return 'an item of a list begins with "- ", with a space'
-        return f"write {_example(key, int(count))}" if items.get("type") == "number" else ""
+        return f"write {_example(key, int(count))}" if items.get("type") == "number" else _ITEMS
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         text = value.text if isinstance(value, Quantity) else f"{value:g}"
         if key == "scale":
@@ -242,7 +245,7 @@ def _list_of(value: Map, key: str, items: Mapping[str, Any]) -> str:
     small = {name.casefold(): name for name in value}
     for names in _TURNS:
         if small and set(small) <= set(names):
-            given = [_short(value[small[name]]) if name in small else "0" for name in names]
+            given = [_short(value[small[name]]) if name in small else "01"[name == "a"] for name in names]
             return f"write the numbers alone: [{', '.join(given)}]"
     if list(value) == [key] or list(value) == ["xyz"]:
         return f"write {key}: {_short(next(iter(value.values())))}"

@@ -21,6 +21,7 @@ _IN_SHAPES = 'shapes stand under visual and under collision, each with "- " befo
 _IN_A_SHAPE = "it belongs into the shape: box: {size: ...}, cylinder: {radius: ..., length: ...}, mesh: {file: ...}"
 _SIZE = "write size: [X, Y, Z], the full extents"
 _HALF = "a radius is half of it: radius: ..."
+_FIXED = "each is a joint: {type: fixed, publisher: {static_transform_publisher: NODE_NAME}, ...}"
 _MOMENTS = "write inertia: {ixx: ..., iyy: ..., izz: ..., ixy: ..., ixz: ..., iyz: ...}"
 
 
@@ -69,7 +70,7 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("color colors colour colours material", "materials"),
         **_all("transmission transmissions gazebo plugin plugins ros2control ros2controls xml raw", _XML),
         **_all("actuator actuators motor motors", "a joint has an actuator; servos has the calibration of pulses"),
-        **_all("statictransforms statictfs transforms transform tf tfs", "joints"),
+        **_all("statictransforms statictfs transforms transform tf tfs", _FIXED),
         **_all("keyframe keyframes groupstate groupstates states configurations", "poses"),
         **_all("contact contacts exclude excludes disablecollisions disabledcollisions acm", "disabled_contacts"),
         **_all("output target targets artifacts backends formats generate", "outputs"),

@@ -153,6 +153,9 @@ def _after_a_value(trouble: Trouble) -> Diagnostic | None:
 
 def _bracket(trouble: Trouble) -> Diagnostic | None:
     """Find a bracket that is not closed, or by the wrong one; a comma or quotes missing within."""
+    if "found unexpected ':'" in trouble.what:
+        help = "write a space behind it, and the value: {NAME: VALUE}"
+        return trouble.told('nothing stands behind this ":"', help, trouble.line, trouble.column)
     if "',' or" not in trouble.what:
         return None
     opened = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
@@ -235,23 +238,27 @@ def _no_colon(trouble: Trouble) -> Diagnostic | None:
     number = trouble.begun[0] if "simple key" in trouble.what else _line_above(trouble.source, trouble.line)
     while number and _is_bare(trouble.source.line(number)):
         above = _line_above(trouble.source, number)
-        if not above or not _is_bare(trouble.source.line(above)):
+        if (
+            not above
+            or trouble.source.line(number).lstrip().startswith("- ")
+            or not _is_bare(trouble.source.line(above))
+        ):
             return _bare(trouble, number)
         number = above
     return None
 
 
 def _is_bare(line: str) -> bool:
-    """Say whether a line is a text alone, neither an entry nor the item of a list nor a value in brackets."""
-    text = line.strip()
-    return bool(text) and not _COLON.search(text) and not text.startswith(("- ", "[", "{", "---", "'", '"'))
+    """Say whether a line, or the item that it is, is a text alone: no entry, and no value in brackets or quotes."""
+    text = line[_key_indent(line) :].strip()
+    return bool(text) and not _COLON.search(text) and not text.startswith(("[", "{", "---", "'", '"'))
 
 
 def _bare(trouble: Trouble, number: int) -> Diagnostic:
     """Return what is wrong with a line that is a text alone."""
     line = trouble.source.line(number)
-    text = line.strip()
-    column = len(line) - len(line.lstrip()) + 1
+    column = _key_indent(line) + 1
+    text = line[column - 1 :].strip()
     at = (number, column, len(text))
     if text.startswith(_COMMENTS):
         return _comment(trouble, number, column)
@@ -314,7 +321,10 @@ def _indentation(trouble: Trouble) -> Diagnostic | None:
     if trouble.before.strip() or not trouble.text.strip():
         return None
     if trouble.letter == "-" and indent in levels:
+        lines = (trouble.source.line(number) for number in range(trouble.line - 1, 0, -1))
+        items = [line for line in lines if line.lstrip().startswith("- ") and _indent(line) > indent]
         help = f'indent it under the key whose list it is, or write "NAME:" in place of "- " beside "{levels[indent]}"'
+        help = f"indent it by {_spaces(_indent(items[0]))}, as the item above" if items else help
         return trouble.told("an item of a list stands here among keys", help, trouble.line, trouble.column)
     near = sorted(levels, key=lambda level: (abs(level - indent), level))[:2]
     help = ", or ".join(f'by {_spaces(level)}, beside "{levels[level]}"' for level in near)
@@ -376,7 +386,7 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
     first = trouble.source.line(trouble.begun[0])[trouble.begun[1] - 1 :][:1]
     meanings = {"*": "an alias", "&": "an anchor", ">": "a text of several lines", "|": "a text of several lines"}
     meanings["!"] = "a tag"
-    if first in meanings and what.startswith(("while scanning", "while parsing a node")):
+    if first in meanings and what.startswith(("while scanning", "while parsing a node", "while parsing a tag")):
         help = f'{_QUOTE}; an item of a list begins with "- "' if first == "*" else _QUOTE
         return trouble.told(f'"{first}" begins {meanings[first]} here', help, *trouble.begun)
     if "<document start>" in what:

@@ -150,7 +150,7 @@ def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind:
 
         place = Place(tree.key_spans[key], scope.via or tree.via)
         help = word_meant(key, known, kind)
-        if kind == "use" and not help.startswith("did"):
+        if kind == "use" and help.startswith("known"):
             help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
         scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
     return not unknown

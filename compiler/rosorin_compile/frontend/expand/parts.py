@@ -205,7 +205,8 @@ class Parts:
     def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
         known = parts if isinstance(parts, Map) else Map(place.span)
         if short not in known:
-            help = did_you_mean(short, known)
+            folder = name.removesuffix(short)
+            help = did_you_mean(name, [f"{folder}{part}" for part in known])
             help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
             scope.report("unknown-part", f'there is no part "{name}"', place, help)
             raise Failed

@@ -254,7 +254,7 @@ def _literal(literal: Literal, column: int) -> Code:
             with suppress(KeyError):
                 lookup(name)
                 spaced = value.text.replace("*", " * ").replace("/", " / ").replace("^", "**")
-                help = f'call the value something else; or write {spaced} where it is meant'
+                help = f"call the value something else; or write {spaced} where it is meant"
                 raise ExpressionError(f'"{name}" in {value.text} is a unit, and a value here', column, help)
         return value
 

@@ -146,7 +146,8 @@ def _alike(word: str, names: list[str]) -> list[str]:
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
         first = word[:1].casefold()
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
-        names = names[:MAX_COMPARED]
+        small = word.casefold()
+        names = [name for name in names if name.casefold() == small][:1] or names[:MAX_COMPARED]
     parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # everything is like a single letter
     own = _parts(word)
     plain = {"".join(of): name for name, of in parts.items()}

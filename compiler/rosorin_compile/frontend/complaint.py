@@ -102,8 +102,10 @@ class Complaint:
 
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
-        legal = self._fragment(1).get("properties", {})
-        if any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
+        fragment = self._fragment(1)
+        legal = fragment.get("properties", {})
+        closed = fragment.get("additionalProperties") is False
+        if closed and any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
             return []  # it is there, under a name that is reported
         wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
         meaning = wanted.get("description") or resolve(wanted).get("description", "")

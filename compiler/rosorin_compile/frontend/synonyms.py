@@ -30,7 +30,7 @@ def _all(words: str, meaning: str) -> dict[str, str]:
 
 
 _POSE = {
-    **_all("origin pose transform tf frame placement mount offsetxyz", _XYZ_RPY),
+    **_all("origin pose transform tf placement mount offsetxyz", _XYZ_RPY),
     **_all("position pos translation trans location offset", "xyz"),
     **_all("rotation rot orientation euler eulerangles angles rpydeg", "rpy"),
     **_all("x y z", "write xyz: [X, Y, Z]"),
@@ -50,7 +50,7 @@ _SHAPE = {
     **_all("ball", "sphere"),
     **_all("tube", "cylinder"),
     **_all("stl dae obj", "mesh"),
-    **_all("heightmap hfield heightfield", "height_map"),
+    **_all("hfield heightfield", "height_map"),
     "id": "name",
 }
 
@@ -144,7 +144,7 @@ KEYS: dict[str, dict[str, str]] = {
     },
     "mimic": {
         **_all("ratio multiply gear gearing factor gain scale polycoef", "multiplier"),
-        **_all("leader of master source jointname joint1 follows", "joint"),
+        **_all("leader of master jointname joint1 follows", "joint"),
         **_all("bias", "offset"),
     },
     "dynamics": {
@@ -171,7 +171,7 @@ KEYS: dict[str, dict[str, str]] = {
     },
     "edge": {
         **_POSE,
-        **_all("from frameid parentframe source headerframeid", "parent"),
+        **_all("from frameid parentframe headerframeid", "parent"),
         **_all("to childframe childframeid target frame", "child"),
         **_all("node by broadcaster publishedby", "publisher"),
         **_all("static dynamic isstatic", "moving"),

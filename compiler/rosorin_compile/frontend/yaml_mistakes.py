@@ -379,7 +379,13 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
     if "block sequence entries are not allowed" in what:
         help = "begin it on the next line, or write it in brackets: [a, b]"
         return trouble.told("a list cannot begin behind its key", help, *at)
-    if "expected node content" in what and trouble.letter:
+    if "could not find expected ':'" in what:
+        return trouble.told('a ":" is missing here', "write NAME: VALUE", *trouble.begun)
+    if "scanning a directive" in what:
+        return trouble.told('a line with "%" is for YAML itself', "remove it", *trouble.begun)
+    if "expected node content" in what and not trouble.letter:
+        return _open_at_the_end(trouble)
+    if "expected node content" in what:
         if trouble.letter == ",":
             return trouble.told('nothing stands before this ","', "write the value, or remove the comma", *at)
         return trouble.told(f'this "{trouble.letter}" closes nothing', "remove it, or open it before", *at)
@@ -394,6 +400,16 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
             return trouble.told('a line with "%" is for YAML itself', "remove it", 1, 1)
         return trouble.told("the description has ended before this", "remove it, or the closing bracket above", *at)
     return None
+
+
+def _open_at_the_end(trouble: Trouble) -> Diagnostic | None:
+    """Find the last bracket, of which the file ends before its first value."""
+    text = trouble.source.text
+    last = max(text.rfind(bracket) for bracket in _CLOSING)
+    if last < 0:
+        return None
+    line, column = text.count("\n", 0, last) + 1, last - text.rfind("\n", 0, last)
+    return trouble.told(f'this "{text[last]}" is not closed', f'add "{_CLOSING[text[last]]}"', line, column)
 
 
 _CAUSES: tuple[Callable[[Trouble], Diagnostic | None], ...] = (

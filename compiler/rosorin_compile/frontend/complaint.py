@@ -102,9 +102,8 @@ class Complaint:
 
     def _required(self) -> list[Diagnostic]:
         key = self.kind.property
-        fragment = self._fragment(1)
-        legal = fragment.get("properties", {})
-        closed = fragment.get("additionalProperties") is False
+        legal = self._fragment(1).get("properties", {})
+        closed = self._kind() != "output"  # the keys of those are judged when their format is known
         if closed and any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
             return []  # it is there, under a name that is reported
         wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)

@@ -381,8 +381,8 @@ def _beginning(trouble: Trouble) -> Diagnostic | None:
         return trouble.told("a list cannot begin behind its key", help, *at)
     if "could not find expected ':'" in what:
         return trouble.told('a ":" is missing here', "write NAME: VALUE", *trouble.begun)
-    if "scanning a directive" in what:
-        return trouble.told('a line with "%" is for YAML itself', "remove it", *trouble.begun)
+    if "directive" in what:
+        return trouble.told('a line with "%" is for YAML itself', "remove it", trouble.begun[0], 1)
     if "expected node content" in what and not trouble.letter:
         return _open_at_the_end(trouble)
     if "expected node content" in what:

@@ -260,6 +260,8 @@ class Scope:
         from ..meant import flag_meant
 
         help = flag_meant(resolved) or "compare it: ${n > 0}"
+        if help.startswith("write") and isinstance(value, str) and "$" in value:
+            help = f"{help.replace('write', 'give', 1)} where the value comes from"
         self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
 

@@ -23,8 +23,7 @@ _TOKEN = re.compile(
     r"""'(?:[^'\\]|\\.)*'|"(?:[^"\\]|\\.)*"|[^\W\d]\w*|"""
     rf"(?<![\w.])(?P<number>{_NUMBER})[ ]*(?P<unit>{_FACTOR}(?:[*/]{_FACTOR})*)"
 )
-_OVER = re.compile(rf"(?<![\w.])({_NUMBER})\s*/\s*\Z")
-_WORD = re.compile(r"[A-Za-z]+")
+_OVER = rf"(?<![\w.])({_NUMBER})\s*/\s*\Z"
 
 
 class Literal(NamedTuple):
@@ -56,7 +55,7 @@ def masked(text: str) -> tuple[str, Mapping[tuple[int, int], Literal]]:
         _check_neighbours(text, start, stop, unit)
         line, begin = text.count("\n", 0, start) + 1, text.rfind("\n", 0, start) + 1
         # Python's parser counts bytes.
-        found[line, len(text[begin:start].encode())] = Literal(value, tuple(_WORD.findall(unit)[1:]))
+        found[line, len(text[begin:start].encode())] = Literal(value, tuple(re.findall("[A-Za-z]+", unit)[1:]))
         pieces += [text[end:start], "_" * (stop - start)]
         end = stop
     return "".join([*pieces, text[end:]]), found
@@ -77,7 +76,7 @@ def _check_neighbours(text: str, start: int, stop: int, unit: str) -> None:
     if text[stop:].lstrip().startswith("**"):
         help = f"write {unit}^2 for the power of a unit, ({text[start:stop]})**2 for that of the quantity"
         raise ExpressionError(f'"**" after {text[start:stop]} could be the power of the unit', start, help)
-    quotient = _OVER.search(text[:start])
+    quotient = re.search(_OVER, text[:start])
     if quotient:
         number, whole = quotient[1], text[start:stop]
         divisor = whole.removesuffix(unit).strip()
@@ -104,14 +103,14 @@ _FOREIGN: tuple[tuple[str, str], ...] = (
     (r"(?<![=<>!])=(?!=)", 'compare with "=="; a value is given its name in let'),
     (r"\d,\d", "a number has a point, not a comma"),
 )
-_NO_UNIT = re.compile(r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b")
+_NO_UNIT = r"(?<![\w.])([\d.]+) *([A-Za-z]+)\b"
 _WORDS = frozenset(("and", "or", "not", "if", "else", "for", "in", "is"))
 
 
 def mistake(text: str, problem: SyntaxError) -> ExpressionError:
     """Return why a text is no expression, given what Python's parser says of it."""
     plain = re.sub(r"'[^']*'|\"[^\"]*\"", lambda match: " " * len(match[0]), text)
-    for match in _NO_UNIT.finditer(plain):
+    for match in re.finditer(_NO_UNIT, plain):
         word = match[2]
         if word not in _WORDS and word not in UNITS and word not in CONSTANTS:
             from ..meant import unit_meant

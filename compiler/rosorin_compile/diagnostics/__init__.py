@@ -156,13 +156,13 @@ def _alike(word: str, names: list[str]) -> list[str]:
         return [plain[text]]
     if turned := [name for name, of in parts.items() if of != own and sorted(of) == sorted(own)]:
         return turned[:1]
-    small = {name.casefold(): name for name in parts}
-    if close := difflib.get_close_matches(word.casefold(), small, n=1, cutoff=0.85):
-        return [small[close[0]]]
+    lower = {name.casefold(): name for name in parts}
+    if misspelt := difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.85):
+        return [lower[misspelt[0]]]
     if within := [name for name, of in parts.items() if _holds(of, own) or _holds(own, of)]:
         return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_MEANT]
-    close = difflib.get_close_matches(word.casefold(), small, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
-    return [small[one] for one in close]
+    alike = difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
+    return [lower[one] for one in alike]
 
 
 def _parts(name: str) -> list[str]:

@@ -9,7 +9,16 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import ARGUMENTS, SHAPE, Rule
 from ..diagnostics.wording import counted
 from ..units import Quantity
-from .meant import flag_meant, items_meant, list_meant, mapping_meant, number_meant, numbers_in, text_meant
+from .meant import (
+    flag_meant,
+    inner_number,
+    items_meant,
+    list_meant,
+    mapping_meant,
+    number_meant,
+    numbers_in,
+    text_meant,
+)
 from .misnamed import fallen_out, is_meant, key_meant, word_meant
 from .schema import Steps, resolve, schema_at, subject
 from .tree import Map, Seq, locate
@@ -142,6 +151,8 @@ class Complaint:
         value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
         if "number" in types and isinstance(value, str):
             return number_meant(value, units)
+        if "number" in types and (told := inner_number(value, key)):
+            return told
         if "array" in types:
             return list_meant(value, key, expected)
         if "object" in types:

@@ -99,6 +99,16 @@ def number_meant(text: str, wanted: Sequence[str]) -> str:
     return told or "write a number, a quantity such as 12.5 mm, or an expression ${...}"
 
 
+def inner_number(value: Any, key: str) -> str:
+    """Return the way out for a mapping or a list where a number belongs, under a key."""
+    inner = list(value.values()) if isinstance(value, Map) else list(value) if isinstance(value, Seq) else []
+    if len(inner) != 1:
+        return ""
+    if isinstance(value, Map) and inner[0] is None:
+        return f'write "${{{next(iter(value))}}}" for a named value, in quotes'
+    return f"write {key}: {_short(inner[0])}" if isinstance(inner[0], (int, float)) else ""
+
+
 def _of_signs(text: str, plain: str, wanted: Sequence[str]) -> str:
     """Return the way out for a number with letters that numbers do not have here."""
     if isinstance(text, Text) and _is_number(plain):
@@ -137,9 +147,9 @@ def _of_unit(found: re.Match[str], wanted: Sequence[str]) -> str:
 
 def _of_references(plain: str) -> str:
     """Return the way out for what other languages write for a named value or a calculation."""
-    foreign = re.fullmatch(r"\$\((?:arg|env|optenv|eval)\s+(\w+).*\)|\$(\w+)|\{\{\s*(\w+)\s*\}\}|<(\w+)>", plain)
+    foreign = re.fullmatch(r"(?:\$\(|\$|\{\{?|%\(?|<|@)\s*([A-Za-z_]\w*)\s*(?:\)s?|\}\}?|%|>)?", plain)
     if foreign:
-        name = next(name for name in foreign.groups() if name)
+        name = foreign[1]
         return f'write "${{{name}}}", with {name} under args or let'
     sum_of = plain.replace("math.", "").replace("^", "**").replace("M_PI", "pi")
     inner = re.fullmatch(r"\{(.*)\}", sum_of)
@@ -180,6 +190,8 @@ def _of_words(plain: str, wanted: Sequence[str]) -> str:
         return "a number is missing before the unit"
     if re.fullmatch(r"\d+(:\d+)+", plain):
         return "a number is decimal: 12.5, not 12:30"
+    if plain.isidentifier() and plain.isascii():
+        return f'write a number, or "${{{plain}}}" for a named value'
     return ""
 
 
@@ -314,8 +326,10 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
         return f'a ":" is missing: write {value}: ...' if len(value.split()) == 1 else ""
     if value is None:
         return "what belongs to it is indented below it" if legal else "indent its entries below it, or remove it"
-    if not value and not isinstance(value, (int, float)):
+    if value in ("none", "empty", "nil", "None") or (not value and not isinstance(value, (int, float))):
         return "write {} for an empty one"
+    if isinstance(value, Seq) and legal and all(isinstance(item, Map) and set(item) <= set(legal) for item in value):
+        return 'its keys stand without "- " before them'
     if isinstance(value, Seq) and "lower" in legal and len(value) == 2:
         return f"write {path[-1]}: {{lower: {_short(value[0])}, upper: {_short(value[1])}, effort: ..., velocity: ...}}"
     kind = "string" if isinstance(value, str) else "array" if isinstance(value, Seq) else "number"
@@ -325,7 +339,10 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
         if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in ("urdf_elements", "name"):
             if kind == "array" and part.get("minItems", len(value)) != len(value):
                 continue
-            shown = _short(value)
+            if "enum" in part:
+                continue
+            others = [f"{other}: ..." for other in fragment.get("required", ()) if other != key]
+            shown = ", ".join([_short(value), *others])
             return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
     keys = fragment.get("required") or [key for key in legal if key not in ("source", "urdf_elements")][:4]
     return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
@@ -344,7 +361,10 @@ def _entry_in(value: str, legal: Mapping[str, Any] | None) -> str:
     """Return the way out for a text that is an entry with its colon written wrongly."""
     if value.startswith("<"):
         return "this is XML: write it in YAML, or keep it under urdf_elements"
-    found = re.fullmatch(r"([\w./-]+)\s*([:=])\s*(.*)", value, re.DOTALL)
+    pairs = re.findall(r"([\w.-]+)\s*=\s*\"?([^\s\",=]+)", value)
+    if len(pairs) > 1 and (legal is None or all(name in legal for name, _ in pairs)):
+        return f"write {{{', '.join(f'{name}: {given}' for name, given in pairs)}}}"
+    found = re.fullmatch(r"([\w./-]+)\s*(:=|[:=])\s*(.*)", value, re.DOTALL)
     if found and (legal is None or found[1] in legal):
         return f"write {found[1]}: {found[3]}".strip()
     if legal is not None and value.split(" ")[0] in legal:

@@ -265,7 +265,7 @@ def _bare(trouble: Trouble, number: int) -> Diagnostic:
     if text.startswith("<"):
         help = "write it in YAML, or keep it as text under urdf_elements; a whole URDF is included by its file"
         return trouble.told("this is XML within YAML", help, *at)
-    found = re.match(r"([\w.-]+)\s*([:=\uff1a])\s*(\S.*)?$", text)
+    found = re.match(r"([\w.-]+)\s*(:=|[:=\uff1a])\s*(\S.*)?$", text)
     if found:
         name, sign, value = found.groups()
         is_glued = sign == ":"

@@ -12,11 +12,22 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.diagnostics import Source
-from rosorin_compile.frontend.expression import ExpressionError, evaluate
+from rosorin_compile.frontend.expression import ExpressionError, evaluate, names_in
 from rosorin_compile.frontend.load import LoadError, parse_yaml, plain_scalar
 from rosorin_compile.numbers import exact, fixed, six
 from rosorin_compile.pipeline import compile_robot
-from rosorin_compile.units import ANGLE, INERTIA, LENGTH, MASS, TORQUE, UNITS, Quantity, parse_quantity, parse_unit
+from rosorin_compile.units import (
+    ANGLE,
+    INERTIA,
+    LENGTH,
+    MASS,
+    TORQUE,
+    UNITS,
+    Quantity,
+    dimension_of,
+    parse_quantity,
+    parse_unit,
+)
 
 NAMES = {"radius": 0.05, "side": "left", "length": Quantity(2.0, LENGTH), "offsets": [1, 2, 3]}
 
@@ -137,6 +148,63 @@ def test_quantities_keep_their_dimension() -> None:
     assert float(area) == 0.006
     assert evaluate("length / (4*m)", NAMES.__getitem__) == 0.5
     assert evaluate("length + 1", NAMES.__getitem__).dimension == LENGTH
+
+
+@pytest.mark.parametrize(
+    ("text", "value", "dimension"),
+    [
+        ("30 mm", 0.03, (1, 0, 0, 0)),
+        ("30mm", 0.03, (1, 0, 0, 0)),
+        ("46.62 mm", 0.04662, (1, 0, 0, 0)),
+        ("-90 deg", -math.pi / 2, (0, 0, 0, 1)),
+        ("2 * 30 mm", 0.06, (1, 0, 0, 0)),
+        ("length/2 + 30 mm", 1.03, (1, 0, 0, 0)),
+        ("length / 4 m", 0.5, None),
+        ("2.5 kg*m^2", 2.5, (2, 1, 0, 0)),
+        ("5 N*m*s/rad / 2", 2.5, (2, 1, -1, -1)),
+        ("2 m^2 * 3", 6.0, (2, 0, 0, 0)),
+        ("(2 m)**2", 4.0, (2, 0, 0, 0)),
+        ("9.81 m/s^2", 9.81, (1, 0, -2, 0)),
+        ("30 mm*side_count", 0.06, (1, 0, 0, 0)),
+        ("30 mm*min(2, 3)", 0.06, (1, 0, 0, 0)),
+        ("10 min", 600.0, (0, 0, 1, 0)),
+        ("10 mm if length > 20 cm else 5 mm", 0.01, (1, 0, 0, 0)),
+        ("[1 cm, 2 cm][1]", 0.02, (1, 0, 0, 0)),
+        ("1e-3 km + .5 m", 1.5, (1, 0, 0, 0)),
+        ("(1 cm +\n 2 cm)", 0.03, (1, 0, 0, 0)),
+        ("[i * 1 cm for i in offsets][1]", 0.02, (1, 0, 0, 0)),
+    ],
+)
+def test_a_number_with_a_unit_is_one_value(text: str, value: float, dimension: tuple[int, ...] | None) -> None:
+    found = evaluate(text, {**NAMES, "side_count": 2, "offsets": [1, 2], "mm": 7}.__getitem__)
+    assert found == pytest.approx(value, rel=1e-15)
+    assert dimension_of(found) == dimension
+
+
+def test_text_in_quotes_is_no_quantity() -> None:
+    assert evaluate("'leg 3 mm' + side", NAMES.__getitem__) == "leg 3 mmleft"
+    assert names_in("2 mm * mast + '3 kg' + 5 N*m") == ["mast"]
+
+
+@pytest.mark.parametrize(
+    ("text", "column", "words", "help"),
+    [
+        ("1/2 mm", 2, "1/2 mm could be a part of 1 mm, or one over 2 mm", "write 1/2 * 1 mm, or 1 / (2 mm)"),
+        ("x + 2 m**2", 4, '"**" after 2 m could be the power of the unit', "write m^2 for the power of a unit, "),
+        ("5 N*m", 0, '"m" in 5 N*m is a unit, and a value here', "call the value something else; or write 5 N * m "),
+        ("1 + 3 inches", 6, 'there is no unit "inches"', "write 3 inch"),
+        ("3 foos", 2, 'there is no unit "foos"', "a unit such as mm, kg, deg or N*m"),
+        ("6 ft 2 inch", 5, "not an expression", "two values need an operator between them"),
+        ("x && y", 2, '"&&" has no meaning in an expression', 'write "and"'),
+        ("2^3", 0, "this operator is not allowed here", "a power is written **"),
+    ],
+)
+def test_quantities_that_are_not_clear(text: str, column: int, words: str, help: str) -> None:
+    with pytest.raises(ExpressionError) as raised:
+        evaluate(text, {"m": 3, "x": 1, "y": 2}.__getitem__)
+    assert raised.value.column == column
+    assert words in raised.value.message
+    assert raised.value.help.startswith(help)
 
 
 @pytest.mark.parametrize(

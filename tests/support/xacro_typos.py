@@ -40,7 +40,7 @@ TYPOS: dict[str, tuple[str, str, int, str]] = {
     "key of an include": ("links: {b: {}}\ninclude: [{file: more.yaml, arg: {}}]\n", "unknown-key", 2, "args"),
     "key of an output": ("links: {b: {}}\noutputs2: {}\n", "unknown-key", 2, "outputs"),
     "key of a part": (_part("linsk: {m: {}}"), "unknown-key", 3, "links"),
-    "key of a link in a part": (_part("sensors: {s: {type: imu, parent: l, frmae: f}}"), "missing-key", 3, "frame"),
+    "key of a link in a part": (_part("sensors: {s: {type: imu, parent: l, frmae: f}}"), "unknown-key", 3, "frame"),
     "key of a parameter": (_part("params: {a: {type: length, defualt: 1}}"), "unknown-key", 3, "default"),
     "only key of a parameter": (_part("params: {a: {typ: length}}"), "unknown-key", 3, "type"),
     "key of a use": (_use("wiht: {}"), "unknown-key", 3, "with"),

@@ -238,7 +238,7 @@ def test_a_file_that_cannot_be_written(capsys: Shown, rosorin: Path) -> None:
         (["--mode", "slam=yes"], '"slam=yes" is not a mode: write slam, "not slam", slam=on or slam=off'),
         (["--mode", "not slam=on"], '"not slam=on" is not a mode: write slam, "not slam", slam=on or slam=off'),
         (["--mode", "slam", "--mode", "not slam"], 'the mode "slam" cannot be on and off'),
-        (["--mode", "slam and x"], 'rosorin has no mode "slam and x"; known: slam'),
+        (["--mode", "slam and x"], 'rosorin has no mode "slam and x"; did you mean "slam"?'),
         (["--frame", "a", "--publisher", "b"], "--frame and --publisher do not go together"),
         (["--frame", "a", "-o", "b.svg"], "--frame and --output do not go together"),
         (

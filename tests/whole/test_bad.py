@@ -203,6 +203,35 @@ def test_byte_order_mark_and_windows_line_ends_are_fine(tmp_path, monkeypatch):
     assert messages(tmp_path, monkeypatch, robot=text.encode("utf-8")) == []
 
 
+def test_windows_line_ends_do_not_shift_a_place(tmp_path, monkeypatch):
+    assert messages(tmp_path, monkeypatch, robot=b"\xef\xbb\xbfrobot: bad\r\nlinks:\r\n\tbase_link: {}\r\n") == [
+        "# expect: 3:1: error[yaml-syntax]: a tab indents this line",
+        "#   help: YAML allows no tab for indentation; use spaces",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ('<?xml version="1.0"?>\n<robot name="bad"><link name="base_link"/></robot>\n', "a URDF"),
+        ('\n<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="bad"/>\n', "xacro"),
+        ('<mujoco model="bad"><worldbody/></mujoco>\n', "MJCF"),
+        ('<sdf version="1.7"><model name="bad"/></sdf>\n', "SDF"),
+        ("<launch/>\n", "XML"),
+    ],
+)
+def test_a_robot_in_xml_is_called_what_it_is(tmp_path, monkeypatch, text, kind):
+    first, help = messages(tmp_path, monkeypatch, robot=text.encode())
+    assert first == f"# expect: 1:1: error[not-a-mapping]: robot.yaml is {kind}, not a description"
+    assert "`rosorin-compile import` makes a description of it" in help
+
+
+def test_a_line_for_yaml_itself(tmp_path, monkeypatch):
+    for first in ("%YAML 1.1", "%TAG", "% the robot of the lab"):
+        found = messages(tmp_path, monkeypatch, robot=f"{first}\nrobot: bad\n".encode())
+        assert found[0] == '# expect: 1:1: error[yaml-syntax]: a line with "%" is for YAML itself'
+
+
 def test_file_too_large(tmp_path, monkeypatch):
     found = messages(tmp_path, monkeypatch, robot=b"robot: bad\ninclude: [big.yaml]\n", big=b"#" * 20_000_001)
     assert found[0] == "# expect: 2:11: error[file-too-large]: big.yaml is larger than 20,000,000 bytes"

@@ -131,25 +131,68 @@ def _order(d: Diagnostic) -> tuple[object, ...]:
     return (*place, _ORDER[d.severity], d.rule, d.message)
 
 
+MAX_MEANT = 3
+
+
 def nearest(word: str, known: Iterable[str]) -> str | None:
     """Return the known word that is most like ``word``, or None if none is alike."""
-    import difflib
-
-    names = sorted(known) if len(word) > 1 else []  # everything is like a single letter
-    if not word.isascii():
-        alike = [name for name in names if look(name) == look(word)]
-        names = alike or names
-    if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
-        names = [name for name in names if name[:1] == word[:1] and abs(len(name) - len(word)) < 3][:MAX_COMPARED]
-    close = difflib.get_close_matches(word, names, n=1, cutoff=0.6)
+    close = _alike(word, sorted(known))
     return close[0] if close else None
 
 
+def _alike(word: str, names: list[str]) -> list[str]:
+    """Return the names that a word may stand for, the likeliest first; several only where they are equally likely."""
+    import difflib
+
+    if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
+        return same[:1]
+    if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
+        first = word[:1].casefold()
+        names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
+        small = word.casefold()
+        names = [name for name in names if name.casefold() == small][:1] or names[:MAX_COMPARED]
+    parts = {name: _parts(name) for name in names} if len(word) > 1 else {}  # everything is like a single letter
+    own = _parts(word)
+    plain = {"".join(of): name for name, of in parts.items()}
+    text = "".join(own) or word
+    if text in plain:
+        return [plain[text]]
+    if turned := [name for name, of in parts.items() if of != own and sorted(of) == sorted(own)]:
+        return turned[:1]
+    lower = {name.casefold(): name for name in parts}
+    if misspelt := difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.85):
+        return [lower[misspelt[0]]]
+    if within := [name for name, of in parts.items() if _holds(of, own) or _holds(own, of)]:
+        return sorted(within, key=lambda name: (abs(len(name) - len(word)), name))[:MAX_MEANT]
+    alike = difflib.get_close_matches(word.casefold(), lower, n=1, cutoff=0.75 if len(word) > 3 else 0.66)
+    return [lower[one] for one in alike]
+
+
+def _parts(name: str) -> list[str]:
+    """Return the words of a name in small letters: those of ``left_wheel`` are left and wheel."""
+    return [part for part in _BETWEEN.split(name.casefold()) if part]
+
+
+_BETWEEN = re.compile(r"[\W_]+")
+
+
+def _holds(longer: list[str], shorter: list[str]) -> bool:
+    """Say whether the words of one name stand in another, side by side, or begin or end it without a gap."""
+    one, other = "".join(longer), "".join(shorter)
+    if len(other) < 3 or len(one) <= len(other):
+        return False
+    if len(other) > 3 and (one.startswith(other) or one.endswith(other)):
+        return True
+    return any(longer[i : i + len(shorter)] == shorter for i in range(len(longer) - len(shorter) + 1))
+
+
 def did_you_mean(word: str, known: Iterable[str]) -> str:
-    """Return 'did you mean "x"?' for the nearest known word, or the list of known words if none is near."""
+    """Return 'did you mean "x"?' for the nearest known words, or the list of known words if none is near."""
     names = sorted(known)
-    close = nearest(word, names)
+    close = _alike(word, names)
     if close:
-        alike = not (word + close).isascii() and look(word) == look(close)
-        return f'did you mean "{close}"?' + (f" the two differ in {difference(word, close)}" if alike else "")
+        quoted = [f'"{name}"' for name in close]
+        told = f"did you mean {' or '.join(quoted)}?"
+        alike = not (word + close[0]).isascii() and look(word) == look(close[0])
+        return told + (f" the two differ in {difference(word, close[0])}" if alike else "")
     return f"known: {first_of(names, MAX_LISTED)}" if names else ""

@@ -13,7 +13,6 @@ from ..diagnostics import error as problem
 from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, Rule, find
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
-from .validate import not_allowed
 
 RULES = (
     Rule(
@@ -82,6 +81,8 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
             continue
         known = OF_PLUGINS.get(rule) or find([rule]).get(rule)
         if known is None:
+            from .complaint import not_allowed
+
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
         elif rule in STAYS or not known.mild:
             why = STAYS.get(rule, "what it refuses cannot be built, or would be built wrongly")

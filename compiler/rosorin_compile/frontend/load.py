@@ -124,7 +124,9 @@ def parse_yaml(source: Source, via: Instance | None = None) -> Any:
     try:
         return _Composer(source, via).document()
     except yaml.YAMLError as problem:
-        raise LoadError(_syntax_error(source, problem)) from None
+        from .yaml_mistakes import explained
+
+        raise LoadError(explained(source, problem)) from None
 
 
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
@@ -133,31 +135,22 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     tree = parse_yaml(source, via)
     if isinstance(tree, Map):
         return tree
+    if source.text.lstrip().startswith("<"):
+        kind, help = _markup(source.text)
+        raise LoadError(error("not-a-mapping", f"{shown} is {kind}, not a description", first_line(source), help))
     kind = "empty" if tree is None else "not a mapping"
+    kind = "a list" if isinstance(tree, Seq) else kind
     message = f'{shown} is {kind}; a description is a mapping such as "robot: my_robot"'
     raise LoadError(error("not-a-mapping", message, first_line(source), "start from docs/tutorial.md"))
 
 
-def _syntax_error(source: Source, problem: yaml.YAMLError) -> Diagnostic:
-    """Return PyYAML's complaint as a diagnostic with its place."""
-    if isinstance(problem, yaml.reader.ReaderError):
-        before = source.text[: problem.position]
-        span = Span(source, before.count("\n") + 1, len(before) - before.rfind("\n"))
-        return error("yaml-syntax", "a control character may not stand in YAML", span, "remove it")
-    mark = getattr(problem, "problem_mark", None) or getattr(problem, "context_mark", None)
-    span = Span(source, mark.line + 1, mark.column + 1) if mark else first_line(source)
-    what = getattr(problem, "problem", None) or "this is not YAML"
-    context = getattr(problem, "context", None)
-    message = f"{context}: {what}" if context else str(what)
-    help = ""
-    line = source.line(span.line)
-    if "${" in line and ("flow" in message or "${" in line[: span.column]):
-        help = 'inside [ ] and { } an expression needs quotes: "${...}"'
-    elif "\t" in line:
-        help = "YAML allows no tab for indentation; use spaces"
-    elif "mapping values are not allowed" in message:
-        help = 'a ":" inside text needs quotes around the text'
-    return error("yaml-syntax", message, span, help)
+def _markup(text: str) -> tuple[str, str]:
+    """Return what an XML file is, and the way out for one that stands in the place of a description."""
+    if "<sdf" in text[:2_000]:
+        return "SDF", "convert it to URDF first, then `rosorin-compile import` makes a description of it"
+    kind = "MJCF" if "<mujoco" in text[:2_000] else "xacro" if "xmlns:xacro" in text[:2_000] else "a URDF"
+    kind = kind if "<robot" in text[:2_000] or kind == "MJCF" else "XML"
+    return kind, "`rosorin-compile import` makes a description of it; `include` takes it as it is"
 
 
 class _Composer:
@@ -220,11 +213,13 @@ class _Composer:
         if isinstance(event, yaml.ScalarEvent) and event.tag in _UNIT_TAGS:
             return
         if event.tag not in (None, "!", "tag:yaml.org,2002:str"):
-            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, "write the value without it")
+            help = "list the file under include" if "include" in event.tag else "write the value without it"
+            raise self.fail("yaml-tag", f"the tag {event.tag} has no meaning here", event, help)
 
     def alias(self, event: Any) -> Any:
         if event.anchor not in self.anchors:
-            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" stands before this alias', event, "")
+            help = "define it above, name a value in let, or put the text in quotes"
+            raise self.fail("yaml-alias", f'no anchor "&{event.anchor}" stands before this alias', event, help)
         value, size = self.anchors[event.anchor]
         self.nodes += size
         if self.nodes > MAX_NODES:
@@ -248,7 +243,7 @@ class _Composer:
 
     def key(self, event: Any) -> str:
         if not isinstance(event, yaml.ScalarEvent):
-            raise self.fail("yaml-key", "a key must be plain text", event, "")
+            raise self.fail("yaml-key", "a key must be plain text", event, "an expression is written ${...}, in quotes")
         if event.value == "<<" and not event.style:
             way_out = "repeat the keys, or name a value in let"
             raise self.fail("yaml-merge", '"<<" is not part of YAML 1.2', event, way_out)

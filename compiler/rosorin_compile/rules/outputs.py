@@ -49,8 +49,10 @@ def _unknown(case: Case, output: Output) -> Diagnostic:
     known = [name for name, format in case.formats.items() if format.write is not None]
     named = (*path, "backend")
     at, key = (named, False) if exists(case.tree, named) else (path, True)
-    help = did_you_mean(output.backend, known)
-    if help.startswith("did"):
+    from ..frontend.misnamed import word_meant
+
+    help = word_meant(output.backend, known, "backend")
+    if not help.startswith("known"):
         help += f" (known: {', '.join(sorted(known))})"
     elif key:
         help += "; an artifact of your own names its template"

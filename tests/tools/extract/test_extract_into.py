@@ -292,7 +292,7 @@ def test_no_place_for_it(text: str, link: str | None, message: str) -> None:
 def test_file_that_is_no_yaml_says_where(rosorin: Path, capsys: Said) -> None:
     (rosorin / CHASSIS).write_text("links: [\n")
     assert main(COMMAND) == 1
-    assert "descriptions/rosorin/chassis.yaml:2:1: error[yaml-syntax]" in capsys.readouterr().err
+    assert "descriptions/rosorin/chassis.yaml:1:8: error[yaml-syntax]" in capsys.readouterr().err
     assert main([*COMMAND[:-1], "nowhere.yaml"]) == 1
     assert "error[file-unreadable]: cannot read nowhere.yaml: No such file or directory" in capsys.readouterr().err
 

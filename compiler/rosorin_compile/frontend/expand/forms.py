@@ -10,7 +10,6 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from ...diagnostics import did_you_mean
 from ...diagnostics.letters import in_words, unseen
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
 from ..expression import pieces
@@ -47,7 +46,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
     if not isinstance(body, Map):
         _report(f"{owner} is a mapping, not {_kind(body)}", parts, name, scope)
         return False
-    sound = _check_keys(owner, body, _PART_KEYS, scope)
+    sound = _check_keys(owner, body, _PART_KEYS, scope, "part")
     for key in ("params", "let", "use"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
     sound &= check_controls(f"{owner} ", body, (*_MAPPINGS, "use"), scope)
@@ -57,7 +56,7 @@ def check_part(name: str, parts: Map, scope: Scope) -> bool:
 def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
     """Report keys and kinds of values that a type of sensors cannot have. Raises Failed after that."""
     owner = f'sensor type "{name}"'
-    sound = _check_keys(owner, body, _SENSOR_TYPE_KEYS, scope)
+    sound = _check_keys(owner, body, _SENSOR_TYPE_KEYS, scope, "part")
     for key in ("params", "let"):
         sound &= _check_kind(owner, body, key, Map, scope, evaluated=False)
     params = body.get("params")
@@ -74,7 +73,7 @@ def check_sensor_type(name: str, body: Map, scope: Scope) -> None:
 def check_use(name: str, entry: Map, scope: Scope) -> None:
     """Report keys and kinds of values that a ``use`` cannot have. Raises Failed after that."""
     owner = f'use "{name}"'
-    sound = _check_keys(owner, entry, _USE_KEYS, scope)
+    sound = _check_keys(owner, entry, _USE_KEYS, scope, "use")
     for key in _USE_TEXTS:
         value = entry.get(key)
         if value is not None and not isinstance(value, str):
@@ -156,11 +155,16 @@ def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> boo
     return all(sound)
 
 
-def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope) -> bool:
+def _check_keys(owner: str, tree: Map, known: Sequence[str], scope: Scope, kind: str = "") -> bool:
     unknown = [key for key in tree if key not in known]
     for key in unknown:
+        from ..misnamed import word_meant
+
         place = Place(tree.key_spans[key], scope.via or tree.via)
-        scope.report("unknown-key", f'{owner} has no key "{key}"', place, did_you_mean(key, known))
+        help = word_meant(key, known, kind)
+        if kind == "use" and help.startswith("known"):
+            help = f"an argument of the part stands in with: {{{key}: ...}}; {help}"
+        scope.report("unknown-key", f'{owner} has no key "{key}"', place, help)
     return not unknown
 
 

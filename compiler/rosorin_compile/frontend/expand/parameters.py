@@ -131,8 +131,10 @@ def _parameter(scope: Scope, name: str, entry: Any, declared: Map) -> Parameter:
         return Parameter(name, "", True, entry, None, "", Place(declared.value_spans[name], declared.via))
     unknown = [key for key in entry if key not in (*KEYS, *BOUNDS)]
     for key in unknown:
+        from ..misnamed import word_meant
+
         where = Place(entry.key_spans[key], entry.via)
-        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', where, did_you_mean(key, KEYS))
+        scope.report("unknown-key", f'argument "{name}" has no key "{key}"', where, word_meant(key, KEYS, "arg"))
     if "default" in entry:
         place = Place(entry.value_spans["default"], entry.via)
     help = str(entry.get("help") or "")
@@ -150,7 +152,9 @@ def _type(scope: Scope, name: str, entry: Map) -> str:
     if not isinstance(wanted, str):
         scope.report("wrong-type", f'argument "{name}" type is text, not {kind_of(wanted)}', place, "such as length")
         return ""
-    help = did_you_mean(wanted, [*TYPES, *DIMENSIONS])
+    from ..misnamed import word_meant
+
+    help = word_meant(wanted, [*TYPES, *DIMENSIONS], "arg type")
     scope.report("wrong-value", f'argument "{name}" type cannot be "{wanted}"', place, help)
     return ""
 
@@ -167,7 +171,7 @@ def _check(scope: Scope, parameter: Parameter, place: Place, owner: str) -> None
         return
     if wanted and not _fits(value, wanted):
         message = f'"{name}" of {owner} is {_article(wanted)}, not {_shown(value)}'
-        help = parameter.help
+        help = parameter.help or _way_out(value, wanted)
     elif isinstance(allowed, list) and value not in allowed:
         told = f'"{value}"' if isinstance(value, (str, int, float)) else kind_of(value)
         message = f'{told} is not a value of the argument "{name}"'
@@ -190,6 +194,22 @@ def _fits(value: Any, wanted: str) -> bool:
     if dimension is None or isinstance(value, bool) or not isinstance(value, (int, float)):
         return False
     return not isinstance(value, Quantity) or value.dimension == dimension
+
+
+def _way_out(value: Any, wanted: str) -> str:
+    """Return the way out for a value of another type than its parameter has."""
+    from ..meant import flag_meant, number_meant
+
+    if wanted == "boolean":
+        return flag_meant(value) or "write true or false"
+    if isinstance(value, str) and (wanted in DIMENSIONS or wanted in ("number", "integer")):
+        return number_meant(value, _SI.get(wanted, ()))
+    return ""
+
+
+# A unit of each dimension that has one, for what a text may mean.
+_SI = {"length": ["m"], "mass": ["kg"], "time": ["s"], "angle": ["rad"], "force": ["N"], "torque": ["N*m"]}
+_SI |= {"inertia": ["kg*m^2"], "speed": ["m/s"], "angular_speed": ["rad/s"], "frequency": ["Hz"], "density": ["kg/m^3"]}
 
 
 def _article(wanted: str) -> str:

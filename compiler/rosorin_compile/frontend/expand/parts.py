@@ -12,8 +12,9 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean
+from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
+from ...project import data_folder
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
@@ -196,14 +197,18 @@ class Parts:
         path = self.library(file)
         loaded = self._load(path, file, place.span) if path is not None else None
         if loaded is None:
-            scope.report("unknown-part", f'there is no file "{file}" of parts', place, "see docs/parts-library.md")
+            help = self._near(short) or "see docs/parts-library.md"
+            scope.report("unknown-part", f'there is no file "{file}" of parts', place, help)
             raise Failed
         return self._definition(name, short, loaded[0].get("parts"), loaded[1], scope, place)
 
     def _definition(self, name: str, short: str, parts: Any, home: Scope, scope: Scope, place: Place) -> Definition:
         known = parts if isinstance(parts, Map) else Map(place.span)
         if short not in known:
-            scope.report("unknown-part", f'there is no part "{name}"', place, did_you_mean(short, known))
+            folder = name.removesuffix(short)
+            help = did_you_mean(name, [f"{folder}{part}" for part in known])
+            help = help if help.startswith("did") else self._near(short) or help or "define it under parts"
+            scope.report("unknown-part", f'there is no part "{name}"', place, help)
             raise Failed
         body = known[short]
         if id(body) not in self.sound:
@@ -211,6 +216,16 @@ class Parts:
         if not self.sound[id(body)]:
             raise Failed
         return Definition(name, body, home)
+
+    def _near(self, short: str) -> str:
+        """Return the way out for a part that is not where it was looked for: parts of the library called like it."""
+        names: dict[str, list[str]] = {}
+        for path in sorted(data_folder("parts_library").glob("*.yaml")):
+            with suppress(LoadError):
+                for part in load_mapping(path, path.name).get("parts") or ():
+                    names.setdefault(part, []).append(f'"{path.stem}/{part}"')
+        close = nearest(short, names)
+        return f"did you mean {' or '.join(names[close])}?" if close else ""
 
     def _load(self, path: Path, file: str, asked: Span) -> tuple[Map, Scope] | None:
         """Return a file of parts, shown as ``PACKAGE/FILE.yaml``, and its scope; read once."""

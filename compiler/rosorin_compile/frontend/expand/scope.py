@@ -7,6 +7,7 @@ expression is wrong, and ``short`` tells a value in a few letters.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -34,6 +35,7 @@ RULES = (
 
 
 MAX_NODES = 1_500_000
+_OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
 MAX_WORK = 20_000_000
 
@@ -255,7 +257,12 @@ class Scope:
         if isinstance(resolved, bool):
             return resolved
         what = f'"{resolved}"' if isinstance(resolved, (str, int, float)) else kind_of(resolved)
-        self.report("wrong-type", f"a condition is true or false, not {what}", place, "compare it: ${n > 0}")
+        from ..meant import flag_meant
+
+        help = flag_meant(resolved) or "compare it: ${n > 0}"
+        if help.startswith("write") and isinstance(value, str) and "$" in value:
+            help = f"{help.replace('write', 'give', 1)} where the value comes from"
+        self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
 
     def text(self, text: str, span: Span, via: Instance | None) -> Any:
@@ -263,6 +270,8 @@ class Scope:
         parts: list[str] = []
         for piece in pieces(text):
             if not piece.is_expression:
+                if "$(" in piece.text:
+                    self._check_no_xacro(text, piece, Place(span, via))
                 parts.append(piece.text)
                 continue
             if piece.unclosed:
@@ -281,6 +290,22 @@ class Scope:
                 self._explain(problem, piece, text, Place(span, via))
                 raise Failed from None
         return "".join(parts)
+
+    def _check_no_xacro(self, text: str, piece: Piece, place: Place) -> None:
+        """Raise Failed, after reporting it, for a substitution of xacro, which would reach the artifacts as it is.
+
+        In elements of XML it may be meant for another program.
+        """
+        found = _OF_XACRO.search(piece.text)
+        if found is None or "<" in text:
+            return
+        kind, rest = found[1], found[2].strip()
+        name = rest.split()[0] if rest else "NAME"
+        help = {"find": f"write package://{name}", "eval": f"write ${{{rest}}}", "dirname": "write the path from here"}
+        way_out = help.get(kind, f"write ${{{name}}}, with {name} under args")
+        where = shifted(place, text, piece.offset + found.start())
+        self.report("expression", f'"{found[0]}" has a meaning in xacro, and none here', where, way_out)
+        raise Failed
 
     def _explain(self, problem: ExpressionError, piece: Piece, text: str, place: Place) -> None:
         """Report what is wrong with an expression, where in it, and where the names that it uses come from."""
@@ -362,6 +387,8 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
     help = problem.help
     if problem.unknown.endswith("()"):
         help = did_you_mean(problem.unknown[:-2], {*functions(), *(one.name for one in BUILT_IN)})
+    elif problem.unknown in ("math", "np", "numpy", "xacro", "self"):
+        help = "functions and constants stand by themselves: pi, sin(x), load('file.yaml')"
     elif problem.unknown:
         guess, names = did_you_mean(problem.unknown, {*known, *CONSTANTS, *UNITS}), first_of(sorted(known), MAX_LISTED)
         help = guess if guess.startswith("did") else f"known here: {names}" if names else "name it in let"

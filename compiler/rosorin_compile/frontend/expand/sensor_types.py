@@ -10,7 +10,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics import did_you_mean
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
@@ -54,7 +53,9 @@ def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
             definition, home = shared.get(kind), Scope(scope.ledger)
         place = Place(sensor.value_spans["type"], sensor.via)
         if not isinstance(definition, Map):
-            help = did_you_mean(kind, [*types, *(shared or {})])
+            from ..misnamed import word_meant
+
+            help = word_meant(kind, [*types, *(shared or {})], "sensor type")
             scope.report("unknown-sensor-type", f'sensor "{name}" is of no known type: "{kind}"', place, help)
             continue
         try:

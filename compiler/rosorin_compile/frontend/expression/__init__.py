@@ -1,10 +1,10 @@
 """Expressions: a closed evaluator for what stands inside ``${...}``.
 
-The text is read by Python's own parser; each node is turned, from an allow-list, into a small function of the names
-in scope: arithmetic, comparison, conditions, lists, indexing, list comprehensions and the functions in ``functions``.
-There is no access to attributes of Python objects (``table.key`` reaches an entry of a table), no import, no
-assignment. The length and depth of the text, the size of numbers, texts and lists, and the number of steps of a
-comprehension are bounded, so that every expression ends soon.
+The text is read by Python's own parser, to which ``literals`` makes quantities such as ``30 mm`` known; each node is
+turned, from an allow-list, into a small function of the names in scope: arithmetic, comparison, conditions, lists,
+indexing, list comprehensions and the functions in ``functions``. There is no access to attributes of Python objects
+(``table.key`` reaches an entry of a table), no import, no assignment. The length and depth of the text, the size of
+numbers, texts and lists, and the number of steps of a comprehension are bounded, so that every expression ends soon.
 
 ``pieces`` takes a text apart into plain pieces and ``${...}``; ``$${`` is a plain ``${``. To be read after this:
 ``syntax`` (what a node becomes), ``functions`` (what it may call).
@@ -13,14 +13,16 @@ comprehension are bounded, so that every expression ends soon.
 from __future__ import annotations
 
 import ast
+from collections.abc import Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
+from .literals import Literal, masked, mistake
 from .syntax import EFFORT, MAX_MAGNITUDE, Code, Lookup, bounded, compile_node
 
-__all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "run"]
+__all__ = ["CONSTANTS", "FUNCTIONS", "ExpressionError", "compiled", "evaluate", "names_in", "parsed", "run"]
 
 
 MAX_LENGTH = 2_000
@@ -57,7 +59,7 @@ def run(code: Code, text: str, lookup: Lookup) -> Any:
 
 def _blame(text: str, lookup: Lookup) -> int:
     """Return the column of the innermost part of an expression that has no value."""
-    node: ast.AST = _parse(text).body
+    node: ast.AST = parsed(text).body
     while True:
         children = [] if isinstance(node, (ast.ListComp, ast.GeneratorExp)) else ast.iter_child_nodes(node)
         culprit = next((child for child in children if isinstance(child, ast.expr) and _fails(child, lookup)), None)
@@ -83,27 +85,44 @@ def compiled(text: str) -> Code:
     if len(text) > MAX_LENGTH:
         raise ExpressionError(f"the expression is longer than {MAX_LENGTH} characters")
     try:
-        tree = _parse(text)
+        tree = parsed(text)
     except SyntaxError as problem:
-        raise ExpressionError(f"not an expression: {problem.msg}", max(0, (problem.offset or 1) - 1)) from None
+        raise mistake(text.strip(), problem) from None
     except ValueError:
         raise ExpressionError("not an expression that can be read") from None
     return compile_node(tree.body, 0)
 
 
-def _parse(text: str) -> ast.Expression:
-    """Return the syntax tree of an expression, without the remarks that Python's parser prints for people.
+def parsed(text: str) -> ast.Expression:
+    """Return the syntax tree of an expression, a constant for each quantity; without remarks that are for people.
 
-    Raises SyntaxError, and ValueError if it is nested too deep for the parser.
+    Raises ExpressionError for a quantity that is not clear, SyntaxError, and ValueError if the text is nested too deep
+    for the parser.
     """
     import warnings
 
+    plain, literals = masked(text.strip())
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", SyntaxWarning)
         try:
-            return ast.parse(text.strip(), mode="eval")
+            tree = ast.parse(plain, mode="eval")
         except (RecursionError, MemoryError):
             raise ValueError("nested too deep") from None
+    for node in ast.walk(tree) if literals else ():
+        for field, value in ast.iter_fields(node):
+            if isinstance(value, list):
+                value[:] = [_quantity(item, literals) for item in value]
+            else:
+                setattr(node, field, _quantity(value, literals))
+    return tree
+
+
+def _quantity(node: Any, literals: Mapping[tuple[int, int], Literal]) -> Any:
+    """Return the constant of the quantity that a name stands for; any other node as it is."""
+    if not isinstance(node, ast.Name) or (node.lineno, node.col_offset) not in literals:
+        return node
+    constant: Any = literals[node.lineno, node.col_offset]
+    return ast.copy_location(ast.Constant(constant), node)
 
 
 def names_in(text: str) -> list[str]:
@@ -111,8 +130,8 @@ def names_in(text: str) -> list[str]:
     if len(text) > MAX_LENGTH:
         return []
     try:
-        tree = _parse(text)
-    except (SyntaxError, ValueError):
+        tree = parsed(text)
+    except (ExpressionError, SyntaxError, ValueError):
         return []
     used = [node.id for node in ast.walk(tree) if isinstance(node, ast.Name)]
     known = functions()

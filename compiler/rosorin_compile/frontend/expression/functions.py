@@ -80,7 +80,9 @@ def common_dimension(values: list[Any]) -> Dimension | None:
             raise ExpressionError(f"expected a number, got {kind_of(value)}")
         dimension = dimension_of(value)
         if common is not None and dimension not in (None, common):
-            raise ExpressionError(f"{describe(common)} and {describe(dimension or NUMBER)} do not go together")
+            help = "what is added, compared or chosen from is of one kind; a product or a quotient may mix"
+            message = f"{describe(common)} and {describe(dimension or NUMBER)} do not go together"
+            raise ExpressionError(message, help=help)
         common = common or dimension
     return common
 

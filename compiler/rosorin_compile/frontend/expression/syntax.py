@@ -9,11 +9,13 @@ from __future__ import annotations
 import ast
 import operator
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from functools import lru_cache
 from typing import Any
 
 from ...units import NUMBER, UNITS, Dimension, Quantity, add
 from .functions import CONSTANTS, MAX_ITEMS, ExpressionError, common_dimension, functions, kind_of
+from .literals import Literal
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
@@ -232,13 +234,31 @@ def compile_node(node: ast.AST, depth: int) -> Code:
 
 
 def _constant(node: ast.Constant, _depth: int) -> Code:
-    value = node.value
+    value: Any = node.value
+    if isinstance(value, Literal):
+        return _literal(value, node.col_offset)
     if not (isinstance(value, (bool, int, float, str)) or value is None):
         raise ExpressionError("only numbers and text are values here", node.col_offset)
     if isinstance(value, str) and any("\ud800" <= letter <= "\udfff" for letter in value):
         raise ExpressionError("half a letter (a lone surrogate) cannot stand in a file", node.col_offset)
     value = bounded(value)
     return lambda _lookup: value
+
+
+def _literal(literal: Literal, column: int) -> Code:
+    """Return a quantity, such as ``5 N*m``; a value that is called like one of its units could be meant as well."""
+    value, factors = literal
+
+    def look(lookup: Lookup) -> Any:
+        for name in factors:
+            with suppress(KeyError):
+                lookup(name)
+                spaced = value.text.replace("*", " * ").replace("/", " / ").replace("^", "**")
+                help = f"call the value something else; or write {spaced} where it is meant"
+                raise ExpressionError(f'"{name}" in {value.text} is a unit, and a value here', column, help)
+        return value
+
+    return look if factors else lambda _lookup: value
 
 
 def _name(node: ast.Name, _depth: int) -> Code:
@@ -257,12 +277,19 @@ def _name(node: ast.Name, _depth: int) -> Code:
     return look
 
 
+_OPERATORS: dict[type[ast.operator], str] = {
+    ast.BitXor: "a power is written **; ^ stands in units alone, such as 2 kg*m^2",
+    ast.BitAnd: 'write "and"',
+    ast.BitOr: 'write "or"',
+}
+
+
 def _binop(node: ast.BinOp, depth: int) -> Code:
     left, right = compile_node(node.left, depth), compile_node(node.right, depth)
     kind = type(node.op)
     function = BINARY.get(kind)
     if function is None:
-        raise ExpressionError("this operator is not allowed here", node.col_offset)
+        raise ExpressionError("this operator is not allowed here", node.col_offset, _OPERATORS.get(kind, ""))
     if kind in (ast.Mult, ast.Div):
         return _product(kind, function, left, right)
     simple = kind in (ast.Add, ast.Sub)

@@ -359,6 +359,8 @@ def node(name: str, path: Path, nodes: Mapping[str, Publisher], problem: Problem
     if name in nodes:
         return nodes[name]
     help = did_you_mean(name, [*nodes, ROBOT_STATE_PUBLISHER])
+    if name == STATIC_TRANSFORM_PUBLISHER:
+        help = f"write {{{name}: NODE_NAME}}: each is a node of its own"
     problem("unknown-publisher", f'there is no publisher "{name}"', path, help)
     return OF_THE_URDF
 

@@ -14,7 +14,7 @@ from ...diagnostics import Span
 from ...frontend.expand.ledger import Failed
 from ...frontend.expand.placing import MOUNT
 from ...frontend.expand.scope import Scope
-from ...frontend.expression import ExpressionError, evaluate, pieces
+from ...frontend.expression import ExpressionError, evaluate, parsed, pieces
 from ...frontend.tree import Instance, Map, Path, Place, Seq, locate
 from ...frontend.written import Piece, Written
 from ...numbers import exact
@@ -257,8 +257,8 @@ def names_used(text: str) -> Iterator[tuple[ast.expr, str]]:
     """
     for piece in pieces(text):
         if piece.is_expression:
-            with suppress(SyntaxError, ValueError):
-                tree = ast.parse(piece.text.strip(), mode="eval").body
+            with suppress(ExpressionError, SyntaxError, ValueError):
+                tree = parsed(piece.text).body
                 loops = [node.target for node in ast.walk(tree) if isinstance(node, ast.comprehension)]
                 own = {node.id for target in loops for node in ast.walk(target) if isinstance(node, ast.Name)}
                 yield from ((node, name) for node, name in _chains(tree) if name not in own)

@@ -1,0 +1,265 @@
+"""Complaints: what the validator of the schema says against a tree, told in the words of the description."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ..diagnostics import Diagnostic, error
+from ..diagnostics.registry import ARGUMENTS, SHAPE, Rule
+from ..diagnostics.wording import counted
+from ..units import Quantity
+from .meant import (
+    flag_meant,
+    inner_number,
+    items_meant,
+    list_meant,
+    mapping_meant,
+    number_meant,
+    numbers_in,
+    text_meant,
+)
+from .misnamed import fallen_out, is_meant, key_meant, word_meant
+from .schema import Steps, resolve, schema_at, subject
+from .tree import Map, Seq, locate
+
+RULES = (
+    Rule(
+        "bad-name",
+        "A name has a form that it may not have, such as `<` or a quote, or a space at its end.",
+        "Letters, digits and `_` are safe. Spaces within and `/` are allowed; names of values and arguments are plain "
+        "words.",
+        ARGUMENTS,
+    ),
+    Rule(
+        "unknown-key",
+        "An entry has no such key.",
+        "The message names the nearest one and all that are legal.",
+        SHAPE,
+    ),
+    Rule("missing-key", "An entry lacks a key that it needs.", "Add it.", SHAPE),
+    Rule(
+        "wrong-type",
+        "A value is of another type: a text where a number belongs, a unit that nobody knows.",
+        "Write what the message asks for.",
+        SHAPE,
+    ),
+    Rule("wrong-value", "A value is not one of those that are allowed.", "Choose one of them.", SHAPE),
+    Rule("wrong-length", "A list has too many or too few items.", "Positions have three numbers, pairs two.", SHAPE),
+    Rule("empty-text", "A text that says something is empty.", "Say it, or leave the key out.", SHAPE),
+    Rule(
+        "wrong-shape",
+        "A value does not fit the schema in another way.",
+        "Compare it with [the language](language.md#entries).",
+        SHAPE,
+    ),
+)
+
+# Sections that expansion has made plain entries of: the schema of the plain tree lacks them.
+_EXPANDED = ("parts", "sensor_types", "use")
+
+
+_MEANING = {"&": "an anchor", "#": "a comment", "!": "a tag"}
+
+
+class Complaint:
+    """One complaint of the validator, told in the words of the description."""
+
+    def __init__(self, tree: Map, problem: Any, schema: Mapping[str, Any]) -> None:
+        self.tree = tree
+        self.schema = schema
+        self.path: Steps = list(problem.instance_path)
+        self.keyword = type(problem.kind).__name__
+        self.kind = problem.kind
+        self.schema_path: Steps = list(problem.schema_path)
+        self.where = subject(self.path)
+        node: Any = tree
+        for step in self.path:
+            node = node[step]
+        self.value = node
+
+    def diagnostics(self) -> list[Diagnostic]:
+        method = getattr(self, f"_{self.keyword.lower()}", self._other)
+        told: list[Diagnostic] = method()
+        return told
+
+    def _fragment(self, above: int) -> Any:
+        """Return the fragment of the schema that complains, or one above it."""
+        return schema_at(self.schema_path[: len(self.schema_path) - above], self.schema)
+
+    def _make(
+        self, rule: str, message: str, help: str = "", path: Steps | None = None, key: bool = False
+    ) -> Diagnostic:
+        place = locate(self.tree, self.path if path is None else path, key=key)
+        return error(rule, message, place.span, help, place.stack())
+
+    def _kind(self) -> str:
+        """Return the name of the kind of entry that complains, as tables of synonyms have it."""
+        if not self.path:
+            return "top"
+        return str(self.schema_path[1]) if self.schema_path[0] == "$defs" else "output"
+
+    def _additionalproperties(self) -> list[Diagnostic]:
+        known = self._fragment(1).get("properties", {})
+        if not self.path:
+            known = {**known, **dict.fromkeys(_EXPANDED)}
+        return [
+            self._make("unknown-key", f'{self.where} has no key "{key}"', help, [*self.path, key], True)
+            for key in self.kind.unexpected
+            for help in [key_meant(key, self.value, known, self._kind())]
+        ]
+
+    def _required(self) -> list[Diagnostic]:
+        key = self.kind.property
+        legal = self._fragment(1).get("properties", {})
+        closed = self._kind() != "output"  # the keys of those are judged when their format is known
+        if closed and any(is_meant(other, key, self._kind(), legal) for other in self.value if other not in legal):
+            return []  # it is there, under a name that is reported
+        wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
+        meaning = wanted.get("description") or resolve(wanted).get("description", "")
+        path = self.path
+        return [self._make("missing-key", f'{self.where} needs the key "{key}"', _sentence(meaning), path, key=True)]
+
+    def _type(self) -> list[Diagnostic]:
+        types = self.kind.types
+        wanted = " or ".join(_TYPES[name] for name in types if name != "null")
+        expected = self._fragment(1)
+        unit = expected.get("x-unit")
+        if unit:
+            wanted += f" ({unit if isinstance(unit, str) else ' or '.join(unit)})"
+        fallen = fallen_out(self.tree, self.path, expected)
+        if self._is_told_as_list(types) or (fallen and not (fallen.is_first and "null" in types)):
+            return []
+        help = self._type_help(types, [unit] if isinstance(unit, str) else unit or [], expected)
+        if fallen:
+            help = f'"{self.path[-1]}" is a key of such an entry: indent it deeper than "{fallen.owner}"'
+        return [self._make("wrong-type", f"{self.where} is {wanted}, not {_found(self.value)}", help)]
+
+    def _is_told_as_list(self, types: list[str]) -> bool:
+        """Say whether a text is the only item of a list, and has all its numbers: the length is told."""
+        node: Any = self.tree
+        for step in self.path[:-1]:
+            node = node[step]
+        alone = isinstance(node, Seq) and len(node) == 1 and "number" in types and isinstance(self.value, str)
+        return alone and len(numbers_in(self.value)) > 1
+
+    def _type_help(self, types: list[str], units: list[str], expected: Mapping[str, Any]) -> str:
+        """Return the way out for a value of another type than its place asks for."""
+        sign = self._sign() if self.value is None else ""
+        if sign:
+            return f'"{sign}" begins {_MEANING[sign]} here: put the text in quotes'
+        value, key = self.value, next((str(step) for step in reversed(self.path) if isinstance(step, str)), "")
+        if "number" in types and isinstance(value, str):
+            return number_meant(value, units)
+        if "number" in types and (told := inner_number(value, key)):
+            return told
+        if "array" in types:
+            return list_meant(value, key, expected)
+        if "object" in types:
+            return mapping_meant(value, self.path, expected)
+        if value is None and "number" in types:
+            return "write the number behind the colon, or leave the key out"
+        if types == ["boolean"]:
+            return flag_meant(value) or "write true or false"
+        return text_meant(value, key) if "string" in types else ""
+
+    def _sign(self) -> str:
+        """Return the sign of YAML that an empty value begins with; "" if it has none."""
+        span = locate(self.tree, self.path).span
+        rest = span.source.line(span.line)[span.column - 1 :].lstrip()
+        return rest[:1] if rest[:1] in _MEANING else ""
+
+    def _enum(self) -> list[Diagnostic]:
+        kind = {"joint": "joint type", "source": "status"}.get(self._kind(), "")
+        return [not_allowed(self.tree, self.path, self.value, self.kind.options, kind)]
+
+    def _constant(self) -> list[Diagnostic]:
+        wanted = self._fragment(0)
+        help = f"this tool knows only {wanted}"
+        return [self._make("wrong-value", f"{self.where} cannot be {self.value}", help)]
+
+    def _minitems(self) -> list[Diagnostic]:
+        return [self._count(f"at least {self.kind.limit}")]
+
+    def _maxitems(self) -> list[Diagnostic]:
+        return [self._count(f"at most {self.kind.limit}")]
+
+    def _count(self, wanted: str) -> Diagnostic:
+        fragment = self._fragment(1)
+        if fragment.get("minItems") == fragment.get("maxItems"):
+            wanted = str(fragment.get("minItems"))
+        message = f"{self.where} has {counted(len(self.value), 'item')}, not {wanted}"
+        help = items_meant(self.value, fragment) or _sentence(fragment.get("description", ""))
+        return self._make("wrong-length", message, help)
+
+    def _minimum(self) -> list[Diagnostic]:
+        return [self._make("wrong-value", f"{self.where} is {self.value}, less than {self.kind.limit}")]
+
+    def _maximum(self) -> list[Diagnostic]:
+        return [self._make("wrong-value", f"{self.where} is {self.value}, more than {self.kind.limit}")]
+
+    def _pattern(self) -> list[Diagnostic]:
+        help = _sentence(str(self._fragment(1).get("description", "")))
+        return [self._make("bad-name", f'{self.where} cannot be "{self.value}"', help)]
+
+    def _propertynames(self) -> list[Diagnostic]:
+        name = self.kind.value.instance
+        message = f'"{name}" cannot be a name in {self.where}'
+        plain = self.schema_path[0] != "$defs"  # else it is the form that links and joints have
+        help = "use letters, digits and _" if plain else "no markup, no quotes; spaces only within"
+        return [self._make("bad-name", message, help, [*self.path, name], True)]
+
+    def _minlength(self) -> list[Diagnostic]:
+        return [self._make("empty-text", f"{self.where} is empty", "say something, or leave the key out")]
+
+    def _dependentrequired(self) -> list[Diagnostic]:
+        return [self._make("missing-key", f"{self.where} needs both min and max", "give both corners, or size")]
+
+    def _minproperties(self) -> list[Diagnostic]:
+        keys = ", ".join(self._fragment(1).get("properties", {}))
+        return [self._make("missing-key", f"{self.where} is empty", f"legal keys: {keys}")]
+
+    def _maxproperties(self) -> list[Diagnostic]:
+        keys = ", ".join(self._fragment(1).get("properties", {}))
+        return [self._make("wrong-value", f"{self.where} has more than one key", f"give one of {keys}")]
+
+    def _other(self) -> list[Diagnostic]:
+        return [self._make("wrong-shape", f"{self.where} does not fit the schema: {self.keyword}")]
+
+
+def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "") -> Diagnostic:
+    """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
+    names = list(dict.fromkeys(map(str, options)))
+    help = word_meant(str(value), names, kind)
+    if help.startswith("did"):
+        help += f" (one of {', '.join(names)})"
+    place = locate(tree, path)
+    return error("wrong-value", f'{subject(path)} cannot be "{value}"', place.span, help, place.stack())
+
+
+_TYPES = {
+    "string": "text",
+    "number": "a number",
+    "integer": "a whole number",
+    "boolean": "true or false",
+    "object": "a mapping",
+    "array": "a list",
+}
+
+
+def _sentence(text: str) -> str:
+    return text[:1].lower() + text[1:].rstrip(".") if text else ""
+
+
+def _found(value: Any) -> str:
+    if value is None:
+        return "empty"
+    if isinstance(value, bool):
+        return f"{str(value).lower()}"
+    if isinstance(value, Quantity):
+        return f"the quantity {value.text or float(value)}"
+    if isinstance(value, (int, float)):
+        return f"the number {value}"
+    if isinstance(value, str):
+        return f'the text "{value}"'
+    return "a list" if isinstance(value, Seq) else "a mapping"

@@ -1,0 +1,88 @@
+"""Misnamed: what a person may have meant by a key or a word that is not known where it stands."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ..diagnostics import did_you_mean, nearest
+from ..units import parse_unit
+from .schema import resolve
+from .synonyms import KEYS, VALUES, synonym, way_out
+from .tree import Map
+
+
+def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
+    """Return the way out for a key that an entry does not have.
+
+    ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
+    """
+    table = KEYS.get(kind, {})
+    told = _written_wrongly(key, entry, known) or way_out(key, table)
+    if told:
+        return told
+    close = synonym(key, table, known)
+    help = f'did you mean "{close}"?' if close else did_you_mean(key, known)
+    if help.startswith("known") and kind == "pose":
+        return f"joints stand in positions: {{{key}: ...}} or in pulses: {{{key}: ...}}"
+    return f"{help} (legal: {', '.join(sorted(known))})" if help.startswith("did") else help
+
+
+def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:
+    """Return the way out for what is no key: an entry without a space, half a number, a line not indented."""
+    if key[:1] in "\u00a0\u3000\u200b\ufeff" and key[:1]:
+        return "it begins with a space that is none for YAML: type the spaces anew"
+    glued = re.match(r"\s*([\w.-]+)\s*([:=])\s*(.*)", key, re.DOTALL)
+    if glued and glued[1] in known:
+        name, sign, value = glued.groups()
+        return f'a space is missing after the ":": {name}: {value}' if sign == ":" else f"write {name}: {value}"
+    keys = list(entry)
+    before = keys[keys.index(key) - 1] if key in entry and keys.index(key) else ""
+    if not before:
+        return ""
+    part = re.fullmatch(r"(\d+)\s*(\D.*)?", key)
+    if part and entry[key] is None and type(entry[before]) is int and (not part[2] or parse_unit(part[2])):
+        return f"a number has a point, not a comma: {before}: {entry[before]}.{key}"
+    inner = resolve(known.get(before) or {}).get("properties", {})
+    if entry[before] is None and key in inner:
+        return f'"{key}" is a key of {before}: indent it deeper than "{before}"'
+    return ""
+
+
+def is_meant(key: str, wanted: str, kind: str, known: Iterable[str]) -> bool:
+    """Say whether the way out for an unknown key leads to the one that is missing."""
+    names, table = list(known), KEYS.get(kind, {})
+    if synonym(key, table, names) == wanted or f"{wanted}: " in way_out(key, table):
+        return True
+    return re.split(r"[:=]", key)[0].strip() == wanted or nearest(key, names) == wanted
+
+
+def word_meant(word: str, known: Iterable[str], kind: str = "") -> str:
+    """Return the way out for a word that is not one of those that are known; ``kind`` is that of its synonyms."""
+    table = VALUES.get(kind) or KEYS.get(kind, {})
+    close = synonym(word, table, known)
+    return way_out(word, table) or (f'did you mean "{close}"?' if close else did_you_mean(word, known))
+
+
+class Fallen(NamedTuple):
+    """The entry that a key was meant to stand in, and whether it is the first one that stands beside it instead."""
+
+    owner: str
+    is_first: bool
+
+
+def fallen_out(tree: Map, path: Sequence[str | int], fragment: Mapping[str, Any]) -> Fallen | None:
+    """Return the entry above to which what stands at a path belongs: a key of such entries that is not indented.
+
+    ``fragment`` is that of the entries in the schema. None if it is an entry itself.
+    """
+    section = tree[str(path[0])] if len(path) == 2 else None
+    legal = fragment.get("properties", {})
+    if not isinstance(section, Map) or path[-1] not in legal:
+        return None
+    keys = list(section)
+    index = above = keys.index(str(path[-1]))
+    while above >= 0 and keys[above] in legal:
+        above -= 1
+    return Fallen(keys[above], above == index - 1) if above >= 0 and section[keys[above]] is None else None

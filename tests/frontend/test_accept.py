@@ -117,7 +117,7 @@ CASES = {
 }
 
 
-WARNINGS = ("length-looks-like-millimetres", "mimic-chain")
+WARNINGS = ("leading-slash", "length-looks-like-millimetres", "mimic-chain", "names-look-alike")
 
 
 def written(rule: str, accept: bool) -> str:

@@ -99,7 +99,7 @@ def understand(
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
-            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
+            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS, expanded.scope)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)

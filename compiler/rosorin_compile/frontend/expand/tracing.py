@@ -108,7 +108,7 @@ def _behind(root: Scope, scope: Scope, name: str, keys: str) -> tuple[Span, Scop
     value = owner.values.get(name)
     for key, index in _STEP.findall(keys):
         step: Any = key or int(index)
-        if not (isinstance(value, Map) and step in value or isinstance(value, Seq) and step in range(len(value))):
+        if not ((isinstance(value, Map) and step in value) or (isinstance(value, Seq) and step in range(len(value)))):
             return None
         place = Place(value.value_spans[step], value.via)
         value = value[step]

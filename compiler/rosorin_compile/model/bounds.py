@@ -71,7 +71,8 @@ _HERE = Transform()
 def _own(geometry: Geometry) -> tuple[Vector, Vector]:
     """Return two corners of a geometry in its own frame."""
     if isinstance(geometry, Box):
-        return geometry.lower, geometry.upper
+        (a, b, c), (d, e, f) = geometry.lower, geometry.upper
+        return (min(a, d), min(b, e), min(c, f)), (max(a, d), max(b, e), max(c, f))
     if isinstance(geometry, HeightMap):
         x, y = geometry.origin
         rows, columns = len(geometry.heights), max(map(len, geometry.heights), default=0)
@@ -79,8 +80,8 @@ def _own(geometry: Geometry) -> tuple[Vector, Vector]:
         return (x, y, 0.0), (x + rows * geometry.cell, y + columns * geometry.cell, top)
     if isinstance(geometry, Mesh):
         raise ValueError("the size of a mesh is not known")
-    radius = geometry.radius
+    radius = abs(geometry.radius)  # a size below zero may be accepted
     half = radius
     if isinstance(geometry, (Cylinder, Capsule)):
-        half = geometry.length / 2 + (radius if isinstance(geometry, Capsule) else 0.0)
+        half = abs(geometry.length) / 2 + (radius if isinstance(geometry, Capsule) else 0.0)
     return (-radius, -radius, -half), (radius, radius, half)

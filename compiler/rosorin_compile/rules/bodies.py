@@ -11,7 +11,9 @@ from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
 from ..model import Inertial, Link, Mesh, principal_moments
 from ..model.bounds import Bounds, bounds_of
+from ..units import Quantity
 from .case import Case, at, exists, number
+from .sizes import longest
 
 AFTER = "inertia"
 
@@ -215,7 +217,7 @@ def _density(case: Case, link: Link, path: Path) -> Iterator[Diagnostic]:
     """Yield a warning about a density that looks like g/cm^3."""
     place = (*path, "density")
     density = at(case.tree, place)
-    if not 0 < density < FOAM or getattr(density, "text", ""):
+    if isinstance(density, Quantity) or not 0 < density < FOAM:
         return
     message = f'the density of link "{link.name}" is {number(density)} kg/m^3, that of foam or less: water has 1000'
     help = f'write "{number(density)} g/cm^3" if that is meant, "{number(density)} kg/m^3" if not'
@@ -223,11 +225,11 @@ def _density(case: Case, link: Link, path: Path) -> Iterator[Diagnostic]:
 
 
 def _shape(case: Case, link: Link) -> Path:
-    """Return the path of the first shape of a link whose size is known."""
+    """Return the path of the size of a link's first shape that is no mesh."""
     for purpose, shapes in (("collision", link.collision), ("visual", link.visual)):
         for index, shape in enumerate(shapes):
             if not isinstance(shape.geometry, Mesh):
-                return case.link(link.name, purpose, index)
+                return case.link(link.name, purpose, index, *longest(shape)[0])
     return case.link(link.name)
 
 

@@ -31,17 +31,16 @@ class _Piece(NamedTuple):
     "Give it an `inertial`, or make the joint fixed.",
     JOINTS,
     accept="link",
-    imported="always",
+    imported="lenient",
 )
 @rule(
     "collision-missing",
     "A note: a link that moves is seen and collides with nothing, though nearly all others do.",
     "Give it a `collision`.",
     JOINTS,
-    accept="link",
 )
 def parts(case: Case) -> Iterator[Diagnostic]:
-    """Moving parts without mass or without collision, where others have one."""
+    """Find moving parts without mass or without collision, where others have one."""
     pieces = _pieces(case)
     moving = [piece for piece in pieces if piece.moves and any(link.visual or link.collision for link in piece.links)]
     light = [piece for piece in moving if not _has_mass(piece)]
@@ -95,10 +94,9 @@ def _pieces(case: Case) -> list[_Piece]:
     "does at each start.",
     "Begin the robot at a link without mass, with a fixed joint to this one.",
     JOINTS,
-    accept="link",
 )
 def root(case: Case) -> Iterator[Diagnostic]:
-    """The root of what robot_state_publisher reads, if it has a mass.
+    """Look at the root of what robot_state_publisher reads: whether it has a mass.
 
     ros/kdl_parser@humble:src/kdl_parser.cpp: "The root link ... has an inertia specified in the URDF, but KDL does not
     support a root link with an inertia."

@@ -33,8 +33,10 @@ _WHAT = {
     imported="always",
 )
 def negative(case: Case) -> Iterator[Diagnostic]:
-    """What a simulation knows of a joint, and is below zero."""
+    """Find what a simulation knows of a joint and is below zero."""
     for joint in case.robot.joints:
+        if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
+            continue  # a part calculates the others from it
         for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
             for key, value in vars(values).items() if values is not None else ():
                 if value < 0:
@@ -48,11 +50,17 @@ def negative(case: Case) -> Iterator[Diagnostic]:
 
 @rule(
     "axis-missing",
-    "A note: joints that move say no axis, and turn about x of their frames, the default. A warning for a wheel that "
-    "does not lie along x.",
+    "A note: joints that move say no axis, and turn about x of their frames, the default.",
     "Say it: `axis: [0, 0, 1]`.",
     JOINTS,
+)
+@rule(
+    "axis-across",
+    "A warning: a joint says no axis, and the default, x, lies across the wheel that it turns.",
+    "Say it: `axis: [0, 1, 0]`.",
+    JOINTS,
     accept="joint",
+    imported="always",
 )
 def unsaid(case: Case) -> Iterator[Diagnostic]:
     """Joints without an axis: in one note, but for wheels that would tumble."""
@@ -61,23 +69,25 @@ def unsaid(case: Case) -> Iterator[Diagnostic]:
         if not (joint.moves or joint.type == "planar") or exists(case.tree, case.joint(joint, "axis")):
             continue
         if joint.type == "continuous" and _lies_across(case, joint):
-            message = f'joint "{joint.name}" says no axis and turns "{joint.child}" about x, across its cylinder'
+            message = (
+                f'joint "{joint.name}" says no axis and turns "{joint.child}" about x, across the wheel that it is'
+            )
             help = "say the axis that is meant, such as axis: [0, 1, 0]"
-            yield case.problem("axis-missing", message, case.joint(joint), help, severity=WARNING, key=True)
+            yield case.problem("axis-across", message, case.joint(joint), help, severity=WARNING, key=True)
         else:
             silent.append(joint)
     if silent:
         names = first_of([f'"{joint.name}"' for joint in silent], SHOWN)
         what = f"joint {names} says" if len(silent) == 1 else f"joints {names} say"
         message = f"{what} no axis: it is x of the frame of the child, [1, 0, 0]"
-        found = case.problem("axis-missing", message, case.joint(silent[0]), "say it", severity=NOTE, key=True)
-        yield found._replace(of=())
+        yield case.problem("axis-missing", message, case.joint(silent[0]), "say it", severity=NOTE, key=True)
 
 
 def _lies_across(case: Case, joint: Joint) -> bool:
-    """Say whether the child of a joint is one cylinder that does not lie along x."""
+    """Say whether the child of a joint is one disc, shorter than it is wide, that does not lie along x."""
     link = case.robot.link.get(joint.child)
     shapes = (link.collision or link.visual) if link is not None else ()
     if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder):
         return False
-    return abs(shapes[0].pose.transform().rows[0][2]) < ALONG
+    disc = shapes[0].geometry
+    return disc.length < 2 * disc.radius and abs(shapes[0].pose.transform().rows[0][2]) < ALONG

@@ -6,12 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-from ..diagnostics import ERROR, WARNING, Diagnostic
+from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
 from ..model import Box, Capsule, Cylinder, Joint, Link, Mesh, Shape, Sphere
 from ..model.bounds import Bounds, bounds_of
-from .case import Case, exists, number
+from ..units import Quantity
+from .case import Case, at, exists, number
 
 AFTER = "bodies"
 
@@ -23,6 +24,8 @@ UNEVEN = 100.0
 # A shape is this often as long as all ways between joints together: 6 times is the most of 600 public robots, and
 # millimetres for metres make 1000.
 OVERSIZED = 20.0
+# A joint is this often as far as all others together.
+FAR_OFF = 10.0
 # No robot is larger that has such shapes, and a plate on a small joint is no mistake.
 LARGE = 2.0  # m
 # All of a robot within this: the smallest that people build on joints are centimetres.
@@ -33,7 +36,7 @@ ELSEWHERE = 0.25
 
 @rule(
     "mesh-scale",
-    "A mesh is scaled to nothing. As a warning: by a factor that no unit has, or very differently along its axes.",
+    "A warning: a mesh is scaled to nothing, by a factor that no unit has, or very differently along its axes.",
     "0.001 makes metres of millimetres; a mesh in metres needs no scale.",
     NUMBERS,
     accept="link",
@@ -67,7 +70,7 @@ def _scale(case: Case, link: Link, mesh: Mesh, path: Path) -> Iterator[Diagnosti
     help = "0.001 makes metres of millimetres; without scale a mesh is in metres"
     if low == 0:
         message = f"{said}: nothing is left of it"
-        yield case.problem("mesh-scale", message, place, help, severity=ERROR)
+        yield case.problem("mesh-scale", message, place, help, severity=WARNING)
     elif high > LARGEST_SCALE or high < SMALLEST_SCALE:
         message = f"{said}: no unit of a drawing is so {'large' if high > LARGEST_SCALE else 'small'}"
         yield case.problem("mesh-scale", message, place, help, severity=WARNING)
@@ -100,7 +103,8 @@ def _middle(bounds: Bounds) -> str:
 
 @rule(
     "size-implausible",
-    "A warning: a shape is very large against the ways between joints, or a whole robot is a few millimetres long.",
+    "A warning: a shape or the way to a joint is very long against all ways between joints, or a whole robot measures "
+    "a few millimetres.",
     "Sizes and `xyz` are in metres: write `120 mm`, or 0.12.",
     NUMBERS,
     accept="link",
@@ -116,7 +120,7 @@ def robot_size(case: Case) -> Iterator[Diagnostic]:
     for link in case.robot.links:
         for purpose, own in (("visual", link.visual), ("collision", link.collision)):
             for index, shape in enumerate(own):
-                key, size = _longest(shape)
+                key, size = longest(shape)
                 largest = max(largest, size)
                 if size > LARGE and reach * OVERSIZED < size:
                     place = case.link(link.name, purpose, index, *key)
@@ -126,9 +130,34 @@ def robot_size(case: Case) -> Iterator[Diagnostic]:
                     )
                     help = f'write "{number(size)} mm" if millimetres are meant'
                     yield case.problem("size-implausible", message, place, help, severity=WARNING)
+    for joint in ways:
+        yield from _far(case, joint, reach)
     if reach + largest < TINY:
         first = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
         yield _tiny(case, first, reach + largest)
+
+
+def _far(case: Case, joint: Joint, reach: float) -> Iterator[Diagnostic]:
+    """Yield a warning about a joint that is farther than all others together, by a bare number."""
+    xyz, way = joint.origin.xyz, math.hypot(*joint.origin.xyz)
+    if way <= LARGE or way <= FAR_OFF * (reach - way) or _is_world(case, joint.parent):
+        return
+    place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
+    if isinstance(at(case.tree, place), Quantity):
+        return
+    message = (
+        f'joint "{joint.name}" puts "{joint.child}" {number(way)} m away from "{joint.parent}"{case.stands_in(place)},'
+        f" and all other ways between joints of the robot are {number(reach - way)} m"
+    )
+    help = f'write "{number(way)} mm" if millimetres are meant, "{number(way)} m" if not'
+    yield case.problem("size-implausible", message, place, help, severity=WARNING)
+
+
+def _is_world(case: Case, name: str) -> bool:
+    """Say whether a link is a mere frame at the root: where a robot stands in the world may be far from it."""
+    link = case.robot.link.get(name)
+    mere = link is not None and not (link.visual or link.collision or link.inertial)
+    return mere and name not in case.robot.joint_to
 
 
 def _tiny(case: Case, joint: Joint, size: float) -> Diagnostic:
@@ -142,7 +171,7 @@ def _tiny(case: Case, joint: Joint, size: float) -> Diagnostic:
     return case.problem("size-implausible", message, place, help, severity=WARNING)
 
 
-def _longest(shape: Shape) -> tuple[Path, float]:
+def longest(shape: Shape) -> tuple[Path, float]:
     """Return the longest side of a shape (m), and the keys of its number; nothing of a mesh."""
     geometry: Any = shape.geometry
     if isinstance(geometry, Box):

@@ -136,10 +136,10 @@ CASES = {
     "collision-elsewhere": (
         {
             "arm": BODY
-            + ", collision: [{box: {size: [2, 2, 0.01]}}], visual: [{box: {size: [0.1, 0.1, 0.1]}, xyz: [0, 0, 7]}]"
+            + ", collision: [{box: {size: [0.2, 0.2, 0.2]}}], visual: [{sphere: {radius: 0.1}, xyz: [0, 0, 3]}]"
         },
         "arm",
-        'xyz="0 0 7"',
+        'xyz="0 0 3"',
     ),
     "size-implausible": (
         {

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from .geometry import Transform, Vector
+from .geometry import IDENTITY, Vector
 from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape
 
 
@@ -54,18 +54,37 @@ def bounds_of(shapes: Iterable[Shape]) -> Bounds | None:
     return found
 
 
+class Ball(NamedTuple):
+    """The middle of a shape in the frame of its link (m), the half of its diagonal (m), its box's volume (m^3)."""
+
+    middle: Vector
+    radius: float
+    volume: float
+
+
+def ball_of(shape: Shape) -> Ball | None:
+    """Return what is quickly known of a shape, without its turn; None of a mesh."""
+    if isinstance(shape.geometry, Mesh):
+        return None
+    (a, b, c), (d, e, f) = _own(shape.geometry)
+    middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
+    x, y, z = shape.pose.xyz
+    if any(middle) and any(shape.pose.rpy):
+        middle = shape.pose.transform().apply(middle)
+    else:
+        middle = (middle[0] + x, middle[1] + y, middle[2] + z)
+    return Ball(middle, math.hypot(d - a, e - b, f - c) / 2, (d - a) * (e - b) * (f - c))
+
+
 def _bounds(shape: Shape) -> Bounds:
     lower, upper = _own(shape.geometry)
+    if shape.pose == IDENTITY:
+        return Bounds(lower, upper)
     place = shape.pose.transform()
     half = ((upper[0] - lower[0]) / 2, (upper[1] - lower[1]) / 2, (upper[2] - lower[2]) / 2)
-    if place == _HERE:
-        return Bounds(lower, upper)
     x, y, z = place.apply((lower[0] + half[0], lower[1] + half[1], lower[2] + half[2]))
     a, b, c = (sum(abs(cell) * side for cell, side in zip(row, half, strict=True)) for row in place.rows)
     return Bounds((x - a, y - b, z - c), (x + a, y + b, z + c))
-
-
-_HERE = Transform()
 
 
 def _own(geometry: Geometry) -> tuple[Vector, Vector]:

@@ -9,8 +9,8 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
-from ..model import Inertial, Link, Mesh, principal_moments
-from ..model.bounds import Bounds, bounds_of
+from ..model import Inertial, Link, Mesh, Vector, principal_moments
+from ..model.bounds import Bounds, ball_of, bounds_of
 from ..units import Quantity
 from .case import Case, at, exists, number
 from .sizes import longest
@@ -96,11 +96,36 @@ def plausible(case: Case) -> Iterator[Diagnostic]:
             yield from _density(case, link, path)
         if inertial.mass <= NO_MASS:
             continue
+        moments = None if exists(case.tree, (*path, "of")) else principal_moments(inertial)
+        if _is_usual(link, inertial, moments):
+            continue
         bounds, whole = _bounds(link)
         body = _Body(link, inertial, path, bounds, whole, reach)
-        told = list(_mass(case, body)) or list(_inertia(case, body))
+        told = list(_mass(case, body)) or (list(_inertia(case, body, moments)) if moments else [])
         yield from told
         yield from _centre(case, body)
+
+
+def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:
+    """Say quickly that there is nothing to say of a link, as of nearly all.
+
+    What is known of a link's largest shape is at most true of all of them: the space they take is larger, and so is the
+    way from the centre of mass to the farthest point.
+    """
+    balls = [ball_of(shape) for shape in (*link.visual, *link.collision)]
+    known = [ball for ball in balls if ball is not None]
+    if not known or len(known) < len(balls):
+        return False
+    mass, centre = inertial.mass, inertial.pose.xyz
+    largest = max(known, key=lambda ball: ball.volume)
+    most = max(math.dist(largest.middle, ball.middle) + ball.radius for ball in known)
+    if not LIGHTEST * 8 * most**3 <= mass <= DENSEST * largest.volume:
+        return False
+    if math.dist(centre, largest.middle) > OUTSIDE * 2 * largest.radius:
+        return False
+    if moments is None:
+        return True
+    return moments[2] <= mass * (BEYOND * largest.radius) ** 2 and _densest(mass, *moments) <= DENSEST
 
 
 def _bounds(link: Link) -> tuple[Bounds | None, bool]:
@@ -140,12 +165,10 @@ def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:
     yield case.problem("mass-implausible", message, place, help, related=related, severity=WARNING)
 
 
-def _inertia(case: Case, body: _Body) -> Iterator[Diagnostic]:
+def _inertia(case: Case, body: _Body, principal: Vector) -> Iterator[Diagnostic]:
     """Yield a warning where an inertia is smaller than that of the densest body, or larger than the link."""
-    if exists(case.tree, (*body.path, "of")):
-        return
     link, mass = body.link, body.inertial.mass
-    low, middle, high = principal_moments(body.inertial)
+    low, middle, high = principal
     if not (low > 0 and high <= (low + middle) * (1 + 1e-6)):  # other rules say so
         return
     moments = {"ixx": body.inertial.ixx, "iyy": body.inertial.iyy, "izz": body.inertial.izz}

@@ -10,7 +10,7 @@ from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
 from ..model import Box, Capsule, Cylinder, Joint, Link, Mesh, Shape, Sphere
-from ..model.bounds import Bounds, bounds_of
+from ..model.bounds import Bounds, ball_of, bounds_of
 from ..units import Quantity
 from .case import Case, at, exists, number
 
@@ -80,6 +80,9 @@ def _scale(case: Case, link: Link, mesh: Mesh, path: Path) -> Iterator[Diagnosti
 
 
 def _elsewhere(case: Case, link: Link) -> Iterator[Diagnostic]:
+    one, other = ball_of(link.visual[0]), ball_of(link.collision[0])
+    if one and other and math.dist(one.middle, other.middle) <= ELSEWHERE * 2 * max(one.radius, other.radius):
+        return
     seen, felt = bounds_of(link.visual), bounds_of(link.collision)
     if seen is None or felt is None:
         return

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 from ..diagnostics import NOTE, WARNING, Diagnostic
 from ..diagnostics.registry import JOINTS, rule
-from ..diagnostics.wording import counted
 from ..model import ROBOT_STATE_PUBLISHER, Link
 from .case import Case
 
@@ -15,7 +14,7 @@ AFTER = "sizes"
 
 # Most have it: where more than this lack mass or collision, the robot is drawn without on purpose.
 FEW_WITHOUT_MASS = 0.5
-FEW_WITHOUT_COLLISION = 0.25
+FEW_WITHOUT_COLLISION = 0.25  # or a single one
 
 
 class _Piece(NamedTuple):
@@ -48,24 +47,26 @@ def parts(case: Case) -> Iterator[Diagnostic]:
         heavy = sum(map(_has_mass, pieces))
         for piece in light if heavy else ():
             link = next(link for link in piece.links if link.visual or link.collision)
-            message = f'link "{link.name}" moves and has no mass, and {counted(heavy, "other")} of the robot have'
-            message = message.replace("1 other of the robot have", "another one of the robot has")
+            have = "another part of the robot has" if heavy == 1 else f"{heavy} other parts of the robot have"
+            message = f'link "{link.name}" moves and has no mass, and {have}'
             help = "give it an inertial: engines drop it, or refuse the robot"
             path = case.link(link.name)
             yield case.problem("inertial-missing", message, path, help, severity=WARNING, key=True)
     seen = [piece for piece in moving if any(link.visual for link in piece.links)]
     through = [piece for piece in seen if not any(link.collision for link in piece.links)]
-    if len(through) <= FEW_WITHOUT_COLLISION * len(seen):
+    others = len(seen) - len(through)
+    if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
         for piece in through:
             link = next(link for link in piece.links if link.visual)
-            message = f'link "{link.name}" moves, is seen and collides with nothing, unlike {len(seen) - len(through)}'
-            message += " others of the robot"
+            message = f'link "{link.name}" moves, is seen and collides with nothing, unlike {others}'
+            message += " other parts of the robot"
             path = case.link(link.name)
             yield case.problem("collision-missing", message, path, "give it a collision", severity=NOTE, key=True)
 
 
 def _has_mass(piece: _Piece) -> bool:
-    return any(link.inertial is not None and link.inertial.mass > 0 for link in piece.links)
+    """Say whether a part has a mass, or one that is none, which is told already."""
+    return any(link.inertial is not None for link in piece.links)
 
 
 def _pieces(case: Case) -> list[_Piece]:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
-from .frontend.accepting import settled, unknown
+from .frontend.accepting import Entry, settled, unknown, unused
 from .frontend.expand import Expanded, expand
 from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.lower import Lowered, lower
@@ -70,11 +70,15 @@ class Reading(NamedTuple):
 
 
 class Understood(NamedTuple):
-    """What a description says: its tree, its model and where it was written (each only as far as it was right)."""
+    """What a description says: its tree, its model and where it was written (each only as far as it was right).
+
+    ``used`` are the entries of ``accept`` that took something.
+    """
 
     expanded: Expanded
     lowered: Lowered | None
     diagnostics: list[Diagnostic]
+    used: frozenset[Entry] = frozenset()
 
 
 def understand(
@@ -102,8 +106,8 @@ def understand(
             diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS, expanded.scope)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
-    diagnostics = settled(expanded.tree, diagnostics, acceptable(), complete=lowered.robot is not None)
-    return Understood(expanded, lowered, arrange(diagnostics))
+    left = settled(expanded.tree, diagnostics, acceptable())
+    return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 
 class _Readers:
@@ -177,7 +181,7 @@ def read(
         return Reading(None, missing, ())
     if not is_description(file):
         return _read_foreign(file, asked, lenient)
-    expanded, lowered, diagnostics = understand(file, asked.arguments, packages=asked.packages)
+    expanded, lowered, diagnostics, _ = understand(file, asked.arguments, packages=asked.packages)
     robot = None if lowered is None or has_errors(diagnostics) else lowered.robot
     return Reading(robot, diagnostics, expanded.files)
 
@@ -214,12 +218,14 @@ def compile_robot(
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
     ``packages`` as in ``understand``.
     """
-    expanded, lowered, diagnostics = understand(path, arguments, tell, packages)
+    expanded, lowered, diagnostics, used = understand(path, arguments, tell, packages)
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     artifacts, said, templates = _emit(lowered.robot, expanded.tree, path.parent)
     if has_errors(said):
         artifacts = ()
+    said, more = settled(expanded.tree, said, acceptable())
+    said += unused(expanded.tree, used | more, acceptable())
     return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
 
 

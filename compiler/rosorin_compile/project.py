@@ -6,6 +6,7 @@ The data that ships with the tool, the user's cache folder and paths as people r
 from __future__ import annotations
 
 import os
+import stat
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -31,23 +32,57 @@ class NoDescription(Exception):
 def find(names: list[str], outputs: str | None) -> list[Description]:
     """Return the descriptions asked for by name, folder or file; without names all in ``descriptions/``.
 
-    ``outputs`` is the folder that gets a folder a robot; by default ``outputs`` beside ``descriptions``.
+    The project is that of this folder or of one above it. ``outputs`` is the folder that gets a folder a robot; by
+    default ``outputs`` beside ``descriptions``.
     Raises NoDescription.
     """
     paths = [first_file(name) for name in names] or all_here()
     if not paths:
-        raise NoDescription(f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here; name a description, or go to its project")
+        where = f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here or above"
+        raise NoDescription(f"{where}; name a description, or go to its project")
     return [_description(path, outputs) for path in paths]
 
 
 def all_here() -> list[Path]:
-    """Return the first files of all descriptions of the project in this folder, sorted by name."""
-    return sorted(Path(DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    """Return the first files of all descriptions of the project around this folder, sorted by name."""
+    return sorted(Path(around(), DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+
+
+def around() -> Path:
+    """Return the folder of the project that this folder is in, as seen from here; this folder if there is none.
+
+    A folder above that everybody can write into, such as /tmp, is nobody's project.
+    """
+    above = Path()
+    try:
+        here = Path.cwd()
+        for folder in (here, *here.parents):
+            if folder != here and folder.stat().st_mode & stat.S_IWOTH:
+                break
+            if any(Path(above, DESCRIPTIONS).glob(f"*/{ROOT_FILE}")):
+                return above
+            above = above / os.pardir
+    except OSError:  # the folder of this process is gone, or one above may not be read
+        pass
+    return Path()
+
+
+def narrowed(found: list[Description]) -> list[Description]:
+    """Return of several descriptions the one whose folder this folder is in, if it is in one."""
+    here = Path.cwd()
+    within = [one for one in found if here.is_relative_to(one.path.parent.resolve())]
+    return within if len(within) == 1 else found
+
+
+def project_of(path: Path) -> Path:
+    """Return the folder of the project that a description is in, links followed; without one its own folder."""
+    folder = path.parent.resolve()
+    return next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
 
 
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
-    for path in (Path(name), Path(DESCRIPTIONS, name)):
+    for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
         if is_file(path / ROOT_FILE):
             return path / ROOT_FILE
     if is_file(Path(name)):
@@ -70,16 +105,16 @@ def _description(path: Path, outputs: str | None) -> Description:
     if outputs is not None:
         base = Path(outputs)
     elif folder.parent.name == DESCRIPTIONS:
-        base = _from_here(folder.parent.parent / OUTPUTS)
+        base = _from_here(folder.parent.parent / OUTPUTS, absolute=path.is_absolute())
     else:
         base = Path(OUTPUTS)
     return Description(name, path, base / name)
 
 
-def _from_here(path: Path) -> Path:
-    """Return an absolute path relative to here if it is below, as a person would name it."""
+def _from_here(path: Path, absolute: bool) -> Path:
+    """Return an absolute path relative to here, as a person would name it; not if it is above, and ``absolute``."""
     here = os.path.relpath(path)
-    return path if here.startswith("..") else Path(here)
+    return path if absolute and here.startswith("..") else Path(here)
 
 
 def nearest_file(path: Path) -> Path | None:
@@ -101,7 +136,7 @@ def shown(path: Path) -> str:
         here = os.path.relpath(path)
     except OSError:  # the folder of this process is gone
         return str(path)
-    return str(path) if here.startswith("..") else here
+    return str(path) if here.startswith("..") and path.is_absolute() else here
 
 
 # The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).

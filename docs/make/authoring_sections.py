@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
+from rosorin_compile.diagnostics import registry
 from rosorin_compile.diagnostics.registry import every_rule
+from rosorin_compile.frontend.accepting import STAYS
 from rosorin_compile.frontend.expand.forms import SECTIONS
 from rosorin_compile.frontend.expand.placing import AXES
 
@@ -16,6 +18,11 @@ _BOUNDS = {
     "min": {"description": "The smallest value that is allowed."},
     "max": {"description": "The largest value that is allowed."},
 }
+# The topics of what is said of a robot while it is compiled.
+_COMPILING = (
+    *(registry.FILES, registry.ARGUMENTS, registry.SHAPE, registry.JOINTS, registry.NUMBERS, registry.POSES),
+    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS),
+)
 _SOME = r"\$\{"
 _WHOLE = r"^\$\{[\s\S]*\}$"
 
@@ -109,7 +116,8 @@ def _include() -> Schema:
 def definitions(plain: Schema) -> Schema:
     """Return the definitions of the plain schema, with the ids of the rules that ``accept`` may name."""
     acceptance = plain["$defs"]["acceptance"]
-    ids = sorted(rule.id for rule in every_rule().values() if rule.accept)
+    ids = sorted(rule.id for rule in every_rule().values() if rule.accept or (rule.mild and rule.topic in _COMPILING))
+    ids = [id for id in ids if id not in STAYS]
     rule = {"enum": ids, "description": acceptance["properties"]["rule"]["description"]}
     return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}
 

@@ -112,6 +112,13 @@ def test_links_lead_somewhere(page: Path) -> None:
         assert not anchor or anchor in anchors(path.read_text("utf-8")), f"{page.name}: {target}"
 
 
+@pytest.mark.parametrize("page", [*PAGES, README], ids=lambda page: page.stem)
+def test_nothing_is_installed_from_where_it_is_not(page: Path) -> None:
+    """No index serves the package: its bare name installs nothing; an extra of what is installed is found."""
+    installed = re.findall(r"pip install (?:-\S+ )*(\S+)", page.read_text("utf-8"))
+    assert not [name for name in installed if name.strip("`'\"").partition("=")[0] == "rosorin-compile"]
+
+
 def test_every_page_is_in_the_index() -> None:
     assert {page.name for page in PAGES} <= {"README.md", *links((DOCS / "README.md").read_text("utf-8"))}
 

@@ -159,11 +159,6 @@ CASES = {
         "wrist",
         "",
     ),
-    "inertial-missing": (
-        {"hand": "visual: [{sphere: {radius: 1}}]", "wrist": f"type: revolute, axis: [0, 1, 0], {LIMIT}"},
-        "hand",
-        "",
-    ),
     "mimic-beyond-limit": (
         {"wrist": f"type: revolute, axis: [0, 1, 0], mimic: {{joint: shoulder, multiplier: 2}}, {LIMIT}"},
         "wrist",
@@ -192,7 +187,25 @@ CASES = {
 }
 
 # What MuJoCo does not load, by the rule that says so.
-REFUSED_BY_MUJOCO = {"inertia-triangle": "mjcf-refused-inertia", "inertial-missing": "mjcf-needs-mass"}
+REFUSED_BY_MUJOCO = {"inertia-triangle": "mjcf-refused-inertia"}
+
+
+WARNINGS = [
+    "axis-across",
+    "centre-outside",
+    "collision-elsewhere",
+    "colour-range",
+    "density-looks-like-grams",
+    "inertia-implausible",
+    "length-looks-like-millimetres",
+    "mass-implausible",
+    "mesh-scale",
+    "mimic-beyond-limit",
+    "mimic-chain",
+    "size-implausible",
+    "two-in-one-place",
+    "velocity-looks-like-degrees",
+]
 
 
 def written(rule: str, accept: bool) -> str:
@@ -227,13 +240,17 @@ def test_it_is_told_without(tmp_path, rule):
 
 
 @pytest.mark.parametrize("rule", CASES)
-def test_it_is_a_note_with(tmp_path, rule):
+def test_an_error_is_a_note_with(tmp_path, rule):
     made = compiled_text(tmp_path, written(rule, accept=True))
-    (note,) = [d for d in made.diagnostics if d.rule == rule]
-    assert note.severity == NOTE
-    assert note.message.startswith("accepted: ")
-    assert note.message.endswith(" (it is so)")
-    assert note.span is not None
+    told = [d for d in made.diagnostics if d.rule == rule]
+    if rule in WARNINGS:
+        assert told == []
+    else:
+        (note,) = told
+        assert note.severity == NOTE
+        assert note.message.startswith("accepted: ")
+        assert note.message.endswith(" (it is so)")
+        assert note.span is not None
     if rule in REFUSED_BY_MUJOCO:
         assert [d.rule for d in made.diagnostics if d.severity == "error"] == [REFUSED_BY_MUJOCO[rule]]
         made = compiled_text(tmp_path, written(rule, accept=True).replace("mjcf: {file: a.xml}, ", ""))
@@ -247,6 +264,29 @@ def test_it_is_a_note_with(tmp_path, rule):
         mujoco.MjModel.from_xml_string(artifacts["mjcf"])
     if rule == "limit-missing":
         assert artifacts["urdf"].count("<limit") == 1
+
+
+LONELY = """
+robot: lonely
+links: {base: {}, arm: {}, laser: {}}
+joints:
+  shoulder: {type: revolute, parent: base, child: arm, axis: [0, 0, 1], %s}
+  laser_joint: {type: fixed, parent: arm, child: laser, axis: [0, 0, 1]}
+accept:
+  - {rule: ignored-key, reason: it was in the drawing}
+  - {rule: %s}
+outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml, number_format: six}}
+"""
+
+
+@pytest.mark.parametrize(
+    "rule", ["mjcf-cannot-say, reason: its driver limits it", "mjcf-cannot-say, of: [x], reason: y"]
+)
+def test_warnings_and_notes_of_a_rule_are_ended(tmp_path, rule):
+    told = compiled_text(tmp_path, LONELY % (LIMIT, rule)).diagnostics
+    rules = [d.rule for d in told]
+    assert "ignored-key" not in rules
+    assert ("mjcf-cannot-say" in rules) == ("accept-unused" in rules) == ("of:" in rule)
 
 
 def test_robots_that_pinocchio_reads(tmp_path):

@@ -119,17 +119,22 @@ def test_all_and_check(machine: Machine):
     assert "cart.toy: same meaning" not in machine.run("check", "cart", code=1)  # it has no syntax to tell by
 
 
-def test_check_holds_it_against_the_other_artifacts(machine: Machine):
-    machine.change(("[*joint.origin.xyz,", "[0.25, *joint.origin.xyz[1:],"))
+@pytest.mark.parametrize("words", ["all", "check", "check --every-argument", "package -o new", "deploy --to mine"])
+def test_it_is_held_against_the_other_artifacts_before_it_is_used(machine: Machine, words: str):
     machine.run("all", "cart", code=0)
-    printed = machine.run("check", "cart", code=1)
+    before = machine.read("outputs/cart/cart.toy")
+    machine.change(("[*joint.origin.xyz,", "[0.25, *joint.origin.xyz[1:],"))
+    machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
+    printed = machine.run(*words.split(), "cart", code=1)
     assert "error[artifacts-disagree]: ball origin x: cart.toy says 0.25 m, cart.urdf and the model say 0 m" in printed
+    assert machine.read("outputs/cart/cart.toy") == before
+    assert not (machine.folder / "new").exists()
+    assert not (machine.folder / "mine/toy").exists()
 
 
 def test_a_frame_that_is_not_there(machine: Machine):
     machine.record("frames=lambda robot: ['ghost']")
-    machine.run("all", "plain", code=0)
-    printed = machine.run("check", "plain", code=1)
+    printed = machine.run("all", "plain", code=1)
     assert "plain.toy does not carry the frame ghost, which it should" in printed
 
 
@@ -360,8 +365,8 @@ def _refused(machine: Machine, words: str) -> None:
 
 @pytest.mark.parametrize("fields", COMPARED)
 def test_a_record_that_fails_when_it_is_compared(machine: Machine, fields: str):
-    machine.record(fields)
     machine.run("all", "plain", code=0)
+    machine.record(fields)
     machine.write("outputs/plain/plain.toy", machine.read("outputs/plain/plain.toy").replace("0.000000", "0.100000"))
     printed = machine.run("check", "plain", code=1)
     assert f"error[plugin-broken]: {WHO} " in printed

@@ -10,20 +10,22 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from . import Diagnostic
-from .wording import and_more
+from . import ERROR, Diagnostic
+from .wording import and_more, counted
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
 
 
 class Console:
-    """Prints what a run has to say, in one of the forms of ``report``."""
+    """Prints what a run has to say, in one of the forms of ``report``; ``quiet``: only what keeps it from its end."""
 
-    def __init__(self, form: str) -> None:
+    def __init__(self, form: str, quiet: bool = False) -> None:
         self.form = form
+        self.quiet = quiet
         self.collected: list[Diagnostic] = []
         self.ran = 0
+        self.stand_ins = 0
 
     @property
     def for_people(self) -> bool:
@@ -32,6 +34,11 @@ class Console:
 
     def show(self, diagnostics: Sequence[Diagnostic]) -> str:
         """Print diagnostics, or keep them for the end; return what was printed."""
+        if self.quiet:
+            stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
+            self.stand_ins += len(stand_ins)
+            kept = [] if self.for_people else stand_ins
+            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *kept]
         if not self.for_people:
             self.collected += diagnostics
             return ""
@@ -50,6 +57,8 @@ class Console:
 
     def say(self, line: str) -> None:
         """Print a line about the run as a whole."""
+        if self.quiet:
+            return
         print(line, file=sys.stdout if self.for_people else sys.stderr)
 
     def warn(self, line: str) -> None:
@@ -57,7 +66,10 @@ class Console:
         sys.stderr.write(f"{line}\n")
 
     def finish(self) -> None:
-        """Print the document of a run that is read by a program."""
+        """Print the document of a run that is read by a program; of a quiet one, what has to stay visible."""
+        if self.for_people and self.stand_ins:
+            count = counted(self.stand_ins, "stand-in")
+            self.warn(f"{count}: values that are not measured; without -q they are listed")
         if not self.for_people:
             from . import report
 

@@ -59,6 +59,12 @@ class Rule(NamedTuple):
     accept: str = ""
     imported: str = ""
 
+    @property
+    def mild(self) -> bool:
+        """Whether it can be less than an error, a warning or a note: its entry says so."""
+        words = self.what.lower().replace(":", " ").replace(",", " ").split()
+        return "warning" in words or "note" in words
+
 
 class Check(NamedTuple):
     """A function that yields what it finds wrong with a robot, and the rules that are declared with it.

@@ -6,7 +6,8 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
-from ..diagnostics import ERROR, NOTE, Diagnostic, has_errors
+from ..diagnostics import ERROR, WARNING, Diagnostic, has_errors
+from ..diagnostics.wording import and_more
 from ..frontend.accepting import settled
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
@@ -36,12 +37,18 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
             break
         tree = _with_accept(tree, names)
         problems = _problems(tree)
-    told = [
-        _with_way_out(d, lenient)
-        for d in settled(tree, problems, acceptable())
-        if d.severity == ERROR or _is_accepted(d)
-    ]
-    return (None if has_errors(told) else tree), told
+    told = [_with_way_out(d, lenient) for d in settled(tree, problems, acceptable()).diagnostics if _is_told(d)]
+    return (None if has_errors(told) else tree), _joined(told)
+
+
+def _joined(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics, the warnings of one rule as the first of them with the number of the others."""
+    groups: dict[object, list[Diagnostic]] = {}
+    for index, diagnostic in enumerate(diagnostics):
+        groups.setdefault(diagnostic.rule if diagnostic.severity == WARNING else index, []).append(diagnostic)
+    more = (and_more(len(group) - 1, "of this kind") for group in groups.values())
+    pairs = zip(groups.values(), more, strict=True)
+    return [group[0]._replace(message=f"{group[0].message}{',' if rest else ''}{rest}") for group, rest in pairs]
 
 
 def _problems(tree: Map) -> list[Diagnostic]:
@@ -67,7 +74,7 @@ def _published(tree: Map) -> Map:
 
 def _acceptable(tree: Map, diagnostic: Diagnostic, lenient: bool) -> bool:
     rule = acceptable().get(diagnostic.rule)
-    if rule is None or not diagnostic.of:
+    if rule is None or not diagnostic.of or diagnostic.severity != ERROR:
         return False
     if rule.imported == "always":
         return True
@@ -107,8 +114,9 @@ def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     return made
 
 
-def _is_accepted(diagnostic: Diagnostic) -> bool:
-    return diagnostic.severity == NOTE and diagnostic.rule in acceptable()
+def _is_told(diagnostic: Diagnostic) -> bool:
+    """Say whether an import tells something: errors, and all that may be accepted; the rest is about descriptions."""
+    return diagnostic.severity == ERROR or diagnostic.rule in acceptable()
 
 
 def _with_way_out(diagnostic: Diagnostic, lenient: bool) -> Diagnostic:

@@ -127,22 +127,22 @@ class FactSheet:
         self.add(Fact("frame", link, "parent"), parent)
         for axis, value in zip(AXES, transform.xyz, strict=True):
             self.add(Fact("frame", link, f"origin {axis}"), value, "m")
-        tolerance = self.angle_tolerance(transform)
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            self.add(Fact("frame", link, angle), value, "rad", tolerance)
+            self.add(Fact("frame", link, angle), value, "rad", self._turning)
 
-    def angle_tolerance(self, transform: Transform) -> float:
-        """Return how well roll, pitch and yaw are known; near pitch +-90 degrees roll and yaw are hardly told apart."""
-        cosine = math.hypot(transform.rows[2][1], transform.rows[2][2])
-        return (ROTATION_ROUNDING + 4 * self.tolerance(1.0)) / max(cosine, 1e-6)
+    @property
+    def _turning(self) -> float:
+        """How well a printed rotation is known (rad)."""
+        return ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
         self.add(Fact("link", link, "mass"), mass, "kg")
         for axis, value in zip(AXES, frame.xyz, strict=True):
             self.add(Fact("link", link, f"centre of mass {axis}"), value, "m")
-        turned = frame.rows != Transform().rows
-        rounding = max(map(abs, inertia)) * ROTATION_ROUNDING if turned else 0.0
+        rounding = _turned(inertia, 4 * self.tolerance(1.0))
+        if frame.rows != Transform().rows:
+            rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
         for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
             tolerance = self.tolerance(value) + rounding
             self.add(Fact("link", link, f"inertia {name}"), value, "kg*m^2", tolerance)
@@ -152,9 +152,8 @@ class FactSheet:
         self.add(Fact("link", link, f"{shape} geometry"), kind)
         for axis, value in zip(AXES, transform.xyz, strict=True):
             self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m")
-        tolerance = self.angle_tolerance(transform)
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", tolerance)
+            self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", self._turning)
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
             self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
@@ -172,6 +171,16 @@ def angles(transform: Transform) -> Vector:
     """
     roll, pitch, yaw = (a + math.tau if a < PI_CUT - math.pi else a + 0.0 for a in transform.rpy())
     return (roll, pitch, yaw)
+
+
+def _turned(inertia: Six, angle: float) -> float:
+    """Return by how much a small turn (rad) moves the entries of an inertia at most.
+
+    A turn w changes I by w x I - I x w, which is the same for I - c of any multiple c of the unit matrix.
+    """
+    moments, products = inertia[:3], inertia[3:]
+    size = (max(moments) - min(moments)) / 2 + 2 * max(map(abs, products))
+    return 2 * size * angle
 
 
 def along_link(inertia: Six, frame: Transform) -> Six:
@@ -202,8 +211,7 @@ def frame_facts(
     if all(abs(written - compared) < ROTATION_ROUNDING for written, compared in zip(pose.rpy, rpy, strict=True)):
         rpy = pose.rpy
     else:
-        rounding = ROTATION_ROUNDING + 4 * max(radians)
-        radians = (rounding / max(abs(math.cos(rpy[1])), 1e-6),) * 3
+        radians = (ROTATION_ROUNDING + 4 * max(radians),) * 3
     facts: Facts = {Fact("frame", child, "parent"): Value(parent)}
     for axis, value, tolerance in zip(AXES, pose.xyz, metres, strict=True):
         facts[Fact("frame", child, f"origin {axis}")] = Value(float(value), "m", tolerance)

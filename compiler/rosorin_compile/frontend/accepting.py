@@ -1,12 +1,16 @@
-"""Accepting: what a rule refuses and a robot has all the same becomes a note (``accept`` of a description)."""
+"""Accepting: what a rule says and a robot has all the same (``accept`` of a description).
+
+What a rule refuses becomes a note; what is a warning or a note is not told any more: its reason stands in the file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import Any
+from collections.abc import Iterable, Mapping, Set
+from typing import Any, NamedTuple
 
-from ..diagnostics import MAX_LISTED, NOTE, WARNING, Diagnostic
-from ..diagnostics.registry import OUTPUTS, Rule
+from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
+from ..diagnostics import error as problem
+from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, Rule, find
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
 from .validate import not_allowed
@@ -14,16 +18,33 @@ from .validate import not_allowed
 RULES = (
     Rule(
         "accept-unused",
-        "A warning: `accept` names a link or joint of which the rule says nothing.",
+        "A warning: `accept` names a rule that has nothing to say, or a link or joint of which it says nothing.",
         "Remove the entry, or correct the name.",
+        OUTPUTS,
+    ),
+    Rule(
+        "accept-refused",
+        "`accept` names a rule whose errors cannot be accepted, or what stays until it is mended, such as stand-ins.",
+        "Remove the entry.",
         OUTPUTS,
     ),
 )
 
+# What is told until it is mended, and why.
+STAYS = {"stand-in": "a stand-in is told until its value is measured", "accept-unused": "it speaks of accept itself"}
 
-# An entry of ``accept`` by its index, with a name in it; and all of them by rule and name.
-_Entry = tuple[int, str]
-_Wanted = dict[tuple[str, str], list[_Entry]]
+# An entry of ``accept`` by its index, with a name in it, or without one for all that the rule says; and all of them by
+# rule and name.
+Entry = tuple[int, str]
+_Wanted = dict[tuple[str, str], list[Entry]]
+_ALL = ""
+
+
+class Settled(NamedTuple):
+    """The diagnostics that are left, and the entries of ``accept`` that took the others."""
+
+    diagnostics: list[Diagnostic]
+    used: frozenset[Entry]
 
 
 def names_at(tree: Map, path: Path) -> tuple[str, ...]:
@@ -46,9 +67,9 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     return () if frame is None else (str(inner.get("joint", f"{frame}_joint")), str(frame))
 
 
-def accepted(tree: Map, diagnostic: Diagnostic) -> bool:
+def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
     """Say whether a description accepts what a diagnostic is about."""
-    return bool(_entries(_wanted(tree), diagnostic))
+    return bool(_entries(_wanted(tree), diagnostic, acceptable))
 
 
 def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
@@ -57,66 +78,88 @@ def unknown(tree: Map, acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     entries = tree.get("accept")
     for index, entry in enumerate(entries if isinstance(entries, Seq) else ()):
         rule = entry.get("rule") if isinstance(entry, Map) else None
-        if isinstance(rule, str) and rule not in acceptable:
+        if not isinstance(rule, str) or rule in acceptable:
+            continue
+        known = OF_PLUGINS.get(rule) or find([rule]).get(rule)
+        if known is None:
             diagnostics.append(not_allowed(tree, ["accept", index, "rule"], rule, list(acceptable)))
+        elif rule in STAYS or not known.mild:
+            why = STAYS.get(rule, "what it refuses cannot be built, or would be built wrongly")
+            place = locate(tree, ("accept", index, "rule"))
+            message = f"{rule} cannot be accepted: {why}"
+            diagnostics.append(problem("accept-refused", message, place.span, "remove the entry"))
     return diagnostics
 
 
-def settled(
-    tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule], complete: bool = True
-) -> list[Diagnostic]:
-    """Return the diagnostics, those that are accepted as one note for each rule.
+def settled(tree: Map, diagnostics: Iterable[Diagnostic], acceptable: Mapping[str, Rule]) -> Settled:
+    """Return the diagnostics without warnings and notes that are accepted, and of errors that are one note a rule.
 
-    ``acceptable`` are the rules that may be accepted, by id. ``complete``: all rules were asked, so that what is
-    accepted in vain is told too.
+    ``acceptable`` are the rules whose errors may be accepted, by id.
     """
     wanted = _wanted(tree)
-    settled: list[Diagnostic] = []
+    left: list[Diagnostic] = []
     groups: dict[str, list[Diagnostic]] = {}
-    used: set[_Entry] = set()
+    used: set[Entry] = set()
     for diagnostic in diagnostics:
-        entries = _entries(wanted, diagnostic)
+        entries = _entries(wanted, diagnostic, acceptable)
         used.update(entries)
-        if entries:
+        if not entries:
+            left.append(_with_way_out(diagnostic, wanted, acceptable))
+        elif diagnostic.severity == ERROR:
             groups.setdefault(diagnostic.rule, []).append(diagnostic)
-        else:
-            settled.append(diagnostic)
-    notes = [_note(tree, wanted, group) for group in groups.values()]
-    return [*settled, *notes, *(_unused(tree, used, acceptable) if complete else ())]
+    notes = [_note(tree, group, _wanted(tree), acceptable) for group in groups.values()]
+    return Settled([*left, *notes], frozenset(used))
 
 
 def _wanted(tree: Map) -> _Wanted:
     """Return the entries of ``accept`` by rule and name."""
     wanted: _Wanted = {}
     for index, entry in enumerate(tree.get("accept") or ()):
-        for name in entry["of"]:
+        for name in entry.get("of", (_ALL,)):
             wanted.setdefault((entry["rule"], name), []).append((index, name))
     return wanted
 
 
-def _entries(wanted: _Wanted, diagnostic: Diagnostic) -> list[_Entry]:
-    """Return the entries of ``accept`` that a diagnostic falls under, with the name that they give it."""
-    return [entry for name in diagnostic.of for entry in wanted.get((diagnostic.rule, name), ())]
+def _entries(wanted: _Wanted, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> list[Entry]:
+    """Return the entries of ``accept`` that a diagnostic falls under: an error by name, all else by its rule too."""
+    rule = diagnostic.rule
+    if diagnostic.severity == ERROR and rule not in acceptable:
+        return []
+    names = diagnostic.of if diagnostic.severity == ERROR else (*diagnostic.of, _ALL)
+    return [entry for name in names for entry in wanted.get((rule, name), ())]
 
 
-def _note(tree: Map, wanted: _Wanted, group: list[Diagnostic]) -> Diagnostic:
+def _with_way_out(diagnostic: Diagnostic, wanted: _Wanted, acceptable: Mapping[str, Rule]) -> Diagnostic:
+    """Return an error whose rule is accepted without a name with the name that it takes."""
+    if diagnostic.severity != ERROR or diagnostic.rule not in acceptable or (diagnostic.rule, _ALL) not in wanted:
+        return diagnostic
+    help = f"an error is accepted by name: of: [{diagnostic.of[0]}]" if diagnostic.of else ""
+    return diagnostic._replace(help="; ".join(filter(None, (diagnostic.help, help))))
+
+
+def _note(tree: Map, group: list[Diagnostic], wanted: _Wanted, acceptable: Mapping[str, Rule]) -> Diagnostic:
     """Return the note for what is accepted of one rule."""
-    reasons = dict.fromkeys(tree["accept"][index]["reason"] for d in group for index, _ in _entries(wanted, d))
+    entries = [entry for d in group for entry in _entries(wanted, d, acceptable)]
+    reasons = dict.fromkeys(tree["accept"][index]["reason"] for index, _ in entries)
     more = f",{and_more(len(group) - 1, 'of this kind')}" if len(group) > 1 else ""
     message = f"accepted: {group[0].message}{more} ({'; '.join(reasons)})"
     return group[0]._replace(severity=NOTE, message=message, help="", related=())
 
 
-def _unused(tree: Map, used: set[_Entry], acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
+def unused(tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
     """Return a warning for each entry of ``accept`` that names something of which the rule says nothing."""
-    unused = []
+    diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):
-        idle = [name for name in dict.fromkeys(entry["of"]) if (index, name) not in used]
+        idle = [name for name in dict.fromkeys(entry.get("of", (_ALL,))) if (index, name) not in used]
         if not idle:
             continue
-        names, rule = first_of([f'"{name}"' for name in idle], MAX_LISTED), entry["rule"]
-        message = f"{rule} is accepted of {names}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
-        place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
-        help = f"remove the entry, or name a {acceptable[rule].accept} that the rule refuses"
-        unused.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
-    return unused
+        rule, place, help = entry["rule"], locate(tree, ("accept", index, "rule")), "remove the entry"
+        message = f"{rule} is accepted, but has nothing to say"
+        if "of" in entry:
+            place = locate(tree, ("accept", index, "of", list(entry["of"]).index(idle[0])))
+            quoted = first_of([f'"{name}"' for name in idle], MAX_LISTED)
+            message = f"{rule} is accepted of {quoted}, but says nothing of {'it' if len(idle) == 1 else 'them'}"
+            of = acceptable[rule].accept if rule in acceptable else "part"
+            help = f"remove the entry, or name a {of} that the rule refuses"
+        diagnostics.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
+    return diagnostics

@@ -71,7 +71,8 @@ def solid_of(found: Mapping[str, Value]) -> Solid:
     rpy = [float(values[angle].value) if angle in values else 0.0 for angle in _ANGLES]
     known = {"geometry", *SIZES.get(kind, ()), *_CENTRE, *_ANGLES}
     words = tuple(f"{quantity} {found[quantity].value}" for quantity in sorted(found) if quantity not in known)
-    lengths = [values[quantity].tolerance for quantity in (*SIZES.get(kind, ()), *_CENTRE) if quantity in values]
+    lengths = [values[quantity].tolerance for quantity in SIZES.get(kind, ()) if quantity in values]
+    lengths += [ROOT_THREE * values[quantity].tolerance for quantity in _CENTRE if quantity in values]
     turns = [values[angle].tolerance for angle in _ANGLES if angle in values]
     rows = rotation_of_rpy((rpy[0], rpy[1], rpy[2])) if any(rpy) else _UPRIGHT
     solid = Solid(kind, tuple(sizes), (x, y, z), rows, words, max(lengths, default=0.0), sum(turns))

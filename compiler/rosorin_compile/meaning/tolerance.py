@@ -29,6 +29,8 @@ _CALCULATED = 4.0
 NOISE = 1e-12
 # Three coordinates may be off at once; three angles may all turn about one line.
 ROOT_THREE, TURNS = 3**0.5, 3.0
+# Closer than this to a pitch of 90 degrees (its cosine), roll and yaw are not told apart.
+_GIMBAL = 1e-6
 _NUMBER = re.compile(r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?")
 
 
@@ -127,7 +129,11 @@ def same_value(one: Value | None, other: Value | None, noise: float = 0.0) -> bo
 
 
 class Turn(NamedTuple):
-    """A rotation as roll, pitch, yaw (rad) in the form of ``formats.facts.angles``, and how well each is known."""
+    """A rotation as roll, pitch, yaw (rad) in the form of ``formats.facts.angles``, and how well each is known.
+
+    That is how far the rotation may be turned about an axis of its own: near a pitch of 90 degrees the angles of one
+    and the same rotation are further apart.
+    """
 
     rpy: Vector
     tolerance: Vector
@@ -139,9 +145,11 @@ def wrapped(angle: float) -> float:
 
 
 def same_angles(one: Turn, other: Turn) -> bool:
-    """Say whether two rotations that one writer printed are one, angle by angle."""
+    """Say whether two rotations that one writer printed are one, angle by angle and as a whole."""
     steps = zip(one.rpy, other.rpy, one.tolerance, other.tolerance, strict=True)
-    return all(abs(wrapped(b - a)) <= joined(s, t) + NOISE for a, b, s, t in steps)
+    upright = max(abs(math.cos(one.rpy[1])), _GIMBAL)
+    close = all(abs(wrapped(b - a)) * upright <= joined(s, t) + NOISE for a, b, s, t in steps)
+    return close and same_turn(one, other)
 
 
 def same_turn(one: Turn | None, other: Turn | None) -> bool:

@@ -130,7 +130,7 @@ def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = tuple(related for related in diagnostic.related if related.message == USED)
-        alone = not uses or accepted(tree, diagnostic)
+        alone = not uses or accepted(tree, diagnostic, acceptable())
         key: object = (len(found), diagnostic) if alone else (diagnostic.rule, diagnostic.span)
         if key not in found:
             found[key] = diagnostic

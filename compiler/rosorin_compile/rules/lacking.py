@@ -29,8 +29,6 @@ class _Piece(NamedTuple):
     "A warning: a link that moves has no mass, though most of the robot has.",
     "Give it an `inertial`, or make the joint fixed.",
     JOINTS,
-    accept="link",
-    imported="lenient",
 )
 @rule(
     "collision-missing",

@@ -14,7 +14,7 @@ from .shared import (
     FINE,
     PROBLEMS,
     Run,
-    compile_one,
+    compile_proven,
     count,
     for_each,
     format_options,
@@ -64,16 +64,17 @@ def _write_one(run: Run, description: Description) -> int:
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
         "packages": [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")],
-        "shown": [str(description.path), str(description.outputs), colour()],
+        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
     }
     remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
     if remembered is not None:
-        said, summary = remembered
+        said, summary, stand_ins = remembered
         sys.stderr.write(said)
+        run.console.stand_ins += int(stand_ins)
         run.console.say(f"{summary}, unchanged")
         return FINE
-    begun, ran = stamp.now(), run.console.ran
-    compiled = compile_one(run.given, description, run.console)
+    begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
+    compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -85,7 +86,8 @@ def _write_one(run: Run, description: Description) -> int:
     run.console.say(f"{summary}, {what_changed(written)}")
     if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
         inputs = [*compiled.inputs, *run.given.files]
-        stamp.remember(key, inputs, files, description.outputs, [said, summary], begun=begun)
+        messages = [said, summary, str(run.console.stand_ins - before)]
+        stamp.remember(key, inputs, files, description.outputs, messages, begun=begun)
     return FINE
 
 

@@ -20,7 +20,7 @@ from .shared import (
     PROBLEMS,
     Run,
     WrongUsage,
-    compile_one,
+    compile_proven,
     count,
     for_each,
     format_options,
@@ -28,6 +28,7 @@ from .shared import (
     nothing_written,
     one,
     output_options,
+    proven,
     robot_options,
 )
 
@@ -89,11 +90,10 @@ def run(options: argparse.Namespace) -> int:
 def check_one(run: Run, description: Description) -> int:
     """Compile one robot in memory and compare with its outputs folder."""
     from ..diagnostics import error, has_errors
-    from ..meaning.agreement import agreement
     from ..meaning.golden import compare, lines
     from ..output import OutputError, read_set
 
-    compiled = compile_one(run.given, description, run.console)
+    compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -102,8 +102,6 @@ def check_one(run: Run, description: Description) -> int:
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    disagreements = agreement(compiled.robot, compiled.artifacts)
-    run.console.show(disagreements)
     comparison = compare(compiled.robot, compiled.artifacts, committed)
     differences = lines(comparison, full=getattr(run.options, "full", False))
     if run.console.for_people:
@@ -112,7 +110,7 @@ def check_one(run: Run, description: Description) -> int:
     elif differences:
         help = "rosorin-compile all writes them anew"
         run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
-    if not comparison.same or disagreements:
+    if not comparison.same:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts)} as committed in {description.outputs}")
     return FINE
@@ -126,7 +124,7 @@ def _check_deployed(run: Run, description: Description) -> int:
     from .package.checking import check
     from .package.finding import files_below
 
-    compiled = compile_one(run.given, description, run.console)
+    compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -189,7 +187,7 @@ def check_every(run: Run, description: Description) -> int:
     tell: Tell = run.console.ahead
     for combination in tried:
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        for diagnostic in compile_robot(description.path, {**given, **texts}, tell).diagnostics:
+        for diagnostic in proven(compile_robot(description.path, {**given, **texts}, tell)).diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
         tell = _already_told

@@ -40,7 +40,7 @@ def compile_foreign(
     path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
 ) -> Compiled:
     """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
-    expanded, lowered, diagnostics = understand_foreign(path, arguments, packages, tell)
+    expanded, lowered, diagnostics, _ = understand_foreign(path, arguments, packages, tell)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     format, (output,) = published(), lowered.robot.outputs

@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from ..diagnostics import Diagnostic, did_you_mean, has_errors
 from ..diagnostics.console import Console
 from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
+from ..frontend.accepting import STAYS
 from .shared import FINE, PROBLEMS, WrongUsage, json_option
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
@@ -61,6 +62,8 @@ def entry(rule: Rule) -> list[str]:
     if rule.accept:
         lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}, of: [NAME], reason: WHY}}]")
         lines += _wrapped(_IMPORTED[rule.imported])
+    elif rule.mild and rule.id not in STAYS:
+        lines += _wrapped(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")
     return lines
 
 

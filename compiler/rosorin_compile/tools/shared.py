@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ..diagnostics.console import Console
 from ..diagnostics.registry import ASKING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, find
+from ..project import ENDINGS, Description, NoDescription, find, narrowed
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -150,6 +150,9 @@ def output_options(command: argparse.ArgumentParser) -> None:
 def format_options(command: argparse.ArgumentParser) -> None:
     """Add the option that chooses how diagnostics are printed."""
     command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
+    command.add_argument(
+        "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+    )
 
 
 def json_option(command: argparse.ArgumentParser) -> None:
@@ -186,7 +189,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     """Do something with each description that is asked for; return the worst exit code."""
     given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
-    run = Run(options, Console(options.format), given)
+    run = Run(options, Console(options.format, options.quiet), given)
     code = max(one(run, description) for description in found)
     run.console.finish()
     return code
@@ -205,6 +208,21 @@ def compile_one(given: Given, description: Description, console: Console) -> Com
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     return compile_robot(description.path, arguments, console.ahead)
+
+
+def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+    """Return what becomes of one description, without artifacts if they do not say what the model says."""
+    return proven(compile_one(given, description, console))
+
+
+def proven(compiled: Compiled) -> Compiled:
+    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
+    from ..meaning.agreement import agreement
+
+    if compiled.robot is None or not compiled.artifacts:
+        return compiled
+    wrong = agreement(compiled.robot, compiled.artifacts)
+    return compiled._replace(artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
 
 
 def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
@@ -231,7 +249,7 @@ class Known(NamedTuple):
 
 def one(name: str, how: str) -> Description:
     """Return the description of a name, or the only one here. Raises WrongUsage; ``how`` says how to name one."""
-    found = descriptions([name] if name else [])
+    found = narrowed(descriptions([name] if name else []))
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; name one: {how}")
@@ -249,8 +267,8 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
     if len(names) > 1:
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
-    console = Console(options.format)
-    compiled = compile_one(given, description, console)
+    console = Console(options.format, options.quiet)
+    compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):
         return console, description, compiled
@@ -292,7 +310,7 @@ def understood(given: Given, description: Description, console: Console) -> Know
     from ..rules.remarkable import collect
 
     try:
-        expanded, lowered, diagnostics = read(given, description, console)
+        expanded, lowered, diagnostics, _ = read(given, description, console)
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None

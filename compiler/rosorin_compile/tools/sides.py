@@ -121,7 +121,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
 def _description(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
     from ..pipeline import understand
 
-    _, lowered, diagnostics = understand(path, arguments, packages=packages)
+    _, lowered, diagnostics, _ = understand(path, arguments, packages=packages)
     errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
     if errors or lowered is None or lowered.robot is None:
         return Read(None, errors)

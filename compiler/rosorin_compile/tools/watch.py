@@ -15,7 +15,7 @@ from ..diagnostics.console import Console
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import Description, NoDescription, find
-from .shared import FINE, Given, compile_one, count, descriptions, given_arguments, output_options, robot_options
+from .shared import FINE, Given, compile_proven, count, descriptions, given_arguments, output_options, robot_options
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -95,7 +95,7 @@ class _Robot:
 
     def _compile(self) -> Iterable[Path]:
         """Compile, and return the files that were read; after an error also those that were read before it."""
-        compiled = compile_one(self.given, self.description, self.console)
+        compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         self._show(compiled.diagnostics)
         name = self.description.name

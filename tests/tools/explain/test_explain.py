@@ -10,16 +10,22 @@ import pytest
 from rosorin_compile.frontend.arguments import read
 from rosorin_compile.pipeline import understand
 from rosorin_compile.tools.explain.answer import NotThere, explain
-from rosorin_compile.tools.explain.explanation import Explanation, Meaning, Number, Origin, Where
+from rosorin_compile.tools.explain.explanation import Answer, Explanation, Meaning, Number, Origin, Where
 from support.commands import HANDY
 
 PROJECT = HANDY
 
 
-def found(*names: str, pose: str = "", **given: str) -> list[Explanation]:
-    expanded, lowered, diagnostics = understand(Path("descriptions/handy/robot.yaml"), given)
+def answers(*names: str, pose: str = "", **given: str) -> list[Explanation | Answer]:
+    expanded, lowered, diagnostics, _ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None, diagnostics
     return explain(expanded, lowered, given, names, pose)
+
+
+def found(*names: str, pose: str = "", **given: str) -> list[Explanation]:
+    explanations = answers(*names, pose=pose, **given)
+    assert all(isinstance(one, Explanation) for one in explanations)
+    return [one for one in explanations if isinstance(one, Explanation)]
 
 
 def number(explanation: Explanation, name: str) -> Number:
@@ -179,7 +185,9 @@ def test_frames_of_other_nodes() -> None:
 @pytest.mark.usefixtures("project")
 def test_names_of_all_kinds() -> None:
     assert [e.name for e in found("eye", "shelf_joint", "shelf", "eye_link")] == ["eye_link", "shelf"]
-    with pytest.raises(NotThere, match=r'there is no frame, link, joint or sensor "shelv"; did you mean "shelf"'):
+    with pytest.raises(
+        NotThere, match=r'there is no frame, link, joint, sensor, use or number "shelv"; did you mean "shelf"'
+    ):
         found("shelv")
     with pytest.raises(NotThere, match=r'there is no pose "opn"; did you mean "open"'):
         found("shelf", pose="opn")
@@ -201,7 +209,7 @@ def test_a_pose() -> None:
 def test_an_argument_from_a_file(project: Path) -> None:
     (project / "mine.yaml").write_text("scale: 3\n", "utf-8")
     given = read([Path("mine.yaml")], {})
-    expanded, lowered, _ = understand(Path("descriptions/handy/robot.yaml"), given)
+    expanded, lowered, *_ = understand(Path("descriptions/handy/robot.yaml"), given)
     assert lowered is not None
     (shelf,) = explain(expanded, lowered, given, ["shelf"])
     assert meanings(origin(shelf, "z").names)[1] == "scale = 3 (argument, set by the file) mine.yaml:1:8: 3"
@@ -223,3 +231,26 @@ def test_what_a_part_knows_of_its_use(project: Path) -> None:
     assert number(peg, "z").value == 0.003
     (line,) = meanings(origin(peg, "z").names)
     assert line == "name = abc (name of what uses it) robot.yaml:8:3: {part: peg, parent: base_link}"
+
+
+@pytest.mark.usefixtures("project")
+def test_numbers_alone() -> None:
+    (eye,) = answers("eye_link", "z", "rpy")
+    assert isinstance(eye, Answer)
+    assert [n.name for n in eye.numbers] == ["z", "roll", "pitch", "yaw"]
+    assert eye.numbers[0].origin is not None
+    assert place(eye.numbers[0].origin.where) == "robot.yaml:21:67: 1 cm"
+
+
+@pytest.mark.usefixtures("project")
+def test_the_name_of_a_use_means_its_frames() -> None:
+    whole = [one.name for one in found("left")]
+    assert "left_f1_tip" in whole
+    assert all(name.startswith("left_") for name in whole)
+    assert [one.name for one in found("left_f1")] == [name for name in whole if name.startswith("left_f1_")]
+
+
+@pytest.mark.usefixtures("project")
+def test_a_number_that_none_has_is_told() -> None:
+    with pytest.raises(NotThere, match='"mas"; did you mean "mass"'):
+        answers("left_f1_tip", "left", "mas")

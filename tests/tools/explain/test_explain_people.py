@@ -99,9 +99,9 @@ def test_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["shlf"], 'handy: there is no frame, link, joint or sensor "shlf"; did you mean "shelf"?'),
+        (["shlf"], 'handy: there is no frame, link, joint, sensor, use or number "shlf"; did you mean "shelf"?'),
         (["shelf", "--pose", "x"], 'handy: there is no pose "x"; known: open'),
-        (["nobody", "shelf"], 'there is no frame, link, joint or sensor "nobody"'),
+        (["nobody", "shelf"], 'there is no frame, link, joint, sensor, use or number "nobody"'),
     ],
 )
 def test_unknown_names(capsys: pytest.CaptureFixture[str], words: list[str], message: str) -> None:
@@ -116,6 +116,8 @@ def test_several_robots_or_none(project: Path, capsys: pytest.CaptureFixture[str
     assert "there are several robots here: handy, second; write explain ROBOT shelf" in told
     assert main(["explain", "second", "laser"]) == 0
     monkeypatch.chdir(project / "descriptions" / "handy")
+    assert main(["explain", "shelf"]) == 0
+    (project / "descriptions").rename(project / "others")
     assert main(["explain", "shelf"]) == 2
     assert "there is no descriptions/*/robot.yaml here" in capsys.readouterr().err
     assert main(["explain", ".", "shelf"]) == 0

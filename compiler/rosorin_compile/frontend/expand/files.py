@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
 from ...diagnostics.registry import FILES, Rule
-from ...project import ENDINGS, data_folder, shown
+from ...project import ENDINGS, data_folder, project_of, shown
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
-from .nearby import corrected, outside
+from .nearby import corrected, outside, outside_of
 from .parts import copy, sourced
 
 if TYPE_CHECKING:
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "include-outside",
-        "An included file is outside the folder of the description.",
+        "An included file is outside the project: the folder that has `descriptions`, or that of a lone description.",
         "Move it inside; a robot may also be in a ROS `package`.",
         FILES,
     ),
@@ -85,6 +85,7 @@ class Reader:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
+        self.project = project_of(root)
         self.files: list[Path] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
@@ -144,7 +145,7 @@ class Reader:
         return list(zip(names, names.value_spans, strict=True))
 
     def _include(self, item: Any, path: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
-        """Return an included file; it must stand inside the description's folder and not include itself."""
+        """Return an included file; it must stand inside the project and not include itself."""
         name = item.get("file") if isinstance(item, Map) else item
         if isinstance(item, Map):
             self._collect_given(item)
@@ -153,7 +154,7 @@ class Reader:
             return None
         target = path.parent / name
         if not self.inside(target):
-            self._error("include-outside", outside(name, path, self.folder), place, "move it inside")
+            self._error("include-outside", outside(name, path, self.project), place, "move it inside")
             return None
         real = target.resolve()
         if real in within:
@@ -169,9 +170,9 @@ class Reader:
         return made
 
     def inside(self, target: Path) -> bool:
-        """Say whether a file is inside the folder of the description, links followed."""
+        """Say whether a file is inside the project of the description, links followed."""
         try:
-            return target.resolve().is_relative_to(self.folder)
+            return target.resolve().is_relative_to(self.project)
         except (OSError, RuntimeError, ValueError):
             return False
 
@@ -263,7 +264,7 @@ def _package_folder(package: str) -> Path | None:
 
 
 def table_loader(reader: Reader) -> Callable[[Any], Any]:
-    """Return the function ``load`` of a description: the value of a YAML file inside its folder, read once."""
+    """Return the function ``load`` of a description: the value of a YAML file inside its project, read once."""
     loaded: dict[str, Any] = {}
 
     def load(name: Any) -> Any:
@@ -272,7 +273,7 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
         if name not in loaded:
             path = reader.folder / name
             if not reader.inside(path):
-                raise ExpressionError(f"{name} is outside the folder of the description")
+                raise ExpressionError(f"{name} is {outside_of(reader.project)}")
             reader.files.append(path)
             try:
                 loaded[name] = parse_yaml(read_text(path, shown(path)))

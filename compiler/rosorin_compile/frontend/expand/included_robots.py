@@ -215,13 +215,13 @@ class Robots:
         self.places[key] = place
 
     def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
-        """Return the file that an include names: in the folder of the description, or in a ROS package."""
+        """Return the file that an include names: in the project of the description, or in a ROS package."""
         name, package = entry["file"], entry.get("package")
         if package is None:
             target = include.by.parent / name
             if not self.reader.inside(target):
                 help = "move it inside, or name the ROS package that it is in: package: NAME"
-                scope.report("include-outside", outside(name, include.by, self.reader.folder), include.place, help)
+                scope.report("include-outside", outside(name, include.by, self.reader.project), include.place, help)
                 raise Failed
             return Path(shown(target))
         folder = self.robots.package(package, packages, include.by)

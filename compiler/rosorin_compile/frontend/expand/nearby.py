@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 
 from ...diagnostics import Diagnostic
-from ...project import nearest_file
+from ...project import DESCRIPTIONS, nearest_file
 
 
 def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:
@@ -25,4 +25,11 @@ def outside(name: str, by: Path, folder: Path) -> str:
     """Return why a file that ``by`` names is not inside a folder (links followed): by its name, or by a link."""
     written = os.path.normpath(by.parent.resolve() / name)
     by_link = ": a link leads there" if Path(written).is_relative_to(folder) else ""
-    return f"{name} is outside the folder of the description{by_link}"
+    return f"{name} is {outside_of(folder)}{by_link}"
+
+
+def outside_of(project: Path) -> str:
+    """Return the words for what is not in the project of a description, or not beside a lone one."""
+    if (project / DESCRIPTIONS).is_dir():
+        return "outside the project, the folder that has descriptions/"
+    return "outside the folder of the description"

@@ -91,13 +91,17 @@ class _Renamer:
         for entry, span in zip(entries, entries.value_spans, strict=True):
             if entry["rule"] == "owns-world-frame":
                 continue
-            of = Seq(entry["of"].span)
-            for name, place in zip(entry["of"], entry["of"].value_spans, strict=True):
-                of.put(self.prefix + name if name in self.names else name, place)
             renamed = Map(entry.span, entry.via)
             for key, value in entry.items():
-                renamed.put(key, of if key == "of" else value, entry.key_spans[key], entry.value_spans[key])
+                of = self._renamed(value) if key == "of" else value
+                renamed.put(key, of, entry.key_spans[key], entry.value_spans[key])
             made.put(renamed, span)
+        return made
+
+    def _renamed(self, names: Seq) -> Seq:
+        made = Seq(names.span)
+        for name, place in zip(names, names.value_spans, strict=True):
+            made.put(self.prefix + name if name in self.names else name, place)
         return made
 
     def elements(self, text: str) -> str:

@@ -59,6 +59,7 @@ from .entries import (
     texts_of,
     vector_of,
 )
+from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 
 RULES = (
@@ -73,6 +74,10 @@ RULES = (
 
 # REP 103, "Suffix Frames": from a body frame to its image frame.
 OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
+
+
+# The problems of lowering that a description may accept.
+_ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
 
 
 class Lowered(NamedTuple):
@@ -91,7 +96,7 @@ def lower(tree: Map) -> Lowered:
     """Return the model of a tree that ``validate`` found nothing wrong with."""
     lowering = _Lowering(tree)
     robot = lowering.robot()
-    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem)]
+    refused = [problem for problem in lowering.diagnostics if not accepted(tree, problem, _ACCEPTABLE)]
     return Lowered(None if refused else robot, lowering.places, lowering.diagnostics)
 
 
@@ -190,7 +195,8 @@ class _Lowering:
         """Return what says whether the description accepts a problem of the shape at a path; it is taken down then."""
 
         def accept(problem: ShapeProblem) -> bool:
-            if not accepted(self.tree, error(problem.rule, "", None)._replace(of=names_at(self.tree, path))):
+            refused = error(problem.rule, "", None)._replace(of=names_at(self.tree, path))
+            if not accepted(self.tree, refused, _ACCEPTABLE):
                 return False
             self.misfit(problem, path)
             return True

@@ -10,10 +10,13 @@ from ...frontend.expand import Expanded
 from ...frontend.lower import Lowered
 from ...model import Robot
 from .chains import Frames, of_joint, of_mass, of_shapes
-from .explanation import Explanation
+from .explanation import Answer, Explanation, Number
 from .origins import Origins
 
-__all__ = ["Explanation", "NotThere", "explain"]
+__all__ = ["Answer", "Explanation", "NotThere", "explain"]
+
+
+_THREE = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 
 
 class NotThere(Exception):
@@ -22,11 +25,11 @@ class NotThere(Exception):
 
 def explain(
     expanded: Expanded, lowered: Lowered, given: Mapping[str, Any], names: Sequence[str], pose: str = ""
-) -> list[Explanation]:
-    """Return what is known of each frame, link, joint or sensor, of a description without errors.
+) -> list[Explanation | Answer]:
+    """Return what is known of each frame, link, joint, sensor or use, of a description without errors.
 
-    ``given`` are the arguments of the run, ``pose`` is a named pose to show the frames in beside all joints at zero.
-    Raises NotThere.
+    Names of numbers ("z", "mass", "upper") among the names ask for these alone. ``given`` are the arguments of the run,
+    ``pose`` is a named pose to show the frames in beside all joints at zero. Raises NotThere.
     """
     if expanded.tree is None or expanded.scope is None or lowered.robot is None:
         raise ValueError("a description with errors has no meaning to explain")
@@ -35,21 +38,45 @@ def explain(
     if pose and all(known.name != pose for known in lowered.robot.poses):
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
     targets: dict[str, None] = {}
+    others: list[str] = []
     for name in names:
-        targets |= dict.fromkeys(_targets(frames, name))
-    return [_explanation(frames, target, pose) for target in targets]
+        found = _targets(frames, name)
+        targets |= dict.fromkeys(found)
+        others += [] if found else [name]
+    explanations = [_explanation(frames, target, pose) for target in targets]
+    numbers = {number.name for one in explanations for number in one.numbers()}
+    for name in others:
+        if not any(_is_called(number, name) for number in numbers):
+            known = {*frames.names(), *(sensor.name for sensor in frames.robot.sensors), *frames.robot.joint}
+            known |= {use for frame in frames.names() for use in frames.uses(frame)}
+            raise NotThere(
+                _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
+            )
+    return [_answer(one, others) for one in explanations] if others else [*explanations]
+
+
+def _is_called(number: str, word: str) -> bool:
+    """Say whether a word asks for a number: by its name, "inertia ixx", a part of that, or as one of three."""
+    return word == number or word in number.split() or number in _THREE.get(word, ())
+
+
+def _answer(explanation: Explanation, words: Sequence[str]) -> Answer:
+    """Return the numbers that words ask for; those of the joint before those of the mass, if both have one."""
+    found: dict[Number, None] = {}
+    for word in words:
+        numbers = explanation.numbers()
+        exactly = [number for number in numbers if number.name == word]
+        found |= dict.fromkeys(exactly or [number for number in numbers if _is_called(number.name, word)])
+    return Answer(explanation.name, tuple(found))
 
 
 def _targets(frames: Frames, name: str) -> list[str]:
-    """Return the frames that a name means: its own, that of a sensor, or the one that a joint holds."""
+    """Return the frames that a name means: its own, that of a sensor, the one that a joint holds, those of a use."""
     robot = frames.robot
     found = [name] if name in frames.names() else []
     found += [sensor.frame for sensor in robot.sensors if sensor.name == name]
     found += [joint.child for joint in robot.joints if joint.name == name]
-    if not found:
-        known = {*frames.names(), *(sensor.name for sensor in robot.sensors), *robot.joint}
-        raise NotThere(_missing("frame, link, joint or sensor", name, sorted(known)))
-    return list(dict.fromkeys(found))
+    return list(dict.fromkeys(found or [frame for frame in frames.names() if name in frames.uses(frame)]))
 
 
 def _missing(what: str, name: str, known: Sequence[str]) -> str:

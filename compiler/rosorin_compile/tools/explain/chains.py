@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 
 from ...frontend.schema import unit_at
@@ -36,6 +37,9 @@ _POSE = (("xyz", ("x", "y", "z"), "m"), ("rpy", ("roll", "pitch", "yaw"), "rad")
 _NOT_WRITTEN = "not written"
 _OPTICAL = "not written: an optical frame is turned like this (REP 103)"
 
+# What ``expand.parts`` says of a use of a part.
+_USE = re.compile(r'part ".*?" used here as "(.*?)"')
+
 Places = Mapping[tuple[str, str], Path]
 
 
@@ -52,6 +56,13 @@ class Frames:
         found = [link.name for link in self.robot.links]
         found += [name for edge in self.robot.edges for name in (edge.parent, edge.child)]
         return list(dict.fromkeys(found))
+
+    def uses(self, frame: str) -> list[str]:
+        """Return the uses of parts that a frame comes from, the outermost first: arm, arm_hand."""
+        place = self.places.get(("link", frame))
+        stack = self.origins.at(place)[1] if place is not None else ()
+        names = [use[1] for step in reversed(stack) if (use := _USE.match(step.message))]
+        return ["_".join(names[: count + 1]) for count in range(len(names))]
 
     def chain(self, frame: str) -> tuple[Edge, ...]:
         """Return the edges from the root to a frame; through those of other nodes where no joint leads on."""

@@ -6,7 +6,7 @@ import argparse
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
-from ...project import Description, NoDescription, all_here, find
+from ...project import Description, NoDescription, all_here, find, narrowed
 from ..shared import (
     FINE,
     PROBLEMS,
@@ -20,7 +20,7 @@ from ..shared import (
 )
 
 if TYPE_CHECKING:
-    from .explanation import Explanation
+    from .explanation import Answer, Explanation
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -29,7 +29,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="[ROBOT] NAME",
-        help="frames, links, joints or sensors; before them the robot, where there are several",
+        help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
     command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
     named_robot(command)
@@ -69,7 +69,7 @@ def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
             if not all_here():
                 raise WrongUsage(str(problem)) from None
     try:
-        found = find([], None)
+        found = narrowed(find([], None))
     except NoDescription as problem:
         raise WrongUsage(str(problem)) from None
     if len(found) > 1:
@@ -80,7 +80,7 @@ def _asked(words: list[str], robot: str) -> tuple[Description, list[str]]:
 
 def _explained(
     given: Given, description: Description, names: list[str], pose: str, console: Console
-) -> list[Explanation] | None:
+) -> list[Explanation | Answer] | None:
     """Return the explanations of the names; None, after saying what is wrong, of a description with errors."""
     from ...diagnostics import has_errors
     from ...frontend.load import LoadError
@@ -92,7 +92,7 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, lowered, diagnostics = understand(description.path, arguments, console.ahead)
+    expanded, lowered, diagnostics, _ = understand(description.path, arguments, console.ahead)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")

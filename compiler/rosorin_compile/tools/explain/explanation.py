@@ -125,6 +125,19 @@ class Explanation(NamedTuple):
     inertial: tuple[Number, ...]
     shapes: tuple[Shape, ...]
 
+    def numbers(self) -> list[Number]:
+        """Return the numbers of the frame itself: of the edges that place it, its joint, mass and shapes."""
+        edges = [edge for edge in (*self.chain[-1:], *self.others) if edge.child == self.name]
+        of_edges = [number for edge in edges for number in edge.numbers]
+        return [*of_edges, *self.joint, *self.inertial, *(n for shape in self.shapes for n in shape.numbers)]
+
+
+class Answer(NamedTuple):
+    """Some numbers of a frame."""
+
+    name: str
+    numbers: tuple[Number, ...]
+
 
 def as_json(value: object) -> object:
     """Return a value of this module as plain JSON, its fields by name."""

@@ -6,13 +6,17 @@ import math
 from collections.abc import Iterator, Sequence
 
 from ...numbers import exact, fixed
-from .explanation import Edge, Explanation, Meaning, Number, Step, Transform, Where
+from .explanation import Answer, Edge, Explanation, Meaning, Number, Step, Transform, Where
 
 _DIGITS = 9  # of a quaternion and of an angle in degrees: enough to recognise it
 
 
-def lines(found: Explanation) -> Iterator[str]:
-    """Yield the lines of an explanation."""
+def lines(found: Explanation | Answer) -> Iterator[str]:
+    """Yield the lines of an explanation, or of the numbers that were asked for."""
+    if isinstance(found, Answer):
+        yield found.name
+        yield from _numbers(found.numbers, ()) if found.numbers else ("    has none of these numbers",)
+        return
     yield f"{found.name}: {', '.join(found.roles)}"
     if found.where is not None:
         yield f"  {_place(found.where)}"

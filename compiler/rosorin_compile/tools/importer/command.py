@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, nearest_file
+from ...project import DESCRIPTIONS, around, nearest_file
 from ..shared import (
     FINE,
     PROBLEMS,
@@ -70,7 +70,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
-    console = Console(options.format)
+    console = Console(options.format, options.quiet)
     tell = partial(_tell, console)
     imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
     if arguments and not imported.takes_arguments and imported.tree is not None:
@@ -151,7 +151,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     if imported.tree is None or errors:
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
-    folder = Path(options.output) if options.output else Path(DESCRIPTIONS, safe(tree["robot"]))
+    folder = Path(options.output) if options.output else Path(around(), DESCRIPTIONS, safe(tree["robot"]))
     _check_folder(folder, options.force)
     named = renamed(tree, source, folder, options.meshes)
     _show(console, named.diagnostics)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console, Progress
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...project import ROOT_FILE, Description, NoDescription, find
+from ...project import ROOT_FILE, Description, NoDescription, find, narrowed
 from ..shared import (
     FINE,
     PROBLEMS,
@@ -134,7 +134,7 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     if _is_robot(words[0]):
         how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
         raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
-    found = descriptions(words[1:])
+    found = narrowed(descriptions(words[1:]))
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
         raise WrongUsage(f"there are several robots here: {robots}; write verify {words[0]} ROBOT")
@@ -209,7 +209,7 @@ def _placed(verdict: Verdict, given: Given, description: Description, console: C
     # What takes arguments may run code: once is enough.
     if _takes_arguments(description.path) or not any(finding.of[0] in edges for finding in verdict.findings):
         return verdict.findings
-    expanded, lowered, _ = read(given, description, console)
+    expanded, lowered, *_ = read(given, description, console)
     if expanded.tree is None or lowered is None:
         return verdict.findings
     found = []

@@ -1,0 +1,78 @@
+"""The project is found from any folder inside it, and what is inside it may be included."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+
+ROVER = """
+robot: %s
+include: [../common/base.yaml]
+links: {laser: {}}
+joints: {laser_joint: {type: fixed, parent: base_link, child: laser, xyz: [0, 0, "${height}"]}}
+outputs: {urdf: {file: rover.urdf}}
+"""
+BASE = "links: {base_link: {}}\nlet: {height: 20 cm}\n"
+Shown = pytest.CaptureFixture[str]
+
+
+@pytest.fixture(autouse=True)
+def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Return a project with two robots that share a base."""
+    for name in ("rover", "loader"):
+        (tmp_path / "descriptions" / name).mkdir(parents=True)
+        (tmp_path / "descriptions" / name / "robot.yaml").write_text(ROVER % name)
+    (tmp_path / "descriptions" / "common").mkdir()
+    (tmp_path / "descriptions" / "common" / "base.yaml").write_text(BASE)
+    (tmp_path / "src" / "deep").mkdir(parents=True)
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", "off")
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.parametrize("folder", [".", "src/deep", "descriptions", "descriptions/common", "descriptions/rover"])
+def test_all_from_every_folder(folder: str, project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
+    monkeypatch.chdir(project / folder)
+    assert main(["all"]) == 0
+    assert main(["check", "loader"]) == 0
+    assert sorted(path.name for path in (project / "outputs").iterdir()) == ["loader", "rover"]
+    assert str(project) not in "".join(capsys.readouterr())
+
+
+def test_in_the_folder_of_a_description_it_is_meant(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown
+) -> None:
+    assert main(["explain", "laser", "z"]) == 2
+    monkeypatch.chdir(project / "descriptions" / "rover")
+    assert main(["explain", "laser", "z"]) == 0
+    assert "z  0.2 m  robot.yaml:5:82" in capsys.readouterr().out
+
+
+def test_messages_name_files_as_seen_from_here(project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
+    (project / "descriptions" / "common" / "base.yaml").write_text("links: {base: {}}\nlet: {height: 20 cm}\n")
+    monkeypatch.chdir(project / "src")
+    assert main(["all", "rover", "--format", "json"]) == 1
+    files = {diagnostic["file"] for diagnostic in json.loads(capsys.readouterr().out)}
+    assert files == {"../descriptions/rover/robot.yaml"}
+
+
+def test_what_is_outside_is_refused(project: Path, capsys: Shown) -> None:
+    description = project / "descriptions" / "rover" / "robot.yaml"
+    description.write_text(ROVER.replace("../common/base.yaml", "../../../base.yaml") % "rover")
+    (project.parent / "base.yaml").write_text(BASE)
+    assert main(["all", "rover"]) == 1
+    said = "../../../base.yaml is outside the project, the folder that has descriptions/"
+    assert said in capsys.readouterr().err
+
+
+def test_a_folder_that_everybody_may_write_to_is_no_project(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: Shown
+) -> None:
+    project.chmod(0o777)
+    monkeypatch.chdir(project / "src")
+    assert main(["all"]) == 2
+    assert "there is no descriptions/*/robot.yaml here or above" in capsys.readouterr().err

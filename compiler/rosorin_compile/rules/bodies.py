@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
-from ..model import Inertial, Link, Mesh, Vector, principal_moments
+from ..model import Inertial, Link, Mesh, Vector, principal_moments, volume_of
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..units import Quantity
 from .case import Case, at, exists, number
@@ -34,7 +34,7 @@ NO_MASS = 0.001  # kg
 # A radius of gyration is at most the distance to the farthest point; shapes may be rough, so twice that passes.
 BEYOND = 2.0
 # Of the diagonal of the shapes: a counterweight that nobody drew is nearer than that.
-OUTSIDE = 0.5
+OUTSIDE = 0.7
 # A solid is no flatter than that: an inertia that is printed to few digits looks like a sheet without thickness.
 FLATTEST = 0.01
 # What is written in g/cm^3 is below this; cork has 240, foam 20 to 200.
@@ -147,7 +147,7 @@ def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:
         return
     density = mass / volume
     heavy = density > DENSEST * ROUGHLY * (1.0 if body.whole else LESS_THAN_SEEN)
-    if not heavy and density >= LIGHTEST:
+    if not heavy and (density >= LIGHTEST or mass >= LIGHTEST * _volume(link)):  # a plate that is tilted fills little
         return
     key = "density" if exists(case.tree, (*body.path, "density")) else "mass"
     place, shape = (*body.path, key), _shape(case, link)
@@ -163,6 +163,12 @@ def _mass(case: Case, body: _Body) -> Iterator[Diagnostic]:
         help = "correct the sizes, in metres (120 mm is 0.12), or the mass, in kg"
     related = [case.related("the shape", shape)]
     yield case.problem("mass-implausible", message, place, help, related=related, severity=WARNING)
+
+
+def _volume(link: Link) -> float:
+    """Return the volume (m^3) of what a link collides with or of what is seen, whichever is more; without meshes."""
+    solids = ([shape for shape in own if not isinstance(shape.geometry, Mesh)] for own in (link.visual, link.collision))
+    return max(math.fsum(volume_of(shape.geometry) for shape in own) for own in solids)
 
 
 def _inertia(case: Case, body: _Body, principal: Vector) -> Iterator[Diagnostic]:

@@ -13,8 +13,9 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
+from .diagnostics.console import guarded
 from .tools.parser import Parser
-from .tools.shared import PROBLEMS, USAGE, WrongUsage
+from .tools.shared import PROBLEMS, USAGE, WrongUsage, tell_of_cache
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -91,12 +92,20 @@ def main(argv: Sequence[str] | None = None) -> int:
     words = sys.argv[1:] if argv is None else list(argv)
     if isinstance(sys.stdout, io.TextIOWrapper):
         sys.stdout.reconfigure(errors="backslashreplace")  # as standard error: no letter may stop a run
+    with guarded():
+        return _run(words)
+
+
+def _run(words: list[str]) -> int:
+    """Run a command line; return the exit code."""
     if not words:
         sys.stderr.write(parser(words).format_help())
         return USAGE
     try:
         options = parse(words)
         code: int = options.run(options)
+        if not getattr(options, "quiet", False):
+            tell_of_cache()
         sys.stdout.flush()
     except WrongUsage as problem:
         sys.stderr.write(f"rosorin-compile: {problem}\n")

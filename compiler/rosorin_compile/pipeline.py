@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .formats.imported import Imported
     from .frontend.asked import Asked
     from .frontend.expand.included_robots import Tell
+    from .project import Resolved
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
@@ -36,13 +37,15 @@ MAX_SHOWN = 200
 class Compiled(NamedTuple):
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
-    ``inputs`` are the files that were read, templates of the description included.
+    ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
+    packages led.
     """
 
     robot: Robot | None
     artifacts: tuple[Artifact, ...]
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
+    resolved: tuple[Resolved, ...] = ()
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""
@@ -226,7 +229,8 @@ def compile_robot(
         artifacts = ()
     said, more = settled(expanded.tree, said, acceptable())
     said += unused(expanded.tree, used | more, acceptable())
-    return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), (*expanded.files, *templates))
+    inputs = (*expanded.files, *templates)
+    return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), inputs, expanded.resolved)
 
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import Diagnostic, error
 from .diagnostics.registry import PLUGINS, Rule
-from .project import cache_folder
+from .project import cache_folder, keep, recalled
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -199,8 +199,9 @@ def _distribution(folder: str, distribution: Any) -> tuple[str, str, list[EntryP
 @lru_cache(maxsize=4)
 def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
     """Return the folders of metadata, along a module search path, that name an entry point of the tool."""
-    file = (cache_folder("plugins") or Path(os.devnull)) / "folders.json"
-    known = _known(file)
+    kept = cache_folder("plugins")
+    file = kept / "folders.json" if kept else None
+    known = _known(file) if file else {}
     found: list[str] = []
     entries: dict[str, list[Any]] = {}
     for entry in dict.fromkeys(path):
@@ -216,7 +217,7 @@ def _metadata_folders(path: tuple[str, ...]) -> tuple[str, ...]:
                     continue
             entries[os.path.abspath(entry)] = [changed, offering]
             found += [os.path.join(entry, name) for name in offering]
-    if any(known.get(folder) != entry for folder, entry in entries.items()):
+    if file and any(known.get(folder) != entry for folder, entry in entries.items()):
         _remember(file, {**known, **entries})
     return tuple(found)
 
@@ -239,20 +240,18 @@ def _known(file: Path) -> dict[str, list[Any]]:
     """Return what was remembered of folders: when each was changed, and which metadata in it matter."""
     import json
 
-    with suppress(OSError, ValueError, TypeError, AttributeError):
-        known = json.loads(file.read_bytes())
-        if all(type(when) is int and isinstance(names, list) for when, names in known.values()):
+    with suppress(Exception):  # one that is missing or damaged in whatever way says nothing
+        known = json.loads(recalled(file) or b"")
+        if all(type(when) is int and all(map(_is_metadata, names)) for when, names in known.values()):
             return dict(known)
     return {}
+
+
+def _is_metadata(name: str) -> bool:
+    return name.endswith(_METADATA) and "/" not in name
 
 
 def _remember(file: Path, known: dict[str, list[Any]]) -> None:
     import json
 
-    with suppress(OSError):
-        new = file.with_name(f".{os.urandom(8).hex()}")
-        try:
-            new.write_text(json.dumps(known), "utf-8")
-            new.replace(file)
-        finally:
-            new.unlink(missing_ok=True)
+    keep(file, json.dumps(known).encode())

@@ -76,7 +76,7 @@ SPOILED = [
         id="robot_model",
     ),
     pytest.param(
-        *("frames.md", "0.00074282   0.08513", "0.00074282   0.08512"),
+        *("frames.md", "0.00074282  0.08513", "0.00074282  0.08512"),
         "link3 origin z: frames.md says 0.08512 m, rosorin.urdf and the model say 0.08513 m",
         id="frames",
     ),

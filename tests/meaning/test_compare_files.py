@@ -33,7 +33,7 @@ EDITS = [
         id="axis",
     ),
     pytest.param(
-        *("frames.md", "| tuck | joint1 | 0 rad", "| tuck | joint1 | 1 rad", 1),
+        *("frames.md", "| tuck         | joint1             | 0 rad", "| tuck         | joint1             | 1 rad", 1),
         "pose tuck: joint1 1 -> 0 rad (-57.3 deg): frames",
         id="pose",
     ),

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile import project
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
 
@@ -180,8 +181,10 @@ JSON = st.recursive(PLAIN, lambda inner: st.lists(inner) | st.dictionaries(PARTS
 @settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 def test_any_stamp_that_is_not_ours(remembered, data):
     path, before = remembered.stamp(), remembered.stamp().read_bytes()
-    path.write_bytes(data)
     try:
+        path.write_bytes(data)
+        assert remembered.recall() is None
+        project.keep(path, data)
         assert remembered.recall() is None
     finally:
         path.write_bytes(before)
@@ -191,8 +194,8 @@ def test_any_stamp_that_is_not_ours(remembered, data):
 @pytest.mark.parametrize("value", [None, 1, "x", ["x"], {"x": 1}, {}])
 def test_a_stamp_with_one_wrong_part(remembered, part, value):
     path = remembered.stamp()
-    content = json.loads(path.read_bytes())
-    path.write_text(json.dumps({**content, part: value}))
+    content = json.loads(project.recalled(path))
+    project.keep(path, json.dumps({**content, part: value}).encode())
     expected = {("inputs", "{}"): SAID, ("messages", "['x']"): ["x"]}
     assert remembered.recall() == expected.get((part, str(value)))
 
@@ -250,7 +253,7 @@ def test_a_write_that_fails_is_silent_and_leaves_nothing(remembered, monkeypatch
 
 
 def test_old_stamps_go(run, monkeypatch):
-    monkeypatch.setattr(stamp, "MAX_STAMPS", 10)
+    monkeypatch.setattr(project, "MAX_KEPT", 10)
     for number in range(30):
         remember({"number": number}, [], run.texts, run.folder, [number])
         assert recall({"number": number}, run.folder) == [number]

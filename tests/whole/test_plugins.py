@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins
+from rosorin_compile import plugins, project
 
 pytestmark = pytest.mark.slow
 
@@ -258,7 +258,7 @@ def test_folders_without_a_plugin_are_remembered(tmp_path: Path, monkeypatch: py
     os.utime(packages, ns=(10**18, 10**18))
     find = plugins._metadata_folders.__wrapped__
     assert find((str(packages),)) == ()
-    known = json.loads((tmp_path / "cache" / "plugins" / "folders.json").read_text("utf-8"))
+    known = json.loads(project.recalled(tmp_path / "cache" / "plugins" / "folders.json"))
     assert known == {str(packages): [10**18, []]}
     looked = []
     monkeypatch.setattr(plugins, "_names_us", lambda path: looked.append(path) or True)

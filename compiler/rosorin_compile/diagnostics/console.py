@@ -1,20 +1,76 @@
 """The console: diagnostics go to the person at once, or to a program as one document at the end.
 
 ``Console`` is what a command talks to; ``Progress`` shows a bar on the terminal for what takes longer than a second.
+``guarded`` stands between the whole program and the terminal: no text of a file, of a name or of another program steers
+it. What may go past it is said here: our own colours, the bar, and artifacts on their way into a file or a pipe.
 """
 
 from __future__ import annotations
 
 import os
+import re
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import Any, TextIO
 
 from . import ERROR, Diagnostic
-from .wording import and_more, counted
+from .wording import and_more, counted, printable
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
+
+_LAYOUT = "\n\t"
+_COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
+
+
+class _Guard:
+    """A stream that makes control characters, and those that turn the order of letters round, visible."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self.stream = stream
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.stream, name)
+
+    def write(self, text: str) -> int:
+        """Write a text; lines and tabs stay."""
+        self.stream.write(printable(text, _LAYOUT))
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write texts."""
+        for line in lines:
+            self.write(line)
+
+
+@contextmanager
+def guarded() -> Iterator[None]:
+    """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    before = sys.stdout, sys.stderr
+    guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
+    sys.stdout, sys.stderr = guards
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = before
+
+
+def _unguarded(stream: TextIO) -> TextIO:
+    return stream.stream if isinstance(stream, _Guard) else stream
+
+
+def paint(text: str, stream: TextIO) -> None:
+    """Print a text in which our own colours are."""
+    pieces = re.split(_COLOUR, text)
+    pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
+    _unguarded(stream).write("".join(pieces))
+
+
+def give(text: str) -> None:
+    """Print an artifact: to the letter, but for a terminal."""
+    (sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)).write(text)
 
 
 class Console:
@@ -47,8 +103,15 @@ class Console:
         text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"
-        sys.stderr.write(text)
+        self.again(text)
         return text
+
+    def again(self, shown: str) -> None:
+        """Print what was printed before; it may come from a cache that somebody else has written."""
+        if colour():
+            paint(shown, sys.stderr)
+        else:
+            sys.stderr.write(printable(shown, _LAYOUT))
 
     def ahead(self, diagnostic: Diagnostic) -> None:
         """Print what has to be said before anything is run, and count it: what was run may do else the next time."""
@@ -105,7 +168,7 @@ class Progress:
         share = min(1.0, done / max(total, 1))  # a recording may hold more than it says
         full = int(_WIDTH * share)
         bar = "#" * full + "." * (_WIDTH - full)
-        sys.stderr.write(f"\r{self.what} [{bar}] {int(100 * share):3d}%")
+        _unguarded(sys.stderr).write(f"\r{printable(self.what)} [{bar}] {int(100 * share):3d}%")
         sys.stderr.flush()
 
     def part(self, index: int, count: int) -> Callable[[float], None]:
@@ -115,6 +178,6 @@ class Progress:
     def end(self) -> None:
         """Wipe the bar off."""
         if self.shown:
-            sys.stderr.write("\r\x1b[K")
+            _unguarded(sys.stderr).write("\r\x1b[K")
             sys.stderr.flush()
             self.shown = False

@@ -29,13 +29,13 @@ def _text(diagnostic: Diagnostic, colour: bool) -> str:
     if diagnostic.span and diagnostic.severity != NOTE:
         lines += _excerpt(diagnostic.span, diagnostic.help)
     elif diagnostic.help:
-        lines.append(f"    {diagnostic.help}")
+        lines.append(f"    {printable(diagnostic.help)}")
     lines += [_related(related) for related in diagnostic.related]
     return "\n".join(lines) + "\n"
 
 
 def _place(span: Span | None) -> str:
-    return f"{span.source.path}:{span.line}:{span.column}: " if span else ""
+    return f"{printable(span.source.path)}:{span.line}:{span.column}: " if span else ""
 
 
 def _excerpt(span: Span, help: str) -> list[str]:
@@ -45,12 +45,12 @@ def _excerpt(span: Span, help: str) -> list[str]:
     shown = printable(line[first : first + MAX_SHOWN].replace("\t", " "))
     column = min(span.column - 1 - first, len(shown))
     carets = "^" * max(1, min(span.length, len(shown) - column))
-    below = f"{' ' * column}{carets} {help}".rstrip()
+    below = f"{' ' * column}{carets} {printable(help)}".rstrip()
     return [f"{span.line:5} | {shown}".rstrip(), f"{'':5} | {below}"]
 
 
 def _related(related: Related) -> str:
-    return f"      {_place(related.span)}{related.message}" if related.span else f"      {related.message}"
+    return f"      {_place(related.span)}{printable(related.message)}"
 
 
 def github(diagnostics: Sequence[Diagnostic]) -> str:

@@ -13,7 +13,10 @@ def printable(text: str, keep: str = "") -> str:
     >>> printable("\x1b[31mred\n"), printable("1\t2", keep="\t") == "1\t2"
     ('\\x1b[31mred\\n', True)
     """
-    if text.isprintable():
+    plain = text
+    for letter in keep:
+        plain = plain.replace(letter, "")
+    if plain.isprintable():
         return text
     return "".join(c if c.isprintable() or c in keep else c.encode("unicode_escape").decode("ascii") for c in text)
 

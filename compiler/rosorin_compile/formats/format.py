@@ -168,6 +168,7 @@ class Format:
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
     - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
+    - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
 
     What an artifact says of a robot, so that it can be held against it:
 
@@ -216,6 +217,7 @@ class Format:
     facts: Callable[[str], Facts] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
+    shown: bool = True
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False

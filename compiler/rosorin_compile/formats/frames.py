@@ -29,6 +29,11 @@ _FRAME_HEADERS = (
     "when",
 )
 _POSE_HEADERS = ("pose", "joint", "position", "in degrees", "pulse")
+# How wide columns are at least, and each of three numbers in one. The same in every table, whatever stands in the other
+# rows: a new frame is a new line, and moves no other one.
+_FRAME_WIDTHS = (18, 18, 22, 6, 10, 35, 35, 29, 8)
+_POSE_WIDTHS = (12, 18, 26, 10, 6)
+_NUMBER_WIDTH = {"m": 11, "rad": 11, "deg": 9}
 _DEGREE_DIGITS = 4
 
 # What Markdown gives a meaning to: these marks anywhere, and an underscore that is not inside a word.
@@ -59,12 +64,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     publishers = dict.fromkeys(frame.publisher for frame in frames)
     values: dict[str, Any] = {
         "robot": robot,
-        "frames": _table(_FRAME_HEADERS, _frame_rows(frames, number)),
+        "frames": _table(_FRAME_HEADERS, _FRAME_WIDTHS, _frame_rows(frames, number)),
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
         "stand_ins": _stand_ins(robot),
         "proof": _wrapped(_escape(in_words(prove(robot)))),
         "stamps": list(_stamps(robot)),
-        "poses": _table(_POSE_HEADERS, list(_pose_rows(robot, number))),
+        "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
         "source": describe,
         "escape": _escape,
     }
@@ -95,22 +100,23 @@ def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
 
 
 def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
-    poses = [frame.pose for frame in frames]
-    columns = zip(
-        frames,
-        _vectors([pose.xyz if pose else None for pose in poses], number),
-        _vectors([pose.rpy if pose else None for pose in poses], number),
-        _vectors([_degrees(pose.rpy) if pose else None for pose in poses], _degree),
-        strict=True,
-    )
     rows = []
-    for frame, xyz, rpy, degrees in columns:
+    for frame in frames:
         who, topic, when = _publishing(frame)
         motion = "moving" if frame.moving else "static"
         unknown = "not known" if frame.publisher.kind == UNPUBLISHED else f"known to {_escape(who)} alone"
-        numbers = [xyz, rpy, degrees] if frame.pose else [unknown, "", ""]
+        numbers = _placed(frame.pose, number) if frame.pose else [unknown, "", ""]
         rows.append([_escape(frame.parent), _escape(frame.child), _escape(who), motion, topic, *numbers, _escape(when)])
     return rows
+
+
+def _placed(pose: Pose, number: NumberFormat) -> list[str]:
+    """Return a pose as three cells: position, angles in radians, angles in degrees."""
+    return [
+        _vector(pose.xyz, number, "m"),
+        _vector(pose.rpy, number, "rad"),
+        _vector(_degrees(pose.rpy), _degree, "deg"),
+    ]
 
 
 def _publishing(frame: _Frame) -> tuple[str, str, str]:
@@ -162,11 +168,10 @@ def _degree(angle: float) -> str:
     return fixed(angle, _DEGREE_DIGITS)
 
 
-def _vectors(vectors: list[Vector | None], number: NumberFormat) -> list[str]:
-    """Return vectors as text, the first, second and third numbers below each other; None is empty."""
-    texts = [tuple(map(number, vector)) if vector else ("", "", "") for vector in vectors]
-    widths = [max(map(len, column), default=0) for column in zip(*texts, strict=True)]
-    return ["  ".join(t.ljust(width) for t, width in zip(text, widths, strict=False)).rstrip() for text in texts]
+def _vector(vector: Vector, number: NumberFormat, unit: str) -> str:
+    """Return three numbers as text; those of other rows stand below each other unless they are long."""
+    width = _NUMBER_WIDTH[unit]
+    return " ".join(number(value).ljust(width) for value in vector).rstrip()
 
 
 def _escape(text: str) -> str:
@@ -179,16 +184,14 @@ def _wrapped(text: str) -> str:
     return "\n".join(textwrap.wrap(text, 120, break_long_words=False, break_on_hyphens=False))
 
 
-def _table(headers: Sequence[str], rows: list[list[str]]) -> str:
-    """Return a table whose columns stand below each other; empty without rows."""
+def _table(headers: Sequence[str], widths: Sequence[int], rows: list[list[str]]) -> str:
+    """Return a table whose columns have at least the given widths; empty without rows."""
     if not rows:
         return ""
-    widths = [max(map(len, column)) for column in zip(headers, *rows, strict=True)]
-    lines = [headers, ["-" * width for width in widths], *rows]
-    return "\n".join(_line(cells, widths) for cells in lines)
+    return "\n".join(_line(cells, widths) for cells in (headers, ["-" * width for width in widths], *rows))
 
 
-def _line(cells: Iterable[str], widths: list[int]) -> str:
+def _line(cells: Iterable[str], widths: Sequence[int]) -> str:
     return "| " + " | ".join(cell.ljust(width) for cell, width in zip(cells, widths, strict=True)) + " |"
 
 

@@ -128,6 +128,7 @@ FORMAT = Format(
     write=write,
     facts=read,
     syntax=_syntax,
+    shown=False,
     disagreements=disagreements,
     asked=lambda *source: Asked({"file": "frames.svg"}),  # noqa: ARG005
 )

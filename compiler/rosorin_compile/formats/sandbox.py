@@ -8,10 +8,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from hashlib import sha256
 from typing import Any
 
 from jinja2 import TemplateRuntimeError
+from jinja2 import __version__ as jinja_version
 from jinja2.sandbox import ImmutableSandboxedEnvironment
+
+from ..project import cache_folder, keep, recalled
 
 MAX_SIZE = 10_000_000  # letters of a text, items of a list
 MAX_BITS = 1_000_000  # of a whole number
@@ -44,6 +48,19 @@ class Sandbox(ImmutableSandboxedEnvironment):
     def begin(self) -> None:
         """Begin a rendering."""
         self.rounds = 0
+
+    def compile(self, source: Any, name: str | None = None, filename: str | None = None, *_: Any, **__: Any) -> Any:
+        """Return the code of a template. The Python that it was made into is kept in the cache, as text."""
+        folder = cache_folder("templates")
+        if folder is None or not isinstance(source, str):
+            return super().compile(source, name, filename)
+        means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops))
+        kept = folder / f"{sha256(repr((means, name, source)).encode('utf-8', 'surrogatepass')).hexdigest()}.py"
+        made = recalled(kept)
+        if made is None:
+            made = super().compile(source, name, filename, raw=True).encode("utf-8", "surrogatepass")
+            keep(kept, made)
+        return compile(made.decode("utf-8", "surrogatepass"), filename or "<template>", "exec")
 
     def range(self, *bounds: int) -> range:
         """Return a range. Raises TemplateRuntimeError when all of them together get too long."""

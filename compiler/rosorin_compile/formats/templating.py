@@ -11,7 +11,7 @@ import re
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from markupsafe import Markup, escape
 
@@ -19,9 +19,6 @@ from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..project import data_folder
 from ..project import shown as as_shown
-
-if TYPE_CHECKING:
-    import jinja2
 
 RULES = (
     Rule(
@@ -81,9 +78,8 @@ class Templates:
         self.folder = folder
         self.named = named
         self.used: set[Path] = set()
-        cache = _bytecode_cache()
         loader = jinja2.FunctionLoader(self._load)
-        options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader, "bytecode_cache": cache}
+        options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
         self.environment = Sandbox(autoescape=_is_xml, **options)
 
@@ -158,13 +154,3 @@ def _line(problem: BaseException) -> int:
             line = trace.tb_lineno
         trace = trace.tb_next
     return line
-
-
-def _bytecode_cache() -> jinja2.BytecodeCache | None:
-    """Return a cache of compiled templates in the user's own cache folder; None where there is none to write to."""
-    import jinja2
-
-    from ..project import cache_folder
-
-    folder = cache_folder("templates")
-    return jinja2.FileSystemBytecodeCache(str(folder)) if folder else None

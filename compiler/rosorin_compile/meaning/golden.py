@@ -98,7 +98,8 @@ def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
 
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
-    return TextDifference(artifact.file, CHANGED, remark, unified(artifact.file, old, artifact.text))
+    shown = FORMATS[artifact.backend].shown
+    return TextDifference(artifact.file, CHANGED, remark, unified(artifact.file, old, artifact.text), shown)
 
 
 def _remarked(
@@ -124,7 +125,7 @@ def lines(comparison: Comparison, full: bool = False) -> list[str]:
         said[_MAX_CHANGES:] = [f"... {len(said) - _MAX_CHANGES} more differences (--full shows them)"]
     said += [f"{printable(text.file)}: {text.remark}" for text in comparison.texts if text.remark]
     for text in comparison.texts:
-        if text.lines:
+        if text.lines and (full or text.shown):
             said += ["", *(text.lines if full else shorten(text.lines))]
     if any(text.kind == CHANGED for text in comparison.texts):
         said += ["", "if this is what you meant, run rosorin-compile all and commit what it writes"]
@@ -140,12 +141,16 @@ _NO_END = "\\ No newline at end of file"
 
 
 class TextDifference(NamedTuple):
-    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff."""
+    """How the text of a file differs: its kind, a remark, and for a changed file the lines of a unified diff.
+
+    ``shown``: whether these say anything to a person; of a picture they do not.
+    """
 
     file: str
     kind: str
     remark: str = ""
     lines: tuple[str, ...] = ()
+    shown: bool = True
 
 
 def unified(file: str, old: str, new: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -38,6 +38,12 @@ RULES = (
         WRITING,
     ),
     Rule("output-in-the-way", "Something that is no artifact stands where one goes.", "Move it away.", WRITING),
+    Rule(
+        "output-not-ours",
+        "Where a file would go, one stands that the tool did not write.",
+        "Move it away, or another name or folder.",
+        WRITING,
+    ),
     Rule(
         "output-foreign",
         "The folder holds many files that are no artifacts, or a repository.",
@@ -65,17 +71,22 @@ _NOT_A_FOLDER = {errno.ENOTDIR, errno.EEXIST}
 _MOUNTED = {errno.EBUSY, errno.EXDEV}
 
 
+Judge = Callable[[str, bytes, bytes], str]
+
+
 class Written(NamedTuple):
     """What writing a set did to each file, by relative POSIX name, sorted.
 
     ``written`` is new or has other bytes than before, ``unchanged`` is equal already, ``kept`` is not an artifact of
     this set and was left alone, ``removed`` was not an artifact either and is gone because pruning was asked for.
+    ``aside`` are those that somebody else may have written, each with the name under which it stands now.
     """
 
     written: tuple[str, ...]
     unchanged: tuple[str, ...]
     kept: tuple[str, ...]
     removed: tuple[str, ...]
+    aside: tuple[tuple[str, str], ...] = ()
 
 
 class OutputError(Exception):
@@ -86,11 +97,22 @@ class OutputError(Exception):
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
-def write_set(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
+def write_outputs(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
+    """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost."""
+    from . import ours
+
+    written = write_set(folder, files, prune, None if prune else ours.judge(folder, files))
+    ours.remember(folder, files)
+    return written
+
+
+def write_set(folder: Path, files: Mapping[str, str], prune: bool = False, judge: Judge | None = None) -> Written:
     """Make ``files``, text by relative POSIX name, the set of artifacts in ``folder``.
 
     After a kill at any moment the folder holds the old set or the new one. If every file is equal already, nothing is
-    touched. Other files in the folder are kept, or removed with ``prune``. Raises OutputError.
+    touched. Other files in the folder are kept, or removed with ``prune``. ``judge`` says of a file that would be
+    replaced, by its name, its bytes and the new ones, whether that is refused (``ours.FOREIGN``), or it is kept under
+    another name (any other word). Raises OutputError.
     """
     _check_place(folder)
     _check_names(files)
@@ -100,7 +122,7 @@ def write_set(folder: Path, files: Mapping[str, str], prune: bool = False) -> Wr
         with _locked(folder.parent, exclusive=True) as alone:
             if alone:
                 tidy(folder.parent)
-            return _update(folder, contents, prune)
+            return _update(folder, contents, prune, judge)
     except OSError as problem:
         raise _explained(problem, folder, "write") from None
 
@@ -121,6 +143,15 @@ def read_set(folder: Path) -> dict[str, bytes]:
             return {printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
     except OSError as problem:
         raise _explained(problem, folder, "read") from None
+
+
+@contextmanager
+def cleared(folder: Path) -> Iterator[None]:
+    """Hold the lock on a folder in which something is prepared, rid of what killed runs left there. Raises OSError."""
+    with _locked(folder, exclusive=True) as alone:
+        if alone:
+            tidy(folder)
+        yield
 
 
 def _check_place(folder: Path) -> None:
@@ -184,25 +215,48 @@ def _locked(parent: Path, exclusive: bool) -> Iterator[bool]:
         os.close(handle)
 
 
-def _update(folder: Path, contents: Mapping[str, bytes], prune: bool) -> Written:
+def _update(folder: Path, contents: dict[str, bytes], prune: bool, judge: Judge | None) -> Written:
     """Compare the set with what is there, and replace the folder if anything differs. Raises OutputError, OSError."""
     status = _status(folder)
     folders = set[str]().union(*map(_parents, contents))
     there = _look(folder, status.st_dev, folders.union(contents)) if status else {}
     _check_way(folder, contents, there, prune)
     same = {name for name, data in contents.items() if _holds(folder / name, there.get(name), data)}
+    aside = _aside(folder, {name: contents[name] for name in contents if name in there and name not in same}, judge)
+    contents |= {kept: (folder / name).read_bytes() for name, kept in aside}
     ours = {name for name, it in there.items() if name in folders and stat.S_ISDIR(it.st_mode)}
     foreign = [name for name in there if name not in ours and name not in contents]
     loose = tuple(printable(name) for name in foreign if not stat.S_ISDIR(there[name].st_mode))
     kept, removed = ((), loose) if prune else (loose, ())
     written = tuple(name for name in contents if name not in same)
-    result = Written(written, tuple(sorted(same)), kept, removed)
+    result = Written(
+        tuple(name for name in written if name not in dict(aside).values()), tuple(sorted(same)), kept, removed, aside
+    )
     if status is None or written or (prune and foreign):
         _check_writable(folder, status)
         stays = ours.union(same, () if prune else foreign)
         carried = {name: it for name, it in there.items() if name in stays}
         replace(folder, {name: contents[name] for name in written}, carried, there)
     return result
+
+
+def _aside(folder: Path, replaced: Mapping[str, bytes], judge: Judge | None) -> tuple[tuple[str, str], ...]:
+    """Return which files go to which other names. Raises OutputError for one that is not replaced."""
+    if judge is None:
+        return ()
+    from .ours import FOREIGN, kept_name
+
+    aside = []
+    for name, new in replaced.items():
+        path = folder / name
+        old = path.read_bytes()
+        why = judge(name, old, new)
+        if why == FOREIGN:
+            help = "move it away, or give the new file another name or folder"
+            raise OutputError("output-not-ours", f"this tool did not write {path}: it is not replaced", help)
+        if why:
+            aside.append((name, kept_name(path).relative_to(folder).as_posix()))
+    return tuple(aside)
 
 
 def _status(folder: Path) -> os.stat_result | None:

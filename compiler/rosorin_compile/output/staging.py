@@ -39,11 +39,16 @@ def is_stage(name: str) -> bool:
 def tidy(parent: Path) -> None:
     """Repair and remove what killed runs left in ``parent``; the caller holds the lock. Raises OSError."""
     with os.scandir(parent) as entries:
-        stale = [entry for entry in entries if is_stage(entry.name) and entry.is_dir(follow_symlinks=False)]
+        stale = [entry for entry in entries if is_stage(entry.name)]
     for entry in stale:
-        # Another user's folder is not ours to remove, and could be a trap.
-        if entry.stat(follow_symlinks=False).st_uid == os.geteuid():
+        # What is another user's is not ours to remove, and could be a trap.
+        if entry.stat(follow_symlinks=False).st_uid != os.geteuid():
+            continue
+        if entry.is_dir(follow_symlinks=False):
             _discard(parent / entry.name)
+        elif entry.is_file(follow_symlinks=False):
+            with suppress(OSError):
+                (parent / entry.name).unlink()
 
 
 def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: There) -> None:

@@ -1,8 +1,8 @@
 """Stamps: knowing that nothing changed since the last run, without compiling.
 
-A stamp is a file in the user's cache that says: this tool, called with this key, read inputs with these contents,
-wrote these artifacts and said this. It holds only as long as all of that is true, by content. Losing a stamp costs
-nothing but a compilation, so whatever is odd about one means that there is none.
+A stamp is a file in the user's cache that says: this tool, called with this key, found packages in these places, read
+inputs with these contents, wrote these artifacts and said this. It holds only as long as all of that is true, by
+content. Losing a stamp costs nothing but a compilation, so whatever is odd about one means that there is none.
 """
 
 from __future__ import annotations
@@ -12,16 +12,19 @@ import json
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, cache_folder, data_folder
+from ..project import DATA, Resolved, cache_folder, data_folder, keep, recalled
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
-MAX_STAMPS = 400  # when there are more, the older half goes
+
+
+def _nowhere(asked: Resolved) -> str:
+    raise LookupError(f"nobody says where {asked.kind} {asked.name} is")
 
 
 def now() -> int:
@@ -31,20 +34,22 @@ def now() -> int:
     return time.time_ns()
 
 
-def recall(key: Mapping[str, Any], folder: Path) -> list[Any] | None:
+def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str] = _nowhere) -> list[Any] | None:
     """Return the messages that were remembered under ``key`` if a run would only do the same again, else None.
 
-    That is so if the tool, all inputs and all artifacts in ``folder`` are as they were, and no other file is in
-    ``folder``. Never raises.
+    That is so if the tool, all inputs and all artifacts in ``folder`` are as they were, no other file is in
+    ``folder``, and the names of packages lead where they led: ``leads`` says where one leads now. Never raises.
     """
     try:
         path = _path(key)
         if path is None:
             return None
-        stamp = json.loads(path.read_bytes())
+        stamp = json.loads(recalled(path) or b"")
         if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
             return None
         if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
+            return None
+        if any(leads(Resolved(*one)) != one[-1] for one in stamp["resolved"]):
             return None
         messages = stamp["messages"]
         return messages if isinstance(messages, list) else None
@@ -59,12 +64,13 @@ def remember(
     folder: Path,
     messages: list[Any],
     begun: int | None = None,
+    resolved: Iterable[Resolved] = (),
 ) -> None:
     """Write the stamp of a run that read ``inputs`` and made ``outputs``, text by relative name, in ``folder``.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
-    remembered. A failure to write is silent.
+    remembered. ``resolved`` says where names led. A failure to write is silent.
     """
     with suppress(OSError, ValueError):
         path = _path(key)
@@ -75,14 +81,8 @@ def remember(
         read = {name: _digest(Path(name).read_bytes()) for name in names}
         if begun is not None and any(_changed(name) >= begun for name in names):
             return
-        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages}
-        _forget_some(path.parent)
-        new = path.with_name(f".{os.urandom(8).hex()}")
-        try:
-            new.write_text(json.dumps(stamp), "utf-8")
-            new.replace(path)
-        finally:
-            new.unlink(missing_ok=True)
+        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages, "resolved": list(resolved)}
+        keep(path, json.dumps(stamp).encode())
 
 
 def _path(key: Mapping[str, Any]) -> Path | None:
@@ -135,12 +135,3 @@ def _files(folder: str, prefix: str) -> Iterator[tuple[str, bool]]:
 def _changed(name: str) -> int:
     status = Path(name).stat()
     return max(status.st_mtime_ns, status.st_ctime_ns)
-
-
-def _forget_some(folder: Path) -> None:
-    """Remove the older half of the stamps when there are many, with what killed runs left between them."""
-    with os.scandir(folder) as entries:
-        stamps = sorted((entry.stat().st_mtime_ns, entry.name) for entry in entries)
-    if len(stamps) > MAX_STAMPS:
-        for _, name in stamps[: len(stamps) // 2]:
-            (folder / name).unlink(missing_ok=True)

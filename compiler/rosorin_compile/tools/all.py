@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import argparse
 import os
-import sys
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
-from ..project import Description
+from ..project import PYTHON_PACKAGE, Description, Resolved, python_folder, resolved
 from .shared import (
     FINE,
     PROBLEMS,
@@ -24,9 +24,16 @@ from .shared import (
 )
 
 if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
     from ..output import Written
 
 RULES = (
+    Rule(
+        "output-kept",
+        "A warning: a file was replaced that the tool may not have written; it is kept under the name that is told.",
+        "Remove what was kept, if nobody needs it.",
+        WRITING,
+    ),
     Rule(
         "not-an-artifact",
         "A note: a file in the outputs folder is no artifact; it is kept.",
@@ -63,16 +70,15 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
-        "packages": [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")],
         "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
     }
-    remembered = stamp.recall(key, description.outputs) if run.console.for_people else None
-    if remembered is not None:
-        said, summary, stand_ins = remembered
-        sys.stderr.write(said)
-        run.console.stand_ins += int(stand_ins)
-        run.console.say(f"{summary}, unchanged")
-        return FINE
+    remembered = stamp.recall(key, description.outputs, _leads) if run.console.for_people else None
+    match remembered:
+        case [str(said), str(summary), int(stand_ins)]:
+            run.console.again(said)
+            run.console.stand_ins += stand_ins
+            run.console.say(f"{summary}, unchanged")
+            return FINE
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
     compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
@@ -86,24 +92,46 @@ def _write_one(run: Run, description: Description) -> int:
     run.console.say(f"{summary}, {what_changed(written)}")
     if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
         inputs = [*compiled.inputs, *run.given.files]
-        messages = [said, summary, str(run.console.stand_ins - before)]
-        stamp.remember(key, inputs, files, description.outputs, messages, begun=begun)
+        told = [said, summary, run.console.stand_ins - before]
+        stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return FINE
+
+
+def _leads(asked: Resolved) -> str:
+    """Return where the name of a package leads now."""
+    if asked.kind == PYTHON_PACKAGE:
+        return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
+    from ..formats.packages import Packages
+
+    found = Packages({}, os.environ, Path(asked.by)).find(asked.name)
+    return resolved(asked.kind, asked.name, asked.by, found).answer
 
 
 def _write(run: Run, description: Description, files: dict[str, str]) -> Written | None:
     from ..diagnostics import NOTE, Diagnostic
-    from ..output import OutputError, write_set
+    from ..output import OutputError, write_outputs
 
     try:
-        written = write_set(description.outputs, files, run.options.prune)
+        written = write_outputs(description.outputs, files, run.options.prune)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
+    run.console.show(put_aside(description.outputs, written))
     for name in written.kept:
         message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"
         run.console.show([Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it")])
     return written
+
+
+def put_aside(folder: Path, written: Written) -> list[Diagnostic]:
+    """Return what there is to say of files that somebody else may have written, and that were replaced."""
+    from ..diagnostics import WARNING, Diagnostic
+
+    help = "if nobody needs it, remove that file"
+    return [
+        Diagnostic("output-kept", WARNING, f"{folder}/{name} may be of somebody else; it is {kept} now", None, (), help)
+        for name, kept in written.aside
+    ]
 
 
 def what_changed(written: Written) -> str:

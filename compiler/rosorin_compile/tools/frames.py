@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..diagnostics.console import Console
+from ..diagnostics.console import Console, paint
 from ..diagnostics.registry import OUTPUTS, Rule
 from .shared import (
     FINE,
@@ -79,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
         return _write(known.robot, shown, options, console)
     _check_names(known.robot, options)
     text = _json(known.robot, shown, options) if options.json else _text(known.robot, shown, options)
-    print(text)
+    paint(f"{text}\n", sys.stdout)
     return FINE
 
 

@@ -9,6 +9,8 @@ from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
+from ..output import cleared
+from ..output.staging import STAGE
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
 from .shared import FINE, PROBLEMS, WrongUsage
 
@@ -43,7 +45,6 @@ def run(options: argparse.Namespace) -> int:
 STARTER = "starter.yaml"  # in the data package of templates
 PLACEHOLDER = "NAME"
 SCHEMA = Path(".schema", "rosorin-compile.schema.json")  # in the folder of descriptions, as the modeline says
-_STAGE = ".rosorin-compile-"  # what begins like this is left by a run that was killed, and can be removed
 _MAX_NAME = 60
 
 
@@ -84,14 +85,16 @@ def start(name: str, project: Path) -> Started:
     if os.path.lexists(target):
         raise CannotStart(f"{target} is there already; nothing is overwritten, take another name")
     text = (data_folder("templates") / STARTER).read_text("utf-8").replace(PLACEHOLDER, name)
-    stage = folder / f"{_STAGE}{os.urandom(8).hex()}"
-    try:
-        (stage / name).mkdir(parents=True)
-        (stage / name / ROOT_FILE).write_text(text, "utf-8")
-        written, outdated = _give_schema(folder, stage)
-        (stage / name).rename(target)
-    finally:
-        _discard(stage)
+    stage = folder / f"{STAGE}{os.urandom(8).hex()}"
+    folder.mkdir(parents=True, exist_ok=True)
+    with cleared(folder):
+        try:
+            (stage / name).mkdir(parents=True)
+            (stage / name / ROOT_FILE).write_text(text, "utf-8")
+            written, outdated = _give_schema(folder, stage)
+            (stage / name).rename(target)
+        finally:
+            _discard(stage)
     return Started(target / ROOT_FILE, folder / SCHEMA, written, outdated)
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import argparse
-import sys
 
 from ..diagnostics import did_you_mean
+from ..diagnostics.console import give
 from ..formats import FORMATS
 from ..project import data_folder
 from .shared import FINE, WrongUsage
@@ -38,5 +38,5 @@ def run(options: argparse.Namespace) -> int:
     known = names()
     if options.name not in known:
         raise WrongUsage(f'there is no schema "{options.name}"; {did_you_mean(options.name, known)}')
-    sys.stdout.write((data_folder("schemas") / f"{options.name}.schema.json").read_text("utf-8"))
+    give((data_folder("schemas") / f"{options.name}.schema.json").read_text("utf-8"))
     return FINE

@@ -14,9 +14,9 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics.console import Console
-from ..diagnostics.registry import ASKING, Rule
+from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, find, narrowed
+from ..project import ENDINGS, Description, NoDescription, cache_refused, find, narrowed
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -32,6 +32,12 @@ RULES = (
         "A position that is asked for is beyond the limit of a joint; a warning, with `--strict` an error.",
         "Another position, or another limit.",
         ASKING,
+    ),
+    Rule(
+        "cache-not-private",
+        "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
+        "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
+        WRITING,
     ),
 )
 
@@ -71,6 +77,16 @@ class Run(NamedTuple):
     options: argparse.Namespace
     console: Console
     given: Given
+
+
+def tell_of_cache() -> None:
+    """Say that there is no cache, if somebody else could change what would be in it."""
+    refused = cache_refused()
+    if refused:
+        from ..diagnostics import NOTE, Diagnostic
+
+        message, help = refused
+        Console("text").show([Diagnostic("cache-not-private", NOTE, message, help=help)])
 
 
 def place(text: str) -> str:

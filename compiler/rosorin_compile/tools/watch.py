@@ -115,7 +115,8 @@ class _Robot:
 
     def _write(self, compiled: Compiled) -> None:
         from ..meaning.golden import compare
-        from ..output import OutputError, read_set, write_set
+        from ..output import OutputError, read_set, write_outputs
+        from .all import put_aside
 
         if compiled.robot is None:
             return
@@ -123,10 +124,12 @@ class _Robot:
         try:
             before = read_set(self.description.outputs)
             comparison = compare(compiled.robot, compiled.artifacts, before)
-            written = write_set(self.description.outputs, files).written
+            done = write_outputs(self.description.outputs, files)
         except OutputError as problem:
             self.console.show([problem.diagnostic])
             return
+        written = done.written
+        self.console.show(put_aside(self.description.outputs, done))
         summary = f"{self.description.name}: {count(files)} in {self.description.outputs}"
         _say(f"{summary}, {'written: ' + ', '.join(written) if written else 'unchanged'}")
         for line in _moved(comparison):

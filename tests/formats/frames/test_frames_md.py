@@ -97,9 +97,9 @@ def test_each_edge_is_a_row_in_the_order_of_the_description() -> None:
         "robot_state_publisher",
         "moving",
         "/tf",
-        "0.1                 -0.2  7.5e-05",
-        "0        0     1.5707963267948966",
-        "0          0         90",
+        "0.1         -0.2        7.5e-05",
+        "0           0           1.5707963267948966",
+        "0         0         90",
         "always",
     ]
 
@@ -132,13 +132,30 @@ def test_numbers_that_only_a_node_knows() -> None:
 
 
 def test_columns_stand_below_each_other() -> None:
-    for robot in (TESTER, compiled().robot):
-        assert robot is not None
-        text = emit(robot)
-        assert not any(line != line.rstrip() for line in text.splitlines())
-        for table in (block.splitlines() for block in text.split("\n\n") if block.startswith("|")):
-            places = {tuple(i for i, c in enumerate(line) if c == "|" and line[i - 1] != "\\") for line in table}
-            assert len(places) == 1
+    robot = compiled().robot
+    assert robot is not None
+    text = emit(robot)
+    assert not any(line != line.rstrip() for line in text.splitlines())
+    for table in (block.splitlines() for block in text.split("\n\n") if block.startswith("|")):
+        whole = [line for line in table if "nobody: " not in line and "1.57079" not in line and "3.14159" not in line]
+        places = {tuple(i for i, c in enumerate(line) if c == "|") for line in whole}
+        assert len(places) == 1
+        assert len(whole) > len(table) / 2
+
+
+def test_a_new_frame_is_a_new_line() -> None:
+    """Whatever the frame is called and wherever it sits, no other row moves."""
+    robot = compiled().robot
+    assert robot is not None
+    name = "a_frame_with_a_name_that_is_longer_than_any_other_one"
+    joint = replace(
+        robot.joint["lidar_joint"], name="more", child=name, origin=Pose((1 / 3, 1 / 7, 1 / 9), (1, 2, 1 / 3))
+    )
+    more = replace(robot, links=(*robot.links, Link(name)), joints=(*robot.joints, joint))
+    before, after = emit(robot).splitlines(), emit(more).splitlines()
+    assert [line for line in after if line not in before and not line.startswith("Checked")] == [
+        line for line in after if name in line
+    ]
 
 
 def test_stand_ins_are_listed_by_what_is_missing() -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 import errno
 import json
 import os
+import signal
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -137,6 +139,7 @@ def test_a_kill_at_any_step_is_finished_or_undone(tmp_path: Path, monkeypatch: p
         killing(patch, at, Killed())
         patch.setattr(placing, "_put_back", lambda _: None)
         patch.setattr(placing, "_discard", lambda _: None)
+        patch.setattr(placing, "_clear", lambda _: None)
         try:
             place(tmp_path, NEW)
         except Killed:
@@ -157,9 +160,8 @@ def test_a_list_that_somebody_planted_leads_nowhere(tmp_path: Path) -> None:
     (folder / READY).mkdir()
     (folder / READY / "0").write_bytes(b"planted")
     (folder / READY / "list.json").write_text(json.dumps(["../escaped"]))
-    with pytest.raises(OutputError, match="does not stand in the folder"):
-        place(folder, NEW)
-    assert not (tmp_path / "escaped").exists()
+    place(folder, NEW)
+    assert contents(tmp_path) == {f"in/{name}": data for name, data in {**OLD, **NEW}.items()}
 
 
 @pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
@@ -168,3 +170,90 @@ def test_no_right_to_write(tmp_path: Path) -> None:
     with pytest.raises(OutputError, match=r"cannot write into .*: Permission denied"):
         place(tmp_path, NEW)
     assert contents(tmp_path) == OLD
+
+
+@pytest.mark.parametrize("name", [READY, STAGE])
+@pytest.mark.parametrize(
+    "rest",
+    [
+        {},
+        {"0": "x"},
+        {"old-0": "x", "7": "y"},
+        {"list.json": "", "0": "x"},
+        {"list.json": "3"},
+        {"list.json": "null"},
+        {"list.json": '"urdf/a.urdf"', "0": "x"},
+        {"list.json": '["urdf/a.urdf", 3]', "0": "x"},
+        {"list.json": '["../a"]', "0": "x"},
+        {"list.json": '["config"]', "0": "x"},
+        {"list.json": '["urdf/a.urdf"', "0": "x"},
+        {"list.json": "[" * 100_000, "0": "x"},
+    ],
+)
+def test_what_a_killed_run_left_is_mended(tmp_path: Path, name: str, rest: dict[str, str]) -> None:
+    fill(tmp_path)
+    (tmp_path / name).mkdir()
+    for file, text in rest.items():
+        (tmp_path / name / file).write_text(text)
+    assert place(tmp_path, NEW) == tuple(sorted(NEW))
+    assert contents(tmp_path) == {**OLD, **NEW}
+    assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
+
+
+@pytest.mark.parametrize("name", [READY, STAGE])
+@pytest.mark.parametrize("what", ["file", "link to a folder", "link to nothing", "folder", "folder of a folder"])
+def test_what_no_run_has_made_is_put_aside(tmp_path: Path, name: str, what: str) -> None:
+    folder = fill(tmp_path / "in")
+    path, kept = folder / name, folder / f"{name}.kept"
+    if what == "file":
+        path.write_text("mine")
+    elif what.startswith("link"):
+        (tmp_path / "out").mkdir()
+        (tmp_path / "out" / "mine.txt").write_text("mine")
+        path.symlink_to(tmp_path / ("out" if what == "link to a folder" else "nothing"))
+    else:
+        inner = path / "0" if what == "folder of a folder" else path
+        inner.mkdir(parents=True)
+        (inner / "mine.txt").write_text("mine")
+    assert place(folder, NEW) == tuple(sorted(NEW))
+    assert {n: d for n, d in contents(folder).items() if not n.startswith(".")} == {**OLD, **NEW}
+    assert os.path.lexists(kept)
+    assert not os.path.lexists(path)
+    if what != "link to nothing":
+        found = [kept.read_text()] if what == "file" else [one.read_text() for one in kept.rglob("mine.txt")]
+        assert found in (["mine"], []) if what.startswith("link") else found == ["mine"]
+        assert not what.startswith("link") or (tmp_path / "out" / "mine.txt").read_text() == "mine"
+
+
+def die_at(step: int) -> None:
+    """Let this process kill itself at the given one of its calls that touch the disk."""
+    count = iter(range(1, 1_000_000))
+
+    def heard(event: str, _: object) -> None:
+        if event.startswith(("os.", "open", "shutil.")) and next(count) == step:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(heard)
+
+
+@pytest.mark.slow
+def test_a_kill_at_each_call_is_mended_by_the_next_run(tmp_path: Path) -> None:
+    step, code = 0, 1
+    while code:
+        step += 1
+        folder = fill(tmp_path / str(step))
+        child = os.fork()
+        if not child:
+            die_at(step)
+            place(folder, NEW)
+            os._exit(0)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        shown = {name: data for name, data in contents(folder).items() if not name.startswith(".")}
+        assert all(shown.get(name) in (OLD.get(name), NEW.get(name)) for name in {**OLD, **NEW})
+        more = {"more": b"more"}
+        place(folder, more)
+        assert contents(folder) in ({**OLD, **more}, {**OLD, **NEW, **more}), step
+        place(folder, NEW)
+        assert contents(folder) == {**OLD, **NEW, **more}
+        assert not [path for path in folder.iterdir() if path.name.startswith(".")]
+    assert step > 25

@@ -38,6 +38,7 @@ outputs:
 def test_what_is_in_it(tmp_path: Path) -> None:
     found = names_in(written(tmp_path))
     assert found == [
+        ".rosorin-compile-written.json",
         "CMakeLists.txt",
         "README.md",
         "config/robot_model.json",

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean, error
-from ...project import data_folder, shown
+from ...project import Resolved, data_folder, shown
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .files import Reader, table_loader
@@ -40,12 +40,14 @@ class Expanded(NamedTuple):
     """The plain tree (None if it could not be made), what is wrong, and the files that were read.
 
     ``scope`` has the arguments and the named values of the description, None if its first file could not be read.
+    ``resolved`` says where the names of packages led.
     """
 
     tree: Map | None
     diagnostics: list[Diagnostic]
     files: tuple[Path, ...]
     scope: Scope | None = None
+    resolved: tuple[Resolved, ...] = ()
 
 
 def expand(
@@ -82,7 +84,8 @@ def expand(
     for name in list(scope.pending):
         with suppress(Failed, KeyError):  # a mistake in a value that nothing uses is found all the same
             scope.lookup(name)
-    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope)
+    led = tuple(dict.fromkeys(reader.resolved))
+    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope, led)
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:

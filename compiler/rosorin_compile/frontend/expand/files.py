@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
 from ...diagnostics.registry import FILES, Rule
-from ...project import ENDINGS, data_folder, project_of, shown
+from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, project_of, python_folder, resolved, shown
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
@@ -87,6 +87,7 @@ class Reader:
         self.folder = root.parent.resolve()
         self.project = project_of(root)
         self.files: list[Path] = []
+        self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
         self.diagnostics: list[Diagnostic] = []
@@ -122,7 +123,9 @@ class Reader:
     def library(self, name: str) -> Path | None:
         """Return a file of parts by name: of the library, or ``PACKAGE:FILE`` of an installed package."""
         package, colon, file = name.rpartition(":")
-        folder = _package_folder(package) if colon else data_folder("parts_library")
+        folder = python_folder(package) if colon else data_folder("parts_library")
+        if colon:
+            self.resolved.append(resolved(PYTHON_PACKAGE, package, "", folder))
         if folder is None or not file or os.sep in file or file.startswith("."):
             return None
         path = folder / f"{file}.yaml"
@@ -249,18 +252,6 @@ class Reader:
 
     def _error(self, rule: str, message: str, place: Place, help: str, related: Sequence[Related] = ()) -> None:
         self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))
-
-
-def _package_folder(package: str) -> Path | None:
-    """Return the folder of an installed package, without importing it."""
-    from importlib.util import find_spec
-
-    try:
-        spec = find_spec(package) if package.isidentifier() else None
-    except (ImportError, ValueError):
-        return None
-    places = list(spec.submodule_search_locations or ()) if spec else []
-    return Path(places[0]) if places else None
 
 
 def table_loader(reader: Reader) -> Callable[[Any], Any]:

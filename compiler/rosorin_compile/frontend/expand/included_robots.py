@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, Protocol
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
-from ...project import shown
+from ...project import ROS_PACKAGE, resolved, shown
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked
@@ -225,6 +225,8 @@ class Robots:
                 raise Failed
             return Path(shown(target))
         folder = self.robots.package(package, packages, include.by)
+        if package not in packages:
+            self.reader.resolved.append(resolved(ROS_PACKAGE, package, include.by, folder))
         if folder is None:
             help = f"say where it is, packages: {{{package}: FOLDER}}, or set ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
             message = f'the package "{package}" is not found'

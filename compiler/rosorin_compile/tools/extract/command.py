@@ -10,7 +10,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...diagnostics.console import Console
+from ...diagnostics.console import Console, give
+from ...diagnostics.wording import masked
 from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place
 
 if TYPE_CHECKING:
@@ -209,6 +210,7 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     from . import factory
     from .options import reading, say, wanted
     from .parts import read_source
+    from .writing import whose
 
     read, packages, words = reading(options, console)
     if len(words) != 1:
@@ -223,7 +225,7 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     made = factory.extract(read_source(str(path), read), name, asked)
     say(console, made.diagnostics)
     try:
-        write_set(Path(options.output), made.files)
+        write_set(Path(options.output), made.files, judge=whose)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
@@ -246,7 +248,7 @@ def _head(options: argparse.Namespace) -> str:
     """Return the first line of a file: by which words it was made."""
     from .writing import MARK
 
-    return f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ") + "\n"
+    return masked(f"{MARK} {options.what} {shlex.join(options.words)}".replace("\n", " ")) + "\n"
 
 
 def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
@@ -254,7 +256,7 @@ def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
     from .writing import save
 
     if options.output is None:
-        sys.stdout.write(text)
+        give(text)
         sys.stderr.write("".join(f"{line}\n" for line in said))
         return FINE
     save(Path(options.output), text, options.force)

@@ -17,6 +17,9 @@ from ...diagnostics.registry import MESHES, Rule
 from ...frontend.yaml_text import escaped, quoted, scalar
 from ...model import Box, Capsule, Cylinder, HeightMap, Shape
 from ...numbers import exact
+from ...output import cleared
+from ...output.ours import FOREIGN
+from ...output.staging import STAGE
 from .problems import fail
 
 RULES = (
@@ -144,16 +147,12 @@ def replace(path: Path, text: str) -> None:
     A link stays a link, and permissions stay as they are.
     """
     target = Path(os.path.realpath(path))
-    stage = target.with_name(f".rosorin-compile-{secrets.token_hex(8)}")
+    stage = target.with_name(f"{STAGE}{secrets.token_hex(8)}")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
-        with stage.open("xb") as file:
-            file.write(text.encode("utf-8"))
-            file.flush()
-            os.fsync(file.fileno())
-        if target.exists():
-            stage.chmod(target.stat().st_mode & 0o7777)
-        stage.replace(target)
+        with cleared(target.parent):
+            _write(stage, text, target)
+            stage.replace(target)
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         help = "check the name and the permissions"
@@ -161,6 +160,21 @@ def replace(path: Path, text: str) -> None:
     finally:
         with suppress(OSError):
             stage.unlink()
+
+
+def _write(stage: Path, text: str, target: Path) -> None:
+    """Bring a text to the disk, with the permissions of the file that it is to replace."""
+    with stage.open("xb") as file:
+        file.write(text.encode("utf-8"))
+        file.flush()
+        os.fsync(file.fileno())
+    if target.exists():
+        stage.chmod(target.stat().st_mode & 0o7777)
+
+
+def whose(_: str, old: bytes, __: bytes) -> str:
+    """Say that a file is not to be replaced, unless extract made it."""
+    return "" if old.startswith(MARK.encode()) else FOREIGN
 
 
 def _is_ours(path: Path) -> bool:

@@ -199,9 +199,13 @@ def _check_folder(folder: Path, force: bool) -> None:
 
 def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
     from ...output import OutputError, write_set
+    from ...output.ours import UNKNOWN
+    from ..all import put_aside
 
     try:
-        return write_set(folder, trip.files)
+        written = write_set(folder, trip.files, judge=lambda *_: UNKNOWN)
+        _show(console, put_aside(folder, written))
+        return written
     except OutputError as problem:
         _show(console, [problem.diagnostic])
         return None

@@ -73,8 +73,9 @@ def _write(
     target: Path,
 ) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
+    from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
     from . import placing
-    from .deploying import refused
+    from .deploying import kept, refused
     from .package import make
 
     package = make(robot, artifacts, asked, [description.path.parent, description.outputs], target)
@@ -82,7 +83,12 @@ def _write(
     console.show([*package.diagnostics, *([problem] if problem else [])])
     if problem or not package.files:
         return PROBLEMS
-    fresh = placing.place(target, package.files)
+    # The package is ours; what nobody noted in it may have been written by a version that made no notes.
+    found = held(target, package.files, recorded(target))
+    there = [one._replace(why=UNKNOWN) if one.why == FOREIGN else one for one in found]
+    console.show(list(kept(there)))
+    files = {**package.files, RECORD: record_of(target, package.files), **{one.kept: one.data for one in there}}
+    fresh = [name for name in placing.place(target, files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
     return FINE

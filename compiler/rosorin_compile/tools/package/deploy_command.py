@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...formats import Artifact
     from ...model import Robot
+    from ...output.ours import Held
     from .deploying import Plan
 
 RULES = (
@@ -74,9 +76,10 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
     """Put artifacts into a folder; raises LoadError, OutputError, OSError."""
     from ...diagnostics import has_errors
     from ...formats import FORMATS
+    from ...output.ours import held
     from . import naming
     from .checking import launch_files
-    from .deploying import afterwards, plan, told
+    from .deploying import afterwards, not_ours, plan, told
     from .finding import files_below
     from .placing import check_way
 
@@ -89,8 +92,13 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
         return PROBLEMS
     for copy in planned.copies:
         check_way(folder.resolve(), copy.place)
+    there = list(held(folder, _files(planned), _written(robot, planned, folder)))
+    found = list(not_ours(planned, there))
+    console.show(found)
+    if has_errors(found):
+        return PROBLEMS
     _tell(console, told(planned.copies, options.full))
-    _write(options, console, robot, planned, wanted)
+    _write(options, console, robot, planned, wanted, there)
     ours = [copy.place for copy in planned.copies if FORMATS[copy.artifact.backend].located]
     problems = list(launch_files(robot, folder, files, ours))
     problems += afterwards(robot, planned, folder, Path(options.install) if options.install else None)
@@ -99,8 +107,33 @@ def _deploy(options: argparse.Namespace, console: Console, robot: Robot, artifac
     return PROBLEMS if changes or has_errors(problems) else FINE
 
 
-def _write(options: argparse.Namespace, console: Console, robot: Robot, planned: Plan, wanted: dict[str, str]) -> None:
+def _files(planned: Plan) -> dict[str, bytes]:
+    return {copy.place: copy.artifact.text.encode() for copy in planned.copies}
+
+
+def _written(robot: Robot, planned: Plan, folder: Path) -> dict[str, str]:
+    """Return the digests of what was written before; a list without a note that says whose it is, is as it stands."""
+    from ...formats import FORMATS
+    from ...output.ours import digest, recorded
+
+    ours = {}
+    for copy in planned.copies:
+        robot_of = FORMATS[copy.artifact.backend].robot_of
+        if copy.old is not None and robot_of is not None and robot_of(folder / copy.place) == robot.name:
+            ours[copy.place] = digest(copy.old)
+    return {**ours, **recorded(folder)}
+
+
+def _write(
+    options: argparse.Namespace,
+    console: Console,
+    robot: Robot,
+    planned: Plan,
+    wanted: dict[str, str],
+    there: Sequence[Held],
+) -> None:
     """Write what is planned, or say that nothing is written; raises LoadError, OutputError."""
+    from ...output.ours import RECORD, record_of
     from . import naming, placing
 
     folder = Path(options.to)
@@ -109,7 +142,9 @@ def _write(options: argparse.Namespace, console: Console, robot: Robot, planned:
     if options.dry_run:
         console.say(f"{summary} would be written")
         return
-    files = {copy.place: copy.artifact.text.encode() for copy in planned.copies}
+    files = _files(planned)
+    files[RECORD] = record_of(folder, files)
+    files |= {one.kept: one.data for one in there}
     if options.map:
         files[naming.FILE] = naming.text(folder, robot.name, wanted).encode()
     placing.place(folder, files)

@@ -15,12 +15,13 @@ from ...diagnostics.bounded import yaml_of
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import FORMATS, Artifact, feeds, names_meshes
 from ...model import ROBOT_STATE_PUBLISHER, Robot
+from ...output.ours import EDITED, FOREIGN, RECORD, UNKNOWN, Held
 from ...xml.markup import Element, MarkupError, parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
 from .meshes import settle
-from .naming import NOWHERE
+from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 
 RULES = (
@@ -34,6 +35,19 @@ RULES = (
         "deploy-ambiguous",
         "The folder has several copies of an artifact, or two outputs would go to one place.",
         "`--map OUTPUT=PLACE`",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-not-ours",
+        "Where an artifact would go, a file stands that the tool did not write, or one of the package itself.",
+        "Move it away, or `--map OUTPUT=PLACE` (`none`: nowhere).",
+        PACKAGES,
+    ),
+    Rule(
+        "deploy-kept",
+        "A warning: a file was changed since the tool wrote it, or nobody knows who wrote it. It is replaced; as it"
+        " was, it is kept beside the new one.",
+        "Bring the change into the description, and remove what was kept.",
         PACKAGES,
     ),
     Rule(
@@ -181,6 +195,39 @@ def _copy(robot: Robot, artifact: Artifact, folder: Path) -> Copy:
     path = folder / artifact.file
     old = path.read_bytes() if path.is_file() else None
     return Copy(artifact.file, artifact, old, None if old is None else difference(robot, artifact, old))
+
+
+# What makes a folder a package, or is remembered there: no artifact goes there, whoever wrote it.
+_OF_PACKAGES = ("package.xml", "CMakeLists.txt", "setup.py", "setup.cfg", FILE, RECORD)
+
+
+def not_ours(plan: Plan, there: Sequence[Held]) -> Iterator[Diagnostic]:
+    """Yield what is in the way of a plan: files of others are not replaced, those that were changed are kept."""
+    outputs = {copy.place: copy.artifact.output for copy in plan.copies}
+    of_package = [place for place in outputs if place.rpartition("/")[2] in _OF_PACKAGES]
+    for place in of_package:
+        message = f"{place} is a file of the package itself: no artifact goes there"
+        yield error("deploy-not-ours", message, None, f"say another place with --map {outputs[place]}=PLACE")
+    for one in there:
+        if one.why == FOREIGN and one.name not in of_package:
+            message = f"this tool did not write {one.name}: it is not replaced"
+            help = f"move it away, or say another place with --map {outputs[one.name]}=PLACE ({NOWHERE} for nowhere)"
+            yield error("deploy-not-ours", message, None, help)
+    yield from kept(there)
+
+
+def kept(there: Iterable[Held]) -> Iterator[Diagnostic]:
+    """Yield which files are kept beside those that replace them, and why."""
+    for one in there:
+        if one.why == EDITED:
+            message = f"{one.name} was changed since this tool wrote it; as it was, it goes to {one.kept}"
+            help = "bring the change into the description, and remove that file"
+        elif one.why == UNKNOWN:
+            message = f"nothing says that this tool wrote {one.name}; as it was, it goes to {one.kept}"
+            help = "if nobody needs it, remove that file"
+        else:
+            continue
+        yield Diagnostic("deploy-kept", WARNING, message, None, (), help)
 
 
 def told(copies_: Sequence[Copy], full: bool) -> list[str]:

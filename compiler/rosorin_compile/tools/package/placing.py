@@ -2,7 +2,8 @@
 
 The new files are prepared in a folder inside the folder; renaming that to READY is the moment at which the set counts.
 Then each file is moved to its place. A run that is killed before that moment has changed nothing; what one leaves that
-is killed after it, the next run finishes. Nothing is written through a symbolic link.
+is killed after it, the next run finishes. What stands under those names and is no set of ours is put aside, or removed
+if it is the rest of one. Nothing is written through a symbolic link.
 """
 
 from __future__ import annotations
@@ -10,14 +11,17 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import shutil
 import stat
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
+from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import PACKAGES, Rule
 from ...output import OutputError
+from ...output.ours import kept_name
 
 RULES = (
     Rule("deploy-outside", "A place is not below the folder.", "Name a file below it.", PACKAGES),
@@ -39,6 +43,7 @@ RULES = (
 STAGE = ".rosorin-compile-stage"
 READY = ".rosorin-compile-ready"
 _LIST = "list.json"
+_OURS = re.compile(r"(old-)?\d+|list\.json")  # the names in the folder of a run
 _NO_LINKS = (errno.EPERM, errno.ENOTSUP, errno.ENOSYS, errno.EMLINK)
 
 
@@ -110,7 +115,7 @@ def _prepare(root: Path, files: Mapping[str, bytes]) -> None:
     for name in files:
         _check_writable(root, name)
     stage = root / STAGE
-    _discard(stage)
+    _clear(stage)
     stage.mkdir(mode=0o700)
     try:
         for number, (name, data) in enumerate(files.items()):
@@ -118,7 +123,7 @@ def _prepare(root: Path, files: Mapping[str, bytes]) -> None:
         _write(stage / _LIST, json.dumps(list(files)).encode(), None)
         stage.rename(root / READY)
     except BaseException:
-        _discard(stage)
+        _clear(stage)
         raise
 
 
@@ -143,26 +148,41 @@ def _write(path: Path, data: bytes, model: Path | None) -> None:
 def _finish(root: Path) -> None:
     """Move the files of a set that counts to their places; if that fails, put back what was there. Raises OSError."""
     ready = root / READY
-    if not ready.is_dir() or ready.is_symlink():
+    names = _listed(root)
+    if names is None:
+        _clear(ready)
         return
     undo: list[tuple[Path, Path | None]] = []
     try:
-        for number, name in enumerate(_listed(ready)):
-            check_way(root, name)
+        for number, name in enumerate(names):
             new, target, old = ready / str(number), root / name, ready / f"old-{number}"
             if new.exists():
                 _make_folders(root, target, undo)
                 _move(new, target, old, undo)
     except BaseException:
         _put_back(undo)
-        _discard(ready)
+        _discard(root)
         raise
-    _discard(ready)
+    _discard(root)
 
 
-def _listed(ready: Path) -> Sequence[str]:
-    names = json.loads((ready / _LIST).read_bytes())
-    return [name for name in names if isinstance(name, str)]
+def _listed(root: Path) -> Sequence[str] | None:
+    """Return the names of a set that counts; None if there is none, or what is there is no set that could be finished.
+
+    Its list is missing or damaged, or since then something stands in the way of a file: the run at hand will say so.
+    """
+    ready = root / READY
+    if not ready.is_dir() or ready.is_symlink():
+        return None
+    try:
+        names = json_of((ready / _LIST).read_bytes())
+        if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
+            return None
+        for name in names:
+            check_way(root, name)
+    except (OSError, ValueError, OutputError):
+        return None
+    return names
 
 
 def _make_folders(root: Path, target: Path, undo: list[tuple[Path, Path | None]]) -> None:
@@ -205,9 +225,26 @@ def _put_back(undo: Sequence[tuple[Path, Path | None]]) -> None:
                 target.unlink()
 
 
-def _discard(folder: Path) -> None:
+def _discard(root: Path) -> None:
+    """Remove what is left of a set. In one step it counts no more: half removed, it would have lost its list."""
+    try:
+        _clear(root / STAGE)
+        (root / READY).rename(root / STAGE)
+        _clear(root / STAGE)
+    except OSError:
+        shutil.rmtree(root / READY, ignore_errors=True)  # what stays of it, the next run clears away
+
+
+def _clear(folder: Path) -> None:
+    """Remove the rest of a run; what no run has made is put aside, under a name beside it. Raises OSError."""
+    if not os.path.lexists(folder):
+        return
     if folder.is_dir() and not folder.is_symlink():
-        shutil.rmtree(folder)
+        folder.chmod(0o700)
+        if all(_OURS.fullmatch(path.name) and not path.is_dir() for path in folder.iterdir()):
+            shutil.rmtree(folder)
+            return
+    folder.rename(kept_name(folder))
 
 
 def _explained(problem: OSError, folder: Path) -> OutputError:

@@ -250,18 +250,22 @@ def _write(verdict: Verdict, options: argparse.Namespace) -> None:
     if options.junit:
         from .machine import as_junit
 
-        _save(options.junit, as_junit(verdict, options.strict))
+        _save(options.junit, as_junit(verdict, options.strict), "<testsuites")
     if options.picture:
         from .picture import as_svg
 
         try:
-            _save(options.picture, as_svg(verdict))
+            _save(options.picture, as_svg(verdict), "<svg")
         except ValueError as problem:
             raise WrongUsage(f"--picture: {problem}") from None
 
 
-def _save(name: str, text: str) -> None:
+def _save(name: str, text: str, kind: str) -> None:
+    """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
     try:
+        there = Path(name).read_bytes()[:1000] if Path(name).is_file() else b""
+        if there and kind.encode() not in there:
+            raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")
         Path(name).write_text(text, "utf-8")
     except OSError as problem:
         raise WrongUsage(f"{name} cannot be written: {problem.strerror}") from None

@@ -1,0 +1,249 @@
+"""No command replaces a file of somebody else in silence, and what a kill leaves is gone after the next run."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.output import OutputError, write_outputs
+from rosorin_compile.tools.extract.problems import ExtractProblem
+from rosorin_compile.tools.extract.writing import replace, save
+from rosorin_compile.tools.init import start
+from support.paths import DATA
+
+BY_HAND = "# written by hand\n"
+ROBOT = """\
+robot: mine
+links: {base_link: {}}
+outputs:
+  urdf: {file: mine.urdf}
+  table: {file: table.txt, backend: template, template: table.txt.jinja}
+"""
+URDF = '<robot name="mine"><link name="base_link"/></robot>\n'
+
+
+def describe(home: Path, text: str = ROBOT, table: str = "one\n") -> Path:
+    folder = home / "descriptions" / "mine"
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "robot.yaml").write_text(text)
+    (folder / "table.txt.jinja").write_text(table)
+    outputs = home / "outputs" / "mine"
+    outputs.mkdir(parents=True, exist_ok=True)
+    return outputs
+
+
+@pytest.mark.parametrize("text", [BY_HAND, "", URDF, "\0\xff"])
+def test_all_refuses_a_file_that_it_did_not_write(home: Path, capsys: pytest.CaptureFixture[str], text: str) -> None:
+    outputs = describe(home)
+    (outputs / "mine.urdf").write_text(text)
+    assert main(["all"]) == 1
+    said = capsys.readouterr().err
+    assert "error[output-not-ours]: this tool did not write outputs/mine/mine.urdf: it is not replaced\n" in said
+    assert "    move it away, or give the new file another name or folder\n" in said
+    assert [path.name for path in outputs.iterdir()] == ["mine.urdf"]
+    assert (outputs / "mine.urdf").read_text() == text
+    assert main(["all", "--prune"]) == 0, "which removes what is no artifact"
+
+
+def test_all_keeps_what_may_be_of_somebody_else(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A file without the line that tells, where nothing was written before."""
+    outputs = describe(home)
+    (outputs / "table.txt").write_text(BY_HAND)
+    assert main(["all"]) == 0
+    told = "warning[output-kept]: outputs/mine/table.txt may be of somebody else; it is table.txt.kept now\n"
+    assert told in capsys.readouterr().err
+    assert (outputs / "table.txt").read_text() == "one\n"
+    assert (outputs / "table.txt.kept").read_text() == BY_HAND
+    for table in ("two\n", "three\n"):
+        describe(home, table=table)
+        assert main(["all"]) == 0
+        assert "output-kept" not in capsys.readouterr().err
+        assert (outputs / "table.txt").read_text() == table
+
+
+def test_a_new_output_and_a_file_that_is_there(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    outputs = describe(home)
+    assert main(["all"]) == 0
+    (outputs / "sub").mkdir()
+    (outputs / "sub" / "more.txt").write_text(BY_HAND)
+    describe(home, ROBOT + "  more: {file: sub/more.txt, backend: template, template: table.txt.jinja}\n")
+    assert main(["all"]) == 0
+    assert "it is sub/more.txt.kept now" in capsys.readouterr().err
+    assert (outputs / "sub" / "more.txt.kept").read_text() == BY_HAND
+
+
+@pytest.mark.parametrize("cache", ["cache", "off"])
+def test_artifacts_that_came_with_the_project_are_ours(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], cache: str
+) -> None:
+    """As after a clone: nothing is remembered, and the artifacts are of an older description."""
+    outputs = describe(home)
+    assert main(["all"]) == 0
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", cache if cache == "off" else str(home / "another"))
+    describe(home, ROBOT.replace("base_link", "base"), "two\n")
+    capsys.readouterr()
+    assert main(["all"]) == 0
+    assert capsys.readouterr().err == ""
+    assert (outputs / "table.txt").read_text() == "two\n"
+    assert sorted(path.name for path in outputs.iterdir()) == ["mine.urdf", "table.txt"]
+
+
+@pytest.mark.parametrize("memory", ["3", "null", "[1]", "[" * 100_000])
+def test_a_memory_that_is_damaged(home: Path, memory: str) -> None:
+    outputs = describe(home)
+    assert main(["all"]) == 0
+    [path] = (home / "cache" / "outputs").iterdir()
+    from rosorin_compile.project import keep
+
+    keep(path, memory.encode())
+    describe(home, table="two\n")
+    assert main(["all"]) == 0
+    assert (outputs / "table.txt").read_text() == "two\n"
+
+
+def test_import_keeps_a_description_that_somebody_changed(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (home / "mine.urdf").write_text(URDF)
+    assert main(["import", "mine.urdf", "-o", "to"]) == 0
+    path = home / "to" / "robot.yaml"
+    path.write_text(path.read_text() + BY_HAND)
+    changed = path.read_text()
+    assert main(["import", "mine.urdf", "-o", "to"]) == 2
+    assert main(["import", "mine.urdf", "-o", "to", "--force"]) == 0
+    assert "to/robot.yaml may be of somebody else; it is robot.yaml.kept now" in capsys.readouterr().err
+    assert path.with_name("robot.yaml.kept").read_text() == changed
+    assert main(["import", "mine.urdf", "-o", "to", "--force"]) == 0
+    assert "output-kept" not in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["joints.yaml", "boxes.yaml"])
+def test_extract_factory(home: Path, capsys: pytest.CaptureFixture[str], name: str) -> None:
+    pytest.importorskip("trimesh")
+    (home / "pkg").mkdir()
+    (home / "pkg" / "mine.urdf").write_text(URDF)
+    (home / "to").mkdir()
+    (home / "to" / name).write_text(BY_HAND)
+    assert main(["extract", "factory", "pkg", "-o", "to"]) == 1
+    assert f"error[output-not-ours]: this tool did not write to/{name}: it is not replaced" in capsys.readouterr().err
+    assert [path.name for path in (home / "to").iterdir()] == [name]
+    (home / "to" / name).unlink()
+    assert main(["extract", "factory", "pkg", "-o", "to"]) == 0
+    assert main(["extract", "factory", "pkg", "-o", "to"]) == 0
+
+
+def test_extract_and_init(home: Path) -> None:
+    (home / "a.yaml").write_text(BY_HAND)
+    with pytest.raises(ExtractProblem, match="extract did not make it"):
+        save(home / "a.yaml", "new")
+    (home / "descriptions" / "mine").mkdir(parents=True)
+    assert main(["init", "mine"]) == 2
+    schema = home / "descriptions/.schema/rosorin-compile.schema.json"
+    schema.parent.mkdir()
+    schema.write_text(BY_HAND)
+    assert main(["init", "other"]) == 0
+    assert schema.read_text() == BY_HAND
+
+
+def test_verify(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    describe(home)
+    (home / "notes.md").write_text(BY_HAND)
+    recording = str(DATA / "recordings" / "session.txt")
+    assert main(["verify", recording, "--junit", "notes.md"]) == 2
+    assert "notes.md is there, and verify did not write it; name another file" in capsys.readouterr().err
+    assert (home / "notes.md").read_text() == BY_HAND
+    for _ in range(2):
+        assert main(["verify", recording, "--junit", "new.xml"]) == 1
+    assert "<testsuites" in (home / "new.xml").read_text()
+
+
+def die_at(step: int) -> None:
+    """Let this process kill itself at the given one of its calls that touch the disk."""
+    count = iter(range(1, 1_000_000))
+
+    def heard(event: str, _: object) -> None:
+        if event.startswith(("os.", "open", "fcntl.", "shutil.")) and next(count) == step:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    sys.addaudithook(heard)
+
+
+def at_each_step(run: Callable[[], object], after: Callable[[], object]) -> int:
+    """Kill a run at its first call, at its second and so on, each time with a look ``after``; return how many."""
+    step, code = 0, 1
+    while code:
+        step += 1
+        child = os.fork()
+        if not child:
+            die_at(step)
+            run()
+            os._exit(0)
+        code = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+        after()
+    return step
+
+
+def hidden(folder: Path) -> list[str]:
+    return [path.name for path in folder.rglob(".rosorin*")]
+
+
+@pytest.mark.slow
+def test_a_killed_extract_leaves_nothing_for_good(home: Path) -> None:
+    path = home / "robot.yaml"
+    path.write_text("old")
+
+    def after() -> None:
+        assert path.read_text() in ("old", "new")
+        replace(home / "other.yaml", "other")
+        assert not hidden(home)
+        path.write_text("old")
+
+    assert at_each_step(lambda: replace(path, "new"), after) > 5
+
+
+@pytest.mark.slow
+def test_a_killed_init_leaves_nothing_for_good(home: Path) -> None:
+    names = iter(range(1_000_000))
+
+    def after() -> None:
+        start(f"next{next(names)}", home)
+        assert not hidden(home / "descriptions")
+
+    assert at_each_step(lambda: start(f"r{next(names)}x", home), after) > 10
+
+
+@pytest.mark.slow
+def test_a_killed_all_loses_nothing(home: Path) -> None:
+    folder, files = home / "out", {"a.txt": "new", "b.txt": "new b"}
+
+    def fresh() -> None:
+        folder.mkdir(exist_ok=True)
+        for path in folder.iterdir():
+            path.unlink()
+        (folder / "a.txt").write_text(BY_HAND)
+        for path in (home / "cache").rglob("*.json"):
+            path.unlink()
+
+    def after() -> None:
+        found = {path.name: path.read_text() for path in folder.iterdir()}
+        assert found in ({"a.txt": BY_HAND}, {**files, "a.txt.kept": BY_HAND})
+        write_outputs(folder, files)
+        assert (folder / "a.txt.kept").read_text() == BY_HAND
+        assert not hidden(home)
+        fresh()
+
+    fresh()
+    assert at_each_step(lambda: write_outputs(folder, files), after) > 20
+
+
+def test_a_refused_set_writes_nothing(home: Path) -> None:
+    (home / "out").mkdir()
+    (home / "out" / "b.urdf").write_text(BY_HAND)
+    marked = "<!-- Generated by rosorin-compile -->"
+    with pytest.raises(OutputError, match="this tool did not write"):
+        write_outputs(home / "out", {"a.txt": "a", "b.urdf": marked})
+    assert [path.name for path in (home / "out").iterdir()] == ["b.urdf"]

@@ -1,0 +1,159 @@
+"""Nothing that a file, a name or another program says steers the terminal of whoever runs a command."""
+
+from __future__ import annotations
+
+import io
+import os
+import sys
+import unicodedata
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import console
+from rosorin_compile.output import stamp
+
+# Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
+EVIL = "\x1b[2J\x1b]0;owned\x07\x9b31m\u202e\u2066\u200b\rgone\x08"
+ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf}}\n"
+
+
+def said(words: list[str], capsys: pytest.CaptureFixture[str]) -> str:
+    """Return what a command prints on both streams, after a look that none of it steers."""
+    with suppress(SystemExit):
+        main(words)
+    out = "".join(capsys.readouterr())
+    steering = {letter for letter in out if unicodedata.category(letter) in ("Cc", "Cf", "Zl", "Zp")} - set("\n\t")
+    assert not steering, out
+    assert out
+    return out
+
+
+def write(folder: Path, text: str = ROBOT) -> Path:
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "robot.yaml").write_text(text)
+    return folder
+
+
+@pytest.mark.parametrize("command", ["all", "check", "frames", "args", "explain", "package", "deploy", "diff", "tf"])
+def test_names_of_folders(home: Path, capsys: pytest.CaptureFixture[str], command: str) -> None:
+    folder = write(home / "descriptions" / EVIL)
+    to = home / f"to{EVIL}"
+    to.mkdir()
+    words = {
+        "explain": ["base_link"],
+        "package": ["-o", str(to)],
+        "deploy": ["--to", str(to)],
+        "diff": [str(folder)],
+        "tf": ["base_link", "odom"],
+    }
+    first = ["base_link"] if command == "explain" else []
+    said([command, *first, str(folder), *words.get(command, [])[len(first) :]], capsys)
+    said([command, str(folder) + "nowhere", *words.get(command, [])], capsys)
+
+
+def test_the_path_is_shown_with_its_letters_made_visible(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(home / "descriptions" / "r\x1b[31m\u202e", ROBOT.replace("links", "lniks"))
+    out = said(["all"], capsys)
+    assert out.startswith(r"descriptions/r\x1b[31m\u202e/robot.yaml:2:1: error[unknown-key]")
+    assert r"r\x1b[31m\u202e: " in out
+
+
+HELP = r"robot: plain" "\n" r'args: {a: {default: 1, help: "\e[2J\x9b31m\u202e\rgone"}}' "\n" "links: {base_link: {}}\n"
+
+
+def test_help_texts(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(home / "descriptions" / "plain", HELP)
+    assert r"\x1b[2J\x9b31m\u202e" in said(["args"], capsys)
+    said(["args", "--format", "json"], capsys)
+
+
+@pytest.mark.parametrize("words", [["all", EVIL], [EVIL], ["all", f"--{EVIL}"], ["rule", EVIL], ["schema", EVIL]])
+def test_the_words_of_a_command_line(home: Path, capsys: pytest.CaptureFixture[str], words: list[str]) -> None:
+    write(home / "descriptions" / "plain")
+    said(words, capsys)
+    said(["all", "-a", f"{EVIL}=1"], capsys)
+    said(["frames", "--frame", EVIL], capsys)
+    said(["init", EVIL], capsys)
+    said(["verify", EVIL], capsys)
+    said(["import", EVIL], capsys)
+
+
+@pytest.mark.parametrize("suffix", [".urdf", ".xml", ".xacro", ".yaml", ".json"])
+def test_files_of_others(home: Path, capsys: pytest.CaptureFixture[str], suffix: str) -> None:
+    path = home / f"a{EVIL}{suffix}"
+    path.write_text(f"<robot name='a'><!-- {EVIL} --><link name='a{EVIL}'/></robot>")
+    for words in (["import", str(path)], ["diff", str(path), str(path)], ["verify", str(path)], ["frames", str(path)]):
+        said(words, capsys)
+
+
+def test_what_a_recording_says(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    write(home / "descriptions" / "plain")
+    (home / "pasted.txt").write_text(
+        f"At time 0.0\n- Translation: [0, 0, 0]\nframe_id: {EVIL}\nchild_frame_id: {EVIL}\n"
+    )
+    said(["verify", "pasted.txt"], capsys)
+
+
+@pytest.mark.slow
+def test_what_another_program_says(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pytest.importorskip("xacro")
+    message = r"${xacro.warning('\x1b[2J\x9b31m')}${xacro.error('\x1b]0;owned\x07')}${nothing}"
+    head = '<robot name="a" xmlns:xacro="http://wiki.ros.org/xacro">'
+    (home / "a.xacro").write_text(f'{head}<link name="{message}"/></robot>')
+    assert "nothing" in said(["import", "a.xacro"], capsys)
+
+
+@pytest.mark.parametrize("coloured", [False, True])
+def test_a_stamp_that_somebody_changed(
+    home: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, coloured: bool
+) -> None:
+    write(home / "descriptions" / "plain")
+    monkeypatch.setattr("rosorin_compile.tools.all.colour", lambda: coloured)
+    monkeypatch.setattr(console, "colour", lambda: coloured)
+    said(["all"], capsys)
+    monkeypatch.setattr(stamp, "recall", lambda *_: [f"{EVIL}\n", f"plain{EVIL}", 0])
+    out = said(["all"], capsys)
+    assert out.count(r"\x1b[2J\x1b]0;owned\x07\x9b31m\u202e") == 2
+    assert ", unchanged\n" in out
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+
+def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    with console.guarded():
+        console.Console("text").again("\x1b[31merror\x1b[0m \x1b[2J\n")
+        bar = console.Progress("measuring")
+        bar.next = 0.0
+        bar(1, 2)
+        bar.end()
+        print("\x1b[31m", file=sys.stderr)
+    shown = sys.stderr.getvalue()  # type: ignore[attr-defined]
+    assert shown.startswith("\x1b[31merror\x1b[0m \\x1b[2J\n\rmeasuring [")
+    assert shown.endswith("\r\x1b[K\\x1b[31m\n")
+
+
+def test_an_artifact_goes_into_a_file_to_the_letter_and_to_a_terminal_visibly(monkeypatch: pytest.MonkeyPatch) -> None:
+    for stream, shown in ((io.StringIO(), "a\u200b"), (Terminal(), r"a\u200b")):
+        monkeypatch.setattr(sys, "stdout", stream)
+        with console.guarded():
+            console.give("a\u200b")
+        assert stream.getvalue() == shown
+
+
+@pytest.mark.usefixtures("home")
+def test_a_name_that_is_no_text_and_a_plug_in_that_prints(capsys: pytest.CaptureFixture[str]) -> None:
+    os.mkdir(b"\xff\x1b")  # noqa: PTH102 - no text can say this name
+    assert r"\udcff\x1b" in said(["all", os.fsdecode(b"\xff\x1b")], capsys)
+    with console.guarded():
+        sys.stdout.writelines(["\x1b\n", "b\n"])
+    assert capsys.readouterr().out == "\\x1b\nb\n"

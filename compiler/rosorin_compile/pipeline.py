@@ -106,7 +106,7 @@ def understand(
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
-            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS)
+            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS, expanded.scope)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if not has_errors(diagnostics):  # else what is wrong may be the use

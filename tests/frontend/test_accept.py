@@ -107,17 +107,110 @@ CASES = {
     "optical-frame": ({"hand": BODY, "wrist": "type: fixed"}, "hand_optical", "hand_optical"),
     "owns-world-frame": ({}, "odom", '<link name="odom"/>'),
     "shape-size": (
-        {
-            "hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}],"
-            " visual: [{mesh: {file: a.stl, scale: [1, 1, 0]}}]"
-        },
+        {"hand": f"{BODY}, collision: [{{box: {{size: [1, 0, 1]}}}}]"},
         "hand",
         'size="1 0 1"',
     ),
+    "mesh-scale": (
+        {"hand": f"{BODY}, visual: [{{mesh: {{file: a.stl, scale: [1, 1, 0]}}}}]"},
+        "hand",
+        'scale="1 1 0"',
+    ),
+    "mass-implausible": (
+        {"arm": "inertial: {mass: 850, of: collision}, collision: [{box: {size: [0.1, 0.1, 0.1]}}]"},
+        "arm",
+        '<mass value="850"/>',
+    ),
+    "inertia-implausible": (
+        {"arm": "inertial: {mass: 5, inertia: {ixx: 1e-6, iyy: 1e-6, izz: 1e-6}}"},
+        "arm",
+        '<mass value="5"/>',
+    ),
+    "centre-outside": (
+        {"arm": BODY.replace("mass: 1,", "mass: 1, xyz: [0, 0, 7],") + ", collision: [{box: {size: [2, 2, 0.1]}}]"},
+        "arm",
+        'xyz="0 0 7"',
+    ),
+    "density-looks-like-grams": (
+        {"arm": "inertial: {density: 2.7, of: collision}, collision: [{box: {size: [1, 1, 1]}}]"},
+        "arm",
+        '<mass value="2.7"/>',
+    ),
+    "collision-elsewhere": (
+        {
+            "arm": BODY
+            + ", collision: [{box: {size: [0.2, 0.2, 0.2]}}], visual: [{sphere: {radius: 0.1}, xyz: [0, 0, 3]}]"
+        },
+        "arm",
+        'xyz="0 0 3"',
+    ),
+    "size-implausible": (
+        {
+            "shoulder": f"type: revolute, axis: [0, 0, 1], xyz: [0, 0, 12], {LIMIT}",
+            "wrist": f"type: revolute, axis: [0, 1, 0], xyz: [0, 0, 1], {LIMIT}",
+        },
+        "arm",
+        'xyz="0 0 12"',
+    ),
+    "two-in-one-place": (
+        {
+            "arm": BODY + ", collision: [{sphere: {radius: 0.5}}]",
+            "hand": BODY + ", collision: [{sphere: {radius: 0.5}}]",
+            "shoulder": "type: fixed",
+            "wrist": "type: fixed",
+        },
+        "wrist",
+        "",
+    ),
+    "mimic-beyond-limit": (
+        {"wrist": f"type: revolute, axis: [0, 1, 0], mimic: {{joint: shoulder, multiplier: 2}}, {LIMIT}"},
+        "wrist",
+        'multiplier="2"',
+    ),
+    "velocity-looks-like-degrees": (
+        {"wrist": f"type: revolute, axis: [0, 1, 0], {LIMIT}".replace("velocity: 1", "velocity: 300")},
+        "wrist",
+        'velocity="300"',
+    ),
+    "dynamics-negative": (
+        {"wrist": f"type: revolute, axis: [0, 1, 0], dynamics: {{damping: -0.5}}, {LIMIT}"},
+        "wrist",
+        'damping="-0.5"',
+    ),
+    "axis-across": (
+        {"wrist": "type: continuous", "hand": BODY + ", visual: [{cylinder: {radius: 0.5, length: 0.1}}]"},
+        "wrist",
+        'type="continuous"',
+    ),
+    "colour-range": (
+        {"hand": BODY + ", visual: [{sphere: {radius: 0.5}, rgba: [255, 0, 0, 1]}]"},
+        "hand",
+        'rgba="255 0 0 1"',
+    ),
 }
 
+# What MuJoCo does not load, by the rule that says so.
+REFUSED_BY_MUJOCO = {"inertia-triangle": "mjcf-refused-inertia"}
 
-WARNINGS = ("leading-slash", "length-looks-like-millimetres", "mimic-chain", "names-look-alike")
+
+WARNINGS = [
+    "axis-across",
+    "centre-outside",
+    "collision-elsewhere",
+    "colour-range",
+    "density-looks-like-grams",
+    "inertia-implausible",
+    "length-looks-like-millimetres",
+    "mass-implausible",
+    "mesh-scale",
+    "mimic-beyond-limit",
+    "mimic-chain",
+    "size-implausible",
+    "two-in-one-place",
+    "velocity-looks-like-degrees",
+    "leading-slash",
+    "names-look-alike",
+]
 
 
 def written(rule: str, accept: bool) -> str:
@@ -132,6 +225,8 @@ def written(rule: str, accept: bool) -> str:
         )
     if rule in ("invisible-letter", "leading-slash", "names-look-alike"):
         text = text.replace("hand: {", f'"{name}": {{').replace("child: hand}", f'child: "{name}"}}')
+    if rule == "two-in-one-place":
+        text = text.replace("parent: arm", "parent: base")
     if rule == "optical-frame":
         text = text.replace("hand: {", "hand_optical: {").replace("child: hand}", "child: hand_optical}")
     if rule == "owns-world-frame":
@@ -163,8 +258,8 @@ def test_an_error_is_a_note_with(tmp_path, rule):
         assert note.message.startswith("accepted: ")
         assert note.message.endswith(" (it is so)")
         assert note.span is not None
-    if rule == "inertia-triangle":  # MuJoCo does not load it, and says so
-        assert [d.rule for d in made.diagnostics if d.severity == "error"] == ["mjcf-refused-inertia"]
+    if rule in REFUSED_BY_MUJOCO:
+        assert [d.rule for d in made.diagnostics if d.severity == "error"] == [REFUSED_BY_MUJOCO[rule]]
         made = compiled_text(tmp_path, written(rule, accept=True).replace("mjcf: {file: a.xml}, ", ""))
     assert not has_errors(made.diagnostics), made.diagnostics
     assert made.robot is not None

@@ -111,7 +111,7 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
 
 
 MAX_COMPARED = 60
-MAX_LISTED = 30
+MAX_LISTED = 40
 
 _NAME = re.compile(r'"[^"]*"')
 

@@ -18,6 +18,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, checks_of, find
+from ..frontend.accepting import accepted
+from ..frontend.expand.scope import Scope
 from ..frontend.lower.shapes import RULES as _OF_SHAPES
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
@@ -93,17 +95,21 @@ def acceptable() -> Mapping[str, Rule]:
 
 
 def check(
-    robot: Robot, tree: Map, places: Mapping[tuple[str, str], TreePath], formats: Mapping[str, Format]
+    robot: Robot,
+    tree: Map,
+    places: Mapping[tuple[str, str], TreePath],
+    formats: Mapping[str, Format],
+    scope: Scope | None = None,
 ) -> list[Diagnostic]:
     """Return what is wrong with the meaning of a description, and what is worth a note.
 
     ``places`` leads from a joint or a link, by kind and name, to its path in the tree (see ``lower``); ``formats`` are
-    those that outputs may name.
+    those that outputs may name, ``scope`` has what the names of the description stand for.
     """
-    case = Case(robot, tree, places, collect(tree), formats)
+    case = Case(robot, tree, places, collect(tree), formats, scope)
     diagnostics = [diagnostic for one in CHECKS for diagnostic in one(case)]
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
-    return _joined(diagnostics)
+    return _joined(tree, diagnostics)
 
 
 def _guarded(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
@@ -119,12 +125,13 @@ def _guarded(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
         yield failed(plugin, problem)
 
 
-def _joined(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics, those on one value of ``let`` that is used many times as one."""
+def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics, those on one value that is used many times as one; what is accepted is so by name."""
     found: dict[object, Diagnostic] = {}
     for diagnostic in diagnostics:
         uses = tuple(related for related in diagnostic.related if related.message == USED)
-        key: object = (diagnostic.rule, diagnostic.span) if uses else (len(found), diagnostic)
+        alone = not uses or accepted(tree, diagnostic, acceptable())
+        key: object = (len(found), diagnostic) if alone else (diagnostic.rule, diagnostic.span)
         if key not in found:
             found[key] = diagnostic
             continue

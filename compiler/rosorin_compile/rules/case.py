@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from types import MappingProxyType
+from types import MappingProxyType, NoneType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
+from ..frontend.expand.scope import Scope
+from ..frontend.expand.tracing import traced
 from ..frontend.tree import Map, Path, Place, Seq, locate
 from ..model import Joint, Output, Robot
 from .remarkable import Remarkable
@@ -22,7 +24,7 @@ class Case(NamedTuple):
     """A robot, the tree that it was lowered from, and the paths in it of joints, links and turns, by kind and name.
 
     ``remarkable`` are the values that the rules about single values ask for (see ``remarkable.collect``),
-    ``formats`` those that outputs may name.
+    ``formats`` those that outputs may name, ``scope`` what the names in expressions stood for (None: nobody knows).
     """
 
     robot: Robot
@@ -30,6 +32,7 @@ class Case(NamedTuple):
     places: Mapping[tuple[str, str], Path]
     remarkable: Remarkable
     formats: Mapping[str, Format] = MappingProxyType({})
+    scope: Scope | None = None
 
     def feeding(self, publisher: str) -> list[Output]:
         """Return the outputs that publishers of a kind read, by their format."""
@@ -84,17 +87,32 @@ class Case(NamedTuple):
     ) -> Diagnostic:
         """Return a diagnostic at a path: at its value, at its key with ``key``, or at the entry that lacks it.
 
-        A value that was written in ``let`` is shown there; related says where it is used. ``within`` is for what is
-        wrong within a mapping: at its key, or where it was written.
+        A value that was written in ``let``, or given to a part, is shown there; related says where it is used.
+        ``within`` is for what is wrong within a mapping: at its key, or where it was written.
         """
-        place, use = written(self.tree, path, key, within)
+        place, use = self._written(path, key, within)
         uses = [Related(USED, use)] if use else []
         names = names_at(self.tree, path)
         return Diagnostic(rule, severity, message, place.span, (*related, *uses, *place.stack()), help, names)
 
     def related(self, message: str, path: Path, key: bool = False) -> Related:
         """Return a second place."""
-        return Related(message, written(self.tree, path, key)[0].span)
+        return Related(message, self._written(path, key)[0].span)
+
+    def _written(self, path: Path, key: bool = False, within: bool = False) -> tuple[Place, Span | None]:
+        """Return where a value was written, and where it is used if that is another place (see ``written``)."""
+        place, use = written(self.tree, path, key, within)
+        if self.scope is None or key or within or isinstance(at(self.tree, path), (Map, Seq, NoneType)):
+            return place, use
+        holder = at(self.tree, path[:-1])
+        span = traced(self.scope, place.span, holder.via if isinstance(holder, (Map, Seq)) else place.via)
+        if span is None:
+            return place, use
+        return Place(span, place.via), use or place.span
+
+    def stands_in(self, *paths: Path) -> str:
+        """Return " (a stand-in)" if one of the values at some paths only holds a place, else nothing."""
+        return " (a stand-in)" if any(_stands_in(self.tree, path) for path in paths) else ""
 
 
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
@@ -153,6 +171,19 @@ def written(tree: Map, path: Path, key: bool = False, within: bool = False) -> t
         if last:
             place = Place(node.span, node.via)
     return place, use
+
+
+def _stands_in(tree: Map, path: Path) -> bool:
+    """Say whether the nearest source around a value says that it is a stand-in."""
+    node: Any = tree
+    found = False
+    for step in (*path, ""):
+        source = node.get("source") if isinstance(node, Map) else None
+        found = source.get("status") == "stand_in" if isinstance(source, Map) else found
+        if not _has(node, step):
+            break
+        node = node[step]
+    return found
 
 
 def _apart(one: Span, other: Span) -> bool:

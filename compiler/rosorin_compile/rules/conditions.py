@@ -13,7 +13,7 @@ from ..frontend.tree import Path, Text
 from ..model import Edge, Robot
 from .case import Case, at, suggest
 
-AFTER = "inertia"
+AFTER = "signs"
 
 MAX_MODES = 10
 

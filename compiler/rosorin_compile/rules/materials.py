@@ -10,6 +10,7 @@ from ..diagnostics.registry import NUMBERS, rule
 from ..diagnostics.wording import quoted
 from ..frontend.tree import Path
 from ..model import Material
+from ..model.shape import Rgba
 from .case import Case, number
 
 AFTER = "values"
@@ -40,6 +41,40 @@ def once(case: Case) -> Iterator[Diagnostic]:
         related = [case.related("the other one", taken.path)]
         help = "give one of them another name; a name has one meaning in the whole URDF"
         yield case.problem("material-twice", message, defined.path, help, related=related)
+
+
+# A hundredth above one is rounding of a colour that was made by hand.
+BRIGHTEST = 1.01
+
+
+@rule(
+    "colour-range",
+    "A warning: a part of a colour is below 0 or above 1.",
+    "Divide values of 0 to 255 by 255.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
+def colours(case: Case) -> Iterator[Diagnostic]:
+    """Colours that no reader shows as they are written."""
+    for what, rgba, path in _colours(case):
+        index = max(range(4), key=lambda one: abs(rgba[one] - 0.5))
+        if 0 <= rgba[index] <= BRIGHTEST:
+            continue
+        message = f"{what} has {number(rgba[index])} in its rgba: each is from 0 to 1"
+        help = "divide what counts to 255 by 255" if rgba[index] > 1 else "correct it"
+        yield case.problem("colour-range", message, (*path, "rgba", index), help, severity=WARNING)
+
+
+def _colours(case: Case) -> Iterator[tuple[str, Rgba, Path]]:
+    """Yield each colour, whose it is, and the path of the entry that has it."""
+    for material in case.robot.materials:
+        if material.rgba is not None:
+            yield f'the material "{material.name}"', material.rgba, ("materials", material.name)
+    for link in case.robot.links:
+        for index, visual in enumerate(link.visual):
+            if visual.rgba is not None:
+                yield f'a visual of link "{link.name}"', visual.rgba, case.link(link.name, "visual", index)
 
 
 @rule(

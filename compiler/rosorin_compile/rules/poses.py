@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostics import WARNING, Diagnostic
-from ..diagnostics.registry import POSES, rule
+from ..diagnostics.registry import POSES, Check, rule
 from ..frontend.tree import Path
 from ..model import Joint
 from .case import Case, number
@@ -78,7 +78,19 @@ def positions(case: Case) -> Iterator[Diagnostic]:
                 yield from _beyond(case, pose.name, joint, position, path)
 
 
-def _beyond(case: Case, pose: str, joint: Joint, position: float, path: Path) -> Iterator[Diagnostic]:
+@Check
+def at_zero(case: Case) -> Iterator[Diagnostic]:
+    """Joints that a pose does not name, and that cannot be at zero, where it leaves them."""
+    for joint in case.robot.joints:
+        if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):
+            for pose in case.robot.poses:
+                if joint.name not in pose.positions:
+                    yield from _beyond(case, pose.name, joint, 0.0, ("poses", pose.name), "leaves")
+
+
+def _beyond(
+    case: Case, pose: str, joint: Joint, position: float, path: Path, does: str = "places"
+) -> Iterator[Diagnostic]:
     """Yield a warning if a position is outside the limits; angles that look like degrees have a rule of their own."""
     limit = joint.limit
     if limit is None or limit.lower is None or limit.upper is None or joint.type == "continuous":
@@ -89,11 +101,12 @@ def _beyond(case: Case, pose: str, joint: Joint, position: float, path: Path) ->
         return
     unit = "m" if joint.type == "prismatic" else "rad"
     side, end = ("below", limit.lower) if position < limit.lower else ("above", limit.upper)
-    key = "lower" if side == "below" else "upper"
+    bound = "lower" if side == "below" else "upper"
     message = (
-        f'pose "{pose}" places joint "{joint.name}" at {number(position)} {unit},'
-        f" {side} its {key} limit of {number(end)} {unit}"
+        f'pose "{pose}" {does} joint "{joint.name}" at {number(position)} {unit},'
+        f" {side} its {bound} limit of {number(end)} {unit}"
     )
-    related = [case.related("the limit", case.joint(joint, "limit", key))]
+    related = [case.related("the limit", case.joint(joint, "limit", bound))]
     help = "correct the pose or the limit"
-    yield case.problem("pose-beyond-limit", message, path, help, severity=WARNING, related=related)
+    key = does != "places"
+    yield case.problem("pose-beyond-limit", message, path, help, severity=WARNING, related=related, key=key)

@@ -2,25 +2,31 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
 from typing import Any
 
 from ..diagnostics import ERROR, WARNING, Diagnostic, Span
-from ..diagnostics.registry import NUMBERS, rule
+from ..diagnostics.registry import NUMBERS, Check, rule
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path
-from .case import Case, number, written
-from .remarkable import NOT_XML
+from ..model import Vector
+from ..units import Quantity
+from .case import Case, at, number, written
+from .remarkable import FULL_TURN, NOT_XML
 
 AFTER = "outputs"
 
 # Nothing on a robot is this far from anything else, but a drawing in millimetres has such numbers.
 FAR = 20.0  # m
+# What is turned farther is turned the other way, unless it is an angle of a circle (3/2 pi), which is no round number.
+HALF_TURN = math.pi + 1e-2  # rad
+_STRAIGHT = (0.0, 0.0, 0.0)
 
 
 @rule(
     "angle-looks-like-degrees",
-    "A bare angle is more than a full turn.",
+    "A bare angle is more than a full turn. A warning: one of `rpy` is a round number and more than half a turn.",
     "Write `180 deg`, or `180 rad` if that is meant.",
     NUMBERS,
     accept="link or joint",
@@ -57,6 +63,34 @@ def magnitudes(case: Case) -> Iterator[Diagnostic]:
             help = f'write "{number(value)} mm" if millimetres are meant, "{number(value)} m" if not'
             message = f"{text}: this looks like millimetres"
             yield case.problem("length-looks-like-millimetres", message, path, help, related=related, severity=WARNING)
+
+
+@Check
+def turns(case: Case) -> Iterator[Diagnostic]:
+    """Look at the bare angles of ``rpy`` that are less than a full turn, and that nobody writes in radians."""
+    for joint in case.robot.joints:
+        yield from _turn(case, joint.origin.rpy, case.joint(joint))
+    for link in case.robot.links:
+        if link.inertial is not None:
+            yield from _turn(case, link.inertial.pose.rpy, case.link(link.name, "inertial"))
+        for purpose, shapes in (("visual", link.visual), ("collision", link.collision)):
+            for index, shape in enumerate(shapes):
+                if shape.pose.rpy != _STRAIGHT:
+                    yield from _turn(case, shape.pose.rpy, case.link(link.name, purpose, index))
+
+
+def _turn(case: Case, rpy: Vector, path: Path) -> Iterator[Diagnostic]:
+    for index, angle in enumerate(rpy):
+        if (
+            not HALF_TURN < abs(angle) <= FULL_TURN
+            or angle * 2 % 1
+            or isinstance(at(case.tree, (*path, "rpy", index)), Quantity)
+        ):
+            continue
+        place = (*path, "rpy", index)
+        message = f"{subject(list(place))} is {number(angle)} rad, more than half a turn: this looks like degrees"
+        help = f'write "{number(angle)} deg" if degrees are meant, "{number(angle)} rad" if not'
+        yield case.problem("angle-looks-like-degrees", message, place, help, severity=WARNING)
 
 
 def _suspect(case: Case, path: Path, value: float) -> str:

@@ -96,6 +96,7 @@ def declare(
             continue
         elif scope.ledger.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
+            scope.said[name] = parameter.place
         else:
             scope.define(name, parameter.default, parameter.place)
         if parameter.type or parameter.one_of is not None:

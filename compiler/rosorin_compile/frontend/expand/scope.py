@@ -49,6 +49,8 @@ class Scope:
         self.via: Instance | None = via or (parent.via if parent else None)
         self.values: dict[str, Any] = {}
         self.places: dict[str, Place] = {}
+        # Where the values stand that were written here, not given from outside: named values and defaults.
+        self.said: dict[str, Place] = {}
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
@@ -69,6 +71,7 @@ class Scope:
             help = "use letters, digits and underscores, and begin with a letter"
             self.report("bad-name", f'"{name}" cannot be used in an expression', place, help)
         self.places[name] = place
+        self.said[name] = value_place or place
         self.pending[name] = (value, value_place or place)
 
     def define_all(self, lets: Any) -> None:

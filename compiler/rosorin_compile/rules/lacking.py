@@ -1,0 +1,116 @@
+"""Lacking: what a link of a robot does not have, though those around it do; and the mass that readers drop."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ..diagnostics import NOTE, WARNING, Diagnostic
+from ..diagnostics.registry import JOINTS, rule
+from ..model import ROBOT_STATE_PUBLISHER, Link
+from .case import Case
+
+AFTER = "sizes"
+
+# Most have it: where more than this lack mass or collision, the robot is drawn without on purpose.
+FEW_WITHOUT_MASS = 0.5
+FEW_WITHOUT_COLLISION = 0.25  # or a single one
+
+
+class _Piece(NamedTuple):
+    """Links that fixed joints hold together, and whether a joint moves them."""
+
+    links: list[Link]
+    moves: bool
+
+
+@rule(
+    "inertial-missing",
+    "A warning: a link that moves has no mass, though most of the robot has.",
+    "Give it an `inertial`, or make the joint fixed.",
+    JOINTS,
+)
+@rule(
+    "collision-missing",
+    "A note: a link that moves is seen and collides with nothing, though nearly all others do.",
+    "Give it a `collision`.",
+    JOINTS,
+)
+def parts(case: Case) -> Iterator[Diagnostic]:
+    """Find moving parts without mass or without collision, where others have one."""
+    pieces = _pieces(case)
+    moving = [piece for piece in pieces if piece.moves and any(link.visual or link.collision for link in piece.links)]
+    light = [piece for piece in moving if not _has_mass(piece)]
+    if len(light) <= FEW_WITHOUT_MASS * len(moving) or len(moving) == 1:
+        heavy = sum(map(_has_mass, pieces))
+        for piece in light if heavy else ():
+            link = next(link for link in piece.links if link.visual or link.collision)
+            have = "another part of the robot has" if heavy == 1 else f"{heavy} other parts of the robot have"
+            message = f'link "{link.name}" moves and has no mass, and {have}'
+            help = "give it an inertial: engines drop it, or refuse the robot"
+            path = case.link(link.name)
+            yield case.problem("inertial-missing", message, path, help, severity=WARNING, key=True)
+    seen = [piece for piece in moving if any(link.visual for link in piece.links)]
+    through = [piece for piece in seen if not any(link.collision for link in piece.links)]
+    others = len(seen) - len(through)
+    if others > 1 and len(through) <= max(1, FEW_WITHOUT_COLLISION * len(seen)):
+        for piece in through:
+            link = next(link for link in piece.links if link.visual)
+            message = f'link "{link.name}" moves, is seen and collides with nothing, unlike {others}'
+            message += " other parts of the robot"
+            path = case.link(link.name)
+            yield case.problem("collision-missing", message, path, "give it a collision", severity=NOTE, key=True)
+
+
+def _has_mass(piece: _Piece) -> bool:
+    """Say whether a part has a mass, or one that is none, which is told already."""
+    return any(link.inertial is not None for link in piece.links)
+
+
+def _pieces(case: Case) -> list[_Piece]:
+    """Return the links that move as one; of a robot whose joints lead in circles, or whose links are missing, too."""
+    above = {link.name: link.name for link in case.robot.links}
+
+    def first(name: str) -> str:
+        while above[name] != name:
+            above[name] = above[above[name]]
+            name = above[name]
+        return name
+
+    for joint in case.robot.joints:
+        if joint.is_fixed and joint.parent in above and joint.child in above:
+            above[first(joint.child)] = first(joint.parent)
+    moved = {first(joint.child) for joint in case.robot.joints if not joint.is_fixed and joint.child in above}
+    pieces: dict[str, list[Link]] = {}
+    for link in case.robot.links:
+        pieces.setdefault(first(link.name), []).append(link)
+    return [_Piece(links, name in moved) for name, links in pieces.items()]
+
+
+@rule(
+    "root-inertial",
+    "A note: the root link of the URDF has a mass, which kdl_parser drops with a warning, as robot_state_publisher "
+    "does at each start.",
+    "Begin the robot at a link without mass, with a fixed joint to this one.",
+    JOINTS,
+)
+def root(case: Case) -> Iterator[Diagnostic]:
+    """Look at the root of what robot_state_publisher reads: whether it has a mass.
+
+    ros/kdl_parser@humble:src/kdl_parser.cpp: "The root link ... has an inertia specified in the URDF, but KDL does not
+    support a root link with an inertia."
+    """
+    joints = case.robot.in_urdf()
+    if not joints or not case.feeding(ROBOT_STATE_PUBLISHER):
+        return
+    children = {joint.child for joint in joints}
+    roots = dict.fromkeys(joint.parent for joint in joints if joint.parent not in children)
+    for name in roots if len(roots) == 1 else ():
+        link = case.robot.link.get(name)
+        if link is not None and link.inertial is not None:
+            message = (
+                f'link "{name}" is the root of the URDF and has a mass: kdl_parser drops it, and robot_state_publisher'
+                " warns of it"
+            )
+            help = f'begin the robot at a link without mass, with a fixed joint to "{name}"'
+            yield case.problem("root-inertial", message, case.link(name, "inertial"), help, severity=NOTE, key=True)

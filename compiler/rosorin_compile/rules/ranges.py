@@ -1,0 +1,173 @@
+"""Ranges: what a joint can reach against what drives it there: its leader, its servo, a speed, position zero."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+
+from ..diagnostics import NOTE, WARNING, Diagnostic
+from ..diagnostics.registry import JOINTS, POSES, rule
+from ..diagnostics.wording import first_of
+from ..frontend.tree import Path
+from ..model import Joint, Limit, ServoGroup
+from ..units import Quantity
+from .case import Case, at, number
+
+AFTER = "lacking"
+
+# Limits are printed to a few digits, and a linkage is no exact ratio: so much of the range of a joint may be beyond.
+ROUNDED = 0.05
+# rad/s. A servo turns at 10, a fast leg at 40; where a velocity is from here on and a multiple of STEP, it is one of a
+# data sheet in degrees. 100, 1000 and 50000 are no multiples: they stand for "no limit".
+FAST, STEP, FASTEST = 60.0, 15.0, 1080.0
+# rad. A pulse or a tick of a servo is a hundredth of that; a hand that counts in whole turns does so with gears.
+COARSE = 0.1
+# A servo reaches more or less than its joint, by a gear that is not said too; not by as much.
+OTHER_RANGE = 20.0
+SEVERAL_TURNS = 4 * math.pi
+SHOWN = 8
+
+# A limit that is zero, and was calculated.
+HAIR = 1e-6
+
+
+@rule(
+    "mimic-beyond-limit",
+    "A warning: a joint that follows another is driven beyond its own limits.",
+    "Correct `multiplier` and `offset`, or one of the limits.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def followers(case: Case) -> Iterator[Diagnostic]:
+    """Followers whose leader, within its limits, puts them beyond their own."""
+    for joint in case.robot.joints:
+        mimic, own = joint.mimic, _range(joint)
+        leader = case.robot.joint.get(mimic.joint) if mimic else None
+        if mimic is None or own is None or leader is None or leader.mimic is not None:
+            continue
+        driven = _range(leader)
+        if driven is None:
+            continue
+        ends = sorted(mimic.multiplier * end + mimic.offset for end in driven)
+        slack = ROUNDED * (own[1] - own[0])
+        if own[0] - slack <= ends[0] and ends[1] <= own[1] + slack:
+            continue
+        path = case.joint(joint, "mimic")
+        outer = abs(mimic.offset) > max(abs(own[0]), abs(own[1])) + slack
+        key = "offset" if outer else "multiplier"
+        message = (
+            f'joint "{joint.name}" follows "{leader.name}" to {_span(ends, joint)}, beyond its own limits of'
+            f" {_span(own, joint)}{case.stands_in(case.joint(joint, 'limit'))}"
+        )
+        related = [case.related("its limits", case.joint(joint, "limit"))]
+        related.append(case.related("those of the leader", case.joint(leader, "limit")))
+        help = "correct multiplier and offset, or one of the limits"
+        yield case.problem("mimic-beyond-limit", message, (*path, key), help, related=related, severity=WARNING)
+
+
+def _range(joint: Joint) -> tuple[float, float] | None:
+    """Return the limits of a joint that has some; None if they mean nothing."""
+    limit: Limit | None = joint.limit
+    if joint.type not in ("revolute", "prismatic") or limit is None or limit.lower is None or limit.upper is None:
+        return None
+    return (limit.lower, limit.upper) if limit.lower < limit.upper else None
+
+
+def _span(ends: tuple[float, float] | list[float], joint: Joint) -> str:
+    return f"{number(ends[0])} to {number(ends[1])} {'m' if joint.type == 'prismatic' else 'rad'}"
+
+
+@rule(
+    "velocity-looks-like-degrees",
+    "A warning: the velocity limit of a revolute joint is many turns a second, and a round number of degrees.",
+    "Write `300 deg/s`, or `300 rad/s` if that is meant.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def speeds(case: Case) -> Iterator[Diagnostic]:
+    """Bare velocity limits that are those of a data sheet in degrees. What turns on and on may well be fast."""
+    for joint in case.robot.joints:
+        velocity = joint.limit.velocity if joint.limit is not None else None
+        if joint.type != "revolute" or velocity is None or not FAST <= velocity <= FASTEST or velocity % STEP:
+            continue
+        place = case.joint(joint, "limit", "velocity")
+        if isinstance(at(case.tree, place), Quantity):
+            continue
+        turns = number(round(velocity / (2 * math.pi), 1))
+        message = (
+            f'the velocity limit of joint "{joint.name}" is {number(velocity)} rad/s{case.stands_in(place)},'
+            f" {turns} turns a second: this looks like degrees"
+        )
+        help = f'write "{number(velocity)} deg/s" if degrees are meant, "{number(velocity)} rad/s" if not'
+        yield case.problem("velocity-looks-like-degrees", message, place, help, severity=WARNING)
+
+
+@rule(
+    "zero-beyond-limit",
+    "A note: zero is not within the limits of a joint, and no pose places it; simulations begin at zero.",
+    "Add a pose that does.",
+    POSES,
+)
+def zeros(case: Case) -> Iterator[Diagnostic]:
+    """Joints that cannot be at zero and are said to be nowhere else."""
+    placed = {name for pose in case.robot.poses for name in pose.positions}
+    away = [joint for joint in case.robot.joints if joint.mimic is None and joint.name not in placed]
+    away = [joint for joint in away if (ends := _range(joint)) and not _reaches(ends, 0.0)]
+    if not away:
+        return
+    names = first_of([f'"{joint.name}" ({_span(_range(joint) or (0, 0), joint)})' for joint in away], SHOWN)
+    message = f"zero, where simulations begin, is not within the limits of {names}"
+    first = _range(away[0]) or (0.0, 0.0)
+    place = case.joint(away[0], "limit", "lower" if first[0] > 0 else "upper")
+    yield case.problem("zero-beyond-limit", message, place, "add a pose that places it", severity=NOTE)
+
+
+def _reaches(ends: tuple[float, float], position: float) -> bool:
+    return ends[0] - HAIR <= position <= ends[1] + HAIR
+
+
+@rule(
+    "servo-range",
+    "A warning: a pulse turns a servo by many degrees, or all pulses together reach much more or much less than the "
+    "joint.",
+    "`rad_per_pulse` is the angle of one pulse, in radians: `${240*deg / 1000}`.",
+    POSES,
+)
+def servos(case: Case) -> Iterator[Diagnostic]:
+    """Scales of pulses that are in degrees, or were turned into radians twice."""
+    for group in case.robot.servos:
+        joints = [case.robot.joint[name] for name in group.joints if name in case.robot.joint]
+        reach = abs(group.rad_per_pulse) * (group.pulse_range[1] - group.pulse_range[0])
+        told = _coarse(case, group, reach) if any(joint.type != "prismatic" for joint in joints) else None
+        told = told or next((found for joint in joints if (found := _other_range(case, group, joint, reach))), None)
+        if told is not None:
+            yield told
+
+
+def _coarse(case: Case, group: ServoGroup, reach: float) -> Diagnostic | None:
+    if abs(group.rad_per_pulse) < COARSE or reach < SEVERAL_TURNS:
+        return None
+    place: Path = ("servos", group.name, "rad_per_pulse")
+    message = (
+        f'a pulse turns the servos "{group.name}" by {number(group.rad_per_pulse)} rad{case.stands_in(place)}, and all'
+        f" of them by {number(reach)} rad, {number(round(reach / (2 * math.pi), 1))} turns: this looks like degrees"
+    )
+    help = "rad_per_pulse is in radians: ${240*deg / 1000} is 240 degrees over 1000 pulses"
+    return case.problem("servo-range", message, place, help, severity=WARNING)
+
+
+def _other_range(case: Case, group: ServoGroup, joint: Joint, reach: float) -> Diagnostic | None:
+    ends = _range(joint)
+    if ends is None or 1 / OTHER_RANGE <= reach / (ends[1] - ends[0]) <= OTHER_RANGE:
+        return None
+    place: Path = ("servos", group.name, "rad_per_pulse")
+    unit = "m" if joint.type == "prismatic" else "rad"
+    message = (
+        f'all pulses of the servos "{group.name}" together are {number(reach)} {unit}{case.stands_in(place)}, and joint'
+        f' "{joint.name}" goes from {_span(ends, joint)}{case.stands_in(case.joint(joint, "limit"))}'
+    )
+    related = [case.related("its limits", case.joint(joint, "limit"))]
+    help = "rad_per_pulse is the way of one pulse, in radians or metres"
+    return case.problem("servo-range", message, place, help, related=related, severity=WARNING)

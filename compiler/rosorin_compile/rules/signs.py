@@ -1,0 +1,93 @@
+"""Signs and axes: what a simulation needs to know of a joint is not below zero, and an axis is said."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from ..diagnostics import NOTE, WARNING, Diagnostic
+from ..diagnostics.registry import JOINTS, rule
+from ..diagnostics.wording import first_of
+from ..model import Cylinder, Joint
+from .case import Case, exists, number
+
+AFTER = "ranges"
+
+SHOWN = 8
+ALONG = 0.9  # cosine: an axle within 25 degrees of an axis lies along it
+
+_WHAT = {
+    "damping": "it would drive the joint instead of braking it",
+    "friction": "it would drive the joint instead of braking it",
+    "armature": "no rotor has such an inertia",
+    "kp": "the servo would drive the joint away from where it shall be",
+    "kv": "the servo would drive the joint instead of braking it",
+}
+
+
+@rule(
+    "dynamics-negative",
+    "Damping, friction, the inertia of a rotor or a gain is below zero.",
+    "It is a size: write it without the sign.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def negative(case: Case) -> Iterator[Diagnostic]:
+    """Find what a simulation knows of a joint and is below zero."""
+    for joint in case.robot.joints:
+        if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
+            continue  # a part calculates the others from it
+        for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
+            for key, value in vars(values).items() if values is not None else ():
+                if value < 0:
+                    place = case.joint(joint, part, key)
+                    message = (
+                        f'the {key} of joint "{joint.name}" is {number(value)}{case.stands_in(place)}, below zero:'
+                        f" {_WHAT[key]}"
+                    )
+                    yield case.problem("dynamics-negative", message, place, "write it without the sign")
+
+
+@rule(
+    "axis-missing",
+    "A note: joints that move say no axis, and turn about x of their frames, the default.",
+    "Say it: `axis: [0, 0, 1]`.",
+    JOINTS,
+)
+@rule(
+    "axis-across",
+    "A warning: a joint says no axis, and the default, x, lies across the wheel that it turns.",
+    "Say it: `axis: [0, 1, 0]`.",
+    JOINTS,
+    accept="joint",
+    imported="always",
+)
+def unsaid(case: Case) -> Iterator[Diagnostic]:
+    """Joints without an axis: in one note, but for wheels that would tumble."""
+    silent: list[Joint] = []
+    for joint in case.robot.joints:
+        if not (joint.moves or joint.type == "planar") or exists(case.tree, case.joint(joint, "axis")):
+            continue
+        if joint.type == "continuous" and _lies_across(case, joint):
+            message = (
+                f'joint "{joint.name}" says no axis and turns "{joint.child}" about x, across the wheel that it is'
+            )
+            help = "say the axis that is meant, such as axis: [0, 1, 0]"
+            yield case.problem("axis-across", message, case.joint(joint), help, severity=WARNING, key=True)
+        else:
+            silent.append(joint)
+    if silent:
+        names = first_of([f'"{joint.name}"' for joint in silent], SHOWN)
+        what = f"joint {names} says" if len(silent) == 1 else f"joints {names} say"
+        message = f"{what} no axis: it is x of the frame of the child, [1, 0, 0]"
+        yield case.problem("axis-missing", message, case.joint(silent[0]), "say it", severity=NOTE, key=True)
+
+
+def _lies_across(case: Case, joint: Joint) -> bool:
+    """Say whether the child of a joint is one disc, shorter than it is wide, that does not lie along x."""
+    link = case.robot.link.get(joint.child)
+    shapes = (link.collision or link.visual) if link is not None else ()
+    if len(shapes) != 1 or not isinstance(shapes[0].geometry, Cylinder):
+        return False
+    disc = shapes[0].geometry
+    return disc.length < 2 * disc.radius and abs(shapes[0].pose.transform().rows[0][2]) < ALONG

@@ -1,0 +1,221 @@
+"""Sizes: shapes in millimetres or shrunk, scales of meshes, and what stands elsewhere or twice in one place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+from ..diagnostics import WARNING, Diagnostic
+from ..diagnostics.registry import NUMBERS, rule
+from ..frontend.tree import Path
+from ..model import Box, Capsule, Cylinder, Joint, Link, Mesh, Shape, Sphere
+from ..model.bounds import Bounds, ball_of, bounds_of
+from ..units import Quantity
+from .case import Case, at, exists, number
+
+AFTER = "bodies"
+
+# Meshes are in metres, millimetres (0.001) or inches (0.0254), seldom in units of their own; no unit of length that
+# drawings have is 100 m or a hundredth of a millimetre.
+LARGEST_SCALE, SMALLEST_SCALE = 100.0, 1e-5
+# One axis in another unit than the others; a unit cube that is scaled to a table top differs by 30.
+UNEVEN = 100.0
+# A shape is this often as long as all ways between joints together: 6 times is the most of 600 public robots, and
+# millimetres for metres make 1000.
+OVERSIZED = 20.0
+# A joint is this often as far as all others together.
+FAR_OFF = 10.0
+# No robot is larger that has such shapes, and a plate on a small joint is no mistake.
+LARGE = 2.0  # m
+# All of a robot within this: the smallest that people build on joints are centimetres.
+TINY = 0.005  # m
+# Of the larger diagonal: collision that is a rough guess at the visual overlaps it at least nearly.
+ELSEWHERE = 0.25
+
+
+@rule(
+    "mesh-scale",
+    "A warning: a mesh is scaled to nothing, by a factor that no unit has, or very differently along its axes.",
+    "0.001 makes metres of millimetres; a mesh in metres needs no scale.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
+@rule(
+    "collision-elsewhere",
+    "A warning: what a link collides with does not stand where the link is seen.",
+    "Correct `xyz` and `rpy` of one of them.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
+def shapes(case: Case) -> Iterator[Diagnostic]:
+    """Scales of meshes, and collision away from the visual."""
+    for link in case.robot.links:
+        for purpose, own in (("visual", link.visual), ("collision", link.collision)):
+            for index, shape in enumerate(own):
+                if isinstance(shape.geometry, Mesh):
+                    yield from _scale(case, link, shape.geometry, case.link(link.name, purpose, index, "mesh", "scale"))
+        if link.visual and link.collision:
+            yield from _elsewhere(case, link)
+
+
+def _scale(case: Case, link: Link, mesh: Mesh, path: Path) -> Iterator[Diagnostic]:
+    factors = [abs(factor) for factor in mesh.scale]  # a mirror is legal
+    low, high = min(factors), max(factors)
+    index = factors.index(high if high > LARGEST_SCALE else low)
+    place = (*path, index)
+    said = f'a mesh of link "{link.name}" is scaled by {number(mesh.scale[index])}'
+    help = "0.001 makes metres of millimetres; without scale a mesh is in metres"
+    if low == 0:
+        message = f"{said}: nothing is left of it"
+        yield case.problem("mesh-scale", message, place, help, severity=WARNING)
+    elif high > LARGEST_SCALE or high < SMALLEST_SCALE:
+        message = f"{said}: no unit of a drawing is so {'large' if high > LARGEST_SCALE else 'small'}"
+        yield case.problem("mesh-scale", message, place, help, severity=WARNING)
+    elif high / low > UNEVEN:
+        message = f"{said} along one axis and by {number(high)} along another: {number(high / low)} times as much"
+        yield case.problem("mesh-scale", message, place, help, severity=WARNING)
+
+
+def _elsewhere(case: Case, link: Link) -> Iterator[Diagnostic]:
+    one, other = ball_of(link.visual[0]), ball_of(link.collision[0])
+    if one and other and math.dist(one.middle, other.middle) <= ELSEWHERE * 2 * max(one.radius, other.radius):
+        return
+    seen, felt = bounds_of(link.visual), bounds_of(link.collision)
+    if seen is None or felt is None:
+        return
+    gap = seen.gap(felt)
+    if gap <= ELSEWHERE * max(seen.diagonal, felt.diagonal):
+        return
+    path, visual = case.link(link.name, "collision", 0), case.link(link.name, "visual", 0)
+    message = (
+        f'link "{link.name}" collides {number(gap)} m away from where it is seen: its collision'
+        f"{case.stands_in(path)} is around {_middle(felt)}, its visual{case.stands_in(visual)} around {_middle(seen)}"
+    )
+    place = (*path, "xyz") if exists(case.tree, (*path, "xyz")) else path
+    related = [case.related("the visual", visual)]
+    help = "correct xyz and rpy of one of them: both are seen from the frame of the link"
+    yield case.problem("collision-elsewhere", message, place, help, related=related, severity=WARNING)
+
+
+def _middle(bounds: Bounds) -> str:
+    return f"[{', '.join(number((a + b) / 2) for a, b in zip(*bounds, strict=True))}]"
+
+
+@rule(
+    "size-implausible",
+    "A warning: a shape or the way to a joint is very long against all ways between joints, or a whole robot measures "
+    "a few millimetres.",
+    "Sizes and `xyz` are in metres: write `120 mm`, or 0.12.",
+    NUMBERS,
+    accept="link",
+    imported="always",
+)
+def robot_size(case: Case) -> Iterator[Diagnostic]:
+    """Shapes and joints of one robot that are not in one unit."""
+    ways = [joint for joint in case.robot.joints if any(joint.origin.xyz)]
+    reach = math.fsum(math.hypot(*joint.origin.xyz) for joint in ways)
+    if len(ways) < 2 or not reach > 0:  # an object, or a robot that says nothing about its size
+        return
+    largest = 0.0
+    for link in case.robot.links:
+        for purpose, own in (("visual", link.visual), ("collision", link.collision)):
+            for index, shape in enumerate(own):
+                key, size = longest(shape)
+                largest = max(largest, size)
+                if size > LARGE and reach * OVERSIZED < size:
+                    place = case.link(link.name, purpose, index, *key)
+                    message = (
+                        f'a shape of link "{link.name}" is {number(size)} m long{case.stands_in(place)}, and all ways'
+                        f" between joints of the robot are {number(reach)} m"
+                    )
+                    help = f'write "{number(size)} mm" if millimetres are meant'
+                    yield case.problem("size-implausible", message, place, help, severity=WARNING)
+    for joint in ways:
+        yield from _far(case, joint, reach)
+    if reach + largest < TINY:
+        first = max(ways, key=lambda joint: math.hypot(*joint.origin.xyz))
+        yield _tiny(case, first, reach + largest)
+
+
+def _far(case: Case, joint: Joint, reach: float) -> Iterator[Diagnostic]:
+    """Yield a warning about a joint that is farther than all others together, by a bare number."""
+    xyz, way = joint.origin.xyz, math.hypot(*joint.origin.xyz)
+    if way <= LARGE or way <= FAR_OFF * (reach - way) or _is_world(case, joint.parent):
+        return
+    place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
+    if isinstance(at(case.tree, place), Quantity):
+        return
+    message = (
+        f'joint "{joint.name}" puts "{joint.child}" {number(way)} m away from "{joint.parent}"{case.stands_in(place)},'
+        f" and all other ways between joints of the robot are {number(reach - way)} m"
+    )
+    help = f'write "{number(way)} mm" if millimetres are meant, "{number(way)} m" if not'
+    yield case.problem("size-implausible", message, place, help, severity=WARNING)
+
+
+def _is_world(case: Case, name: str) -> bool:
+    """Say whether a link is a mere frame at the root: where a robot stands in the world may be far from it."""
+    link = case.robot.link.get(name)
+    mere = link is not None and not (link.visual or link.collision or link.inertial)
+    return mere and name not in case.robot.joint_to
+
+
+def _tiny(case: Case, joint: Joint, size: float) -> Diagnostic:
+    xyz = joint.origin.xyz
+    place = case.joint(joint, "xyz", max(range(3), key=lambda index: abs(xyz[index])))
+    message = (
+        f"all shapes and ways between joints of the robot are {number(size * 1000)} mm long together; the longest"
+        f' way is that of joint "{joint.name}"'
+    )
+    help = "xyz and sizes are in metres"
+    return case.problem("size-implausible", message, place, help, severity=WARNING)
+
+
+def longest(shape: Shape) -> tuple[Path, float]:
+    """Return the longest side of a shape (m), and the keys of its number; nothing of a mesh."""
+    geometry: Any = shape.geometry
+    if isinstance(geometry, Box):
+        size = geometry.size
+        return ("box", "size", max(range(3), key=lambda index: size[index])), max(size)
+    if isinstance(geometry, Sphere):
+        return ("sphere", "radius"), 2 * geometry.radius
+    if isinstance(geometry, (Cylinder, Capsule)):
+        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
+        sides = {"length": geometry.length, "radius": 2 * geometry.radius}
+        key = max(sides, key=lambda name: sides[name])
+        return (kind, key), sides[key]
+    return (), 0.0
+
+
+@rule(
+    "two-in-one-place",
+    "A warning: two joints put links of the same shape into the same place.",
+    "Correct `xyz` of one of them, or remove it.",
+    NUMBERS,
+    accept="joint",
+    imported="always",
+)
+def twins(case: Case) -> Iterator[Diagnostic]:
+    """Joints that are equal in all but their names, with equal links: a wheel that was copied and not moved."""
+    first: dict[Any, Joint] = {}
+    for joint in case.robot.joints:
+        link = case.robot.link.get(joint.child)
+        if link is None or not (link.visual or link.collision):
+            continue
+        looks = tuple((shape.geometry, shape.pose) for shape in (*link.visual, *link.collision))
+        axis = () if joint.is_fixed else joint.axis
+        other = first.setdefault((joint.parent, joint.type, joint.origin, axis, len(link.visual), looks), joint)
+        if other is joint:
+            continue
+        message = (
+            f'joints "{other.name}" and "{joint.name}" put "{other.child}" and "{joint.child}", which have the same'
+            f' shape, into the same place of "{joint.parent}"'
+        )
+        path = case.joint(joint)
+        place = (*path, "xyz") if exists(case.tree, (*path, "xyz")) else path
+        related = [case.related("the other one", case.joint(other), key=True)]
+        help = "correct xyz of one of them, or remove it"
+        yield case.problem("two-in-one-place", message, place, help, related=related, severity=WARNING)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from ...diagnostics import ERROR, NOTE, Diagnostic
+from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, listed, plural, quoted
 from ...frontend.tree import Map, Path, Seq
@@ -57,7 +57,7 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
         put(entry, "inertia", _inertia(inertia, reading), inertia)
         reading.paths[id(inertia)] = (*path, "inertial", "inertia")
     reading.known(element, ("origin", "mass", "inertia"), (), None)
-    if mass is not None and inertia is not None and not _unreadable(element, before, reading):
+    if mass is not None and inertia is not None and not reading.spoilt(element, "the inertial", before):
         put(link, "inertial", entry, element)
 
 
@@ -76,27 +76,6 @@ def _inertia(element: Element, reading: Reading) -> Map:
     elif missing:
         reading.need(element, *_MOMENTS)
     return moments
-
-
-def _unreadable(element: Element, before: int, reading: Reading) -> bool:
-    """Say whether anything within an inertial is wrong; ``before`` is how much had been said before it.
-
-    Leniently, the inertial is left out then, and that is all there is to say.
-    """
-    said = reading.diagnostics[before:]
-    wrong = [one for one in said if one.severity == ERROR]
-    if not wrong:
-        return False
-    if reading.options.lenient:
-        reading.diagnostics[before:] = [one for one in said if one.severity != ERROR]
-        reading.cannot_carry(named(element), element.span, wrong[0].message)
-    else:
-        further = "; --lenient leaves the inertial out"
-        closed = [one for one in wrong if "--lenient" not in one.help]
-        reading.diagnostics[before:] = [
-            one._replace(help=f"{one.help}{further}") if one in closed else one for one in said
-        ]
-    return True
 
 
 def _mirrored(inertia: Element, reading: Reading) -> list[str]:

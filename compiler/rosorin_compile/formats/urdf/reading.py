@@ -10,7 +10,7 @@ import re
 from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from ...diagnostics import NOTE, Diagnostic, Related, Span, error
+from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import plural, quoted
 from ...frontend.tree import Map, Path, Seq, Text
@@ -86,6 +86,24 @@ class Reading:
         if rule not in acceptable():  # what is accepted is told there
             self.diagnostics.append(Diagnostic(rule, NOTE, f"{message}; --lenient {instead}", span))
         return True
+
+    def spoilt(self, element: Element, what: str, before: int) -> bool:
+        """Say whether anything within an element is wrong, so that there is nothing to be taken of it.
+
+        ``before`` is how much had been said before it. Leniently, it is left out, and that is all there is to say.
+        """
+        said = self.diagnostics[before:]
+        wrong = [one for one in said if one.severity == ERROR]
+        if wrong and self.options.lenient:
+            self.diagnostics[before:] = [one for one in said if one not in wrong]
+            self.cannot_carry(named(element), element.span, wrong[0].message)
+        elif wrong:
+            way_out = f"--lenient leaves {what} out"
+            self.diagnostics[before:] = [
+                one._replace(help=f"{one.help}; {way_out}") if one in wrong and "--lenient" not in one.help else one
+                for one in said
+            ]
+        return bool(wrong)
 
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
         """Take down something that the language has no word for; told once for each kind, names aside."""

@@ -24,6 +24,10 @@ NOTE = "note"
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 
 
+# The ``numbers`` of what is told before something is run that somebody trusts: it is counted, and not shown.
+TRUSTED = (("trusted", True),)
+
+
 class Source(NamedTuple):
     """A file that was read: its path as shown to the user, and its text."""
 

@@ -10,7 +10,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from . import Diagnostic
+from . import TRUSTED, Diagnostic
 from .wording import and_more
 
 # More than a person reads; a program gets all.
@@ -46,7 +46,8 @@ class Console:
     def ahead(self, diagnostic: Diagnostic) -> None:
         """Print what has to be said before anything is run, and count it: what was run may do else the next time."""
         self.ran += 1
-        self.show([diagnostic])
+        if diagnostic.numbers != TRUSTED:
+            self.show([diagnostic])
 
     def say(self, line: str) -> None:
         """Print a line about the run as a whole."""

@@ -94,6 +94,8 @@ class ReadOptions:
     ``environment`` are the environment variables; None means those of this process.
     ``tell`` takes what has to be said before anything is run (``xacro-runs-code``), at that moment; what it was told is
     not among the diagnostics. Without it, that is the first of them.
+    ``trust`` says that whoever wrote the file is trusted with what it runs: what is told then is TRUSTED, for nobody
+    to read.
     ``checked`` asks for the meaning to be held against the rules. The round trip, which reads what the compiler has
     just written, does without: those of its source are settled.
     """
@@ -104,3 +106,4 @@ class ReadOptions:
     environment: Mapping[str, str] | None = None
     tell: Callable[[Diagnostic], None] | None = None
     checked: bool = True
+    trust: bool = False

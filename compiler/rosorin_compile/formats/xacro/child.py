@@ -21,12 +21,11 @@ from typing import Any
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
 from ..packages import Packages
+from .addresses import name_packages
+from .tracing import Traces, places, where
+from .wanting import MissingPackage, Wanting
 
 MAX_MEMORY = 8 << 30  # bytes
-
-
-class MissingPackage(Exception):
-    """A package that is nowhere."""
 
 
 class NotMarkup(Exception):
@@ -99,45 +98,56 @@ def _limit(seconds: float) -> None:
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
-    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments."""
+    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments.
+
+    ``places`` are those of the elements of the text, ``at`` that of what went wrong (see ``tracing``); ``read`` and
+    ``calls`` are what places count. ``missing`` is everything that was asked for and is not there.
+    """
     try:
         xacro = import_module("xacro")
     except ImportError:
-        return {"missing": "xacro"}
+        return {"absent": "xacro"}
     packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
     arguments = Arguments(request["arguments"])
-    _prepare(xacro, packages)
+    traces = Traces()
+    wanting = _prepare(xacro, packages, traces)
     answer: dict[str, Any] = {}
     try:
-        answer["text"] = _expanded(xacro, request["file"], arguments)
+        document = _expanded(xacro, request["file"], arguments)
+        name_packages(document, packages, [*map(str, xacro.all_includes), request["file"]])
+        answer["places"] = places(document)
+        answer["text"] = document.toprettyxml(indent="  ")
     except Exception as problem:  # whatever the file does is an answer
-        answer |= _what(problem)
+        answer |= _what(problem) | {"at": where(problem)}
     except (SystemExit, KeyboardInterrupt):
         answer["error"] = "it ends the program that expands it"
     if "text" not in answer:
         answer["stack"] = [name for name in xacro.filestack or [] if name]
         answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+        answer["missing"] = wanting.gathered(xacro, request["file"], dict(request["arguments"]))
     answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
     answer["arguments"] = list(arguments.asked)
+    answer["read"] = list(traces.files)
+    answer["calls"] = traces.calls
     return answer
 
 
-def _expanded(xacro: Any, file: str, arguments: Arguments) -> str:
-    """Return the expanded text: as xacro prints it, without the banner that names the file."""
+def _expanded(xacro: Any, file: str, arguments: Arguments) -> Any:
+    """Return the expanded document: as xacro makes it, without the banner that names the file."""
     xacro.init_stacks(file)
     document = xacro.parse(None, file)
     xacro.process_doc(document, mappings=arguments)
-    text: str = document.toprettyxml(indent="  ")
-    return text
+    return document
 
 
-def _prepare(xacro: Any, packages: Packages) -> None:
-    """Make xacro find packages without ROS, know its folder, and read files safely."""
+def _prepare(xacro: Any, packages: Packages, traces: Traces) -> Wanting:
+    """Make xacro find packages without ROS, know its folder, read files safely, and know where elements stood."""
+    wanting = Wanting()
 
     def share(name: str) -> str:
         folder = packages.find(name)
         if folder is None:
-            raise MissingPackage(name)
+            return wanting.package(name)
         return str(folder)
 
     index: Any = ModuleType("ament_index_python")
@@ -162,14 +172,19 @@ def _prepare(xacro: Any, packages: Packages) -> None:
         name = os.path.join(xacro.root_dir, filename)
         try:
             source = read_source(Path(name))
-            parse(source)
+            parsed = parse(source)
         except MarkupError as problem:
             xacro.filestack.pop()
             raise NotMarkup(name, problem.diagnostic.message) from None
-        return own_parse(_without_declaration(source.text), filename)
+        made = own_parse(_without_declaration(source.text), filename)
+        traces.mark(made, name, parsed)
+        return made
 
     xacro.abs_filename_spec, xacro.parse = absolute, read
     xacro.substitution_args_context = Context(lambda: xacro.filestack)
+    traces.follow(xacro)
+    wanting.watch(import_module("xacro.substitution_args"))
+    return wanting
 
 
 def _without_declaration(text: str) -> str:

@@ -11,22 +11,24 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted
 from ...xml.files import read_source
-from ...xml.markup import Document, MarkupError, parse
+from ...xml.markup import Document, Element, MarkupError, parse
 from ..imported import Imported, ReadOptions
 from ..urdf.robot import read_urdf
+from .origins import Origins, Place, Sources, with_calls
 
 RULES = (
     Rule(
         "xacro-runs-code",
         "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Go on only with files of people whom you trust.",
+        "Go on only with files of people whom you trust; `--trust` says that you do, in an include `trust: true`.",
         READING,
     ),
     Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
@@ -102,23 +104,25 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
         first,
         (),
-        "go on only with files of people whom you trust",
+        "go on only with files of people whom you trust; --trust says that you do",
     )
-    diagnostics = [warning]
+    diagnostics = [] if options.trust else [warning]
     if options.tell is not None:
-        options.tell(warning)
+        options.tell(warning._replace(numbers=TRUSTED) if options.trust else warning)
         diagnostics = []
     answer = _expand(path, options)
     files = _files(path, answer)
+    sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
-    problem = _problem(answer, document, path, options, files)
-    if problem is not None:
-        return Imported(None, [*diagnostics, problem], (), files)
-    expanded = Source(f"{document.source.path} (expanded)", answer["text"])
+    problems = _problems(answer, document, path, options, files, sources)
+    if problems:
+        return Imported(None, [*diagnostics, *problems], (), files)
     try:
-        made = parse(expanded)
+        made = parse(Source(document.source.path, answer["text"]))
     except MarkupError as failure:
-        return Imported(None, [*diagnostics, failure.diagnostic], (), files)
+        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        return Imported(None, [*diagnostics, failure.diagnostic._replace(message=message, span=first)], (), files)
+    made.origin = Origins(made, answer["places"], sources, first)
     if made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
@@ -128,7 +132,7 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         help = "name the file that calls them"
         return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
     read = read_urdf(made, path, options, files)
-    return read._replace(diagnostics=[*diagnostics, *read.diagnostics])
+    return read._replace(diagnostics=[*diagnostics, *map(with_calls, read.diagnostics)])
 
 
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
@@ -179,29 +183,95 @@ def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro itself had to say, as notes."""
     lines = [re.sub("\x1b\\[[0-9;]*m", "", line).strip() for line in answer.get("said", "").splitlines()]
     lines = list(dict.fromkeys(line for line in lines if line))
-    if "error" in answer or "missing" in answer or "markup" in answer:
+    if "text" not in answer:
         return []
     more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
     return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
 
 
-def _problem(
-    answer: dict[str, Any], document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...]
-) -> Diagnostic | None:
+def _problems(
+    answer: dict[str, Any],
+    document: Document,
+    path: Path,
+    options: ReadOptions,
+    files: tuple[Path, ...],
+    sources: Sources,
+) -> list[Diagnostic]:
     """Return what kept the file from being expanded, or an argument that it does not have."""
-    if "missing" in answer:
+    if "absent" in answer:
         help = "pip install 'rosorin-compile[import]'"
-        return error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)
-    if "package" in answer:
-        return _no_package(answer, document, path)
-    if "markup" in answer:
-        return _not_markup(answer, document, path)
+        return [error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)]
     known = _known(answer, files)
     unknown = [name for name in options.arguments if name not in known]
-    if unknown:  # xacro itself would say nothing, or that another has no value
+    if unknown and "markup" not in answer:  # xacro itself would say nothing, or that another has no value
         message = f'{path.name} has no argument "{unknown[0]}"'
-        return error("unknown-argument", message, document.root.span, did_you_mean(unknown[0], known) or "it has none")
-    return _failure(answer, document, path) if "error" in answer else None
+        help = did_you_mean(unknown[0], known) or "it has none"
+        return [error("unknown-argument", message, document.root.span, help)]
+    missing = [_missing(one, answer, document, path, sources) for one in answer.get("missing", ())]
+    if "markup" in answer:
+        return [*missing, _not_markup(answer, document, path, sources)]
+    if "error" in answer and not (missing and _is_about_missing(answer["error"])):
+        missing.append(_failure(answer, document, path, sources))
+    return missing
+
+
+def _is_about_missing(error: str) -> bool:
+    return error.startswith(_UNDEFINED) or _UNSET in error
+
+
+_UNDEFINED = "Undefined substitution argument"
+_UNSET = "environment variable '"
+
+
+def _missing(
+    missing: tuple[str, str, Place | None], answer: dict[str, Any], document: Document, path: Path, sources: Sources
+) -> Diagnostic:
+    """Return the message about a package, an argument or a variable that the file asks for."""
+    kind, name, place = missing
+    inner, related = _within(answer, document, path)
+    words = {
+        "package": [f"(find {name})", f"package://{name}/", name],
+        "argument": [f"$(arg {name})", f"'{name}'", name],
+        "variable": [f"$(env {name})", f"'{name}'", name],
+    }[kind]
+    element = None if place is None else sources.element(place)
+    if place is not None and element is not None:
+        span, related = _in_tag(element, words) or element.span, sources.via(place)
+    else:
+        span = _find(inner, words) or inner.span(0)
+    if kind == "package":
+        help = f"say where it is: --package {name}=PATH"
+        return error("package-missing", f'the package "{name}" is not found', span, help, related)
+    if kind == "argument":
+        message, help = f'the argument "{name}" has no value', f"give it one: {name}:=VALUE"
+    else:
+        message = f'the environment variable "{name}" is not set'
+        help = f"set it: export {name}=VALUE; or write $(optenv {name} VALUE), which has a default"
+    return error("xacro-error", f"xacro cannot expand the file: {message}", span, help, related)
+
+
+def _in_tag(element: Element, words: Sequence[str]) -> Span | None:
+    """Return the place of the first of some words that stands in the start tag of an element."""
+    tag = element.document.source.text[element.start : element.opened]
+    for word in words:
+        at = tag.find(word) if word else -1
+        if at >= 0:
+            return element.document.span(element.start + at, len(word))
+    return None
+
+
+def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:
+    """Return the files whose elements xacro has made something of, by their number; those that can be read."""
+    found: dict[int, Document] = {}
+    for number, name in enumerate(answer.get("read", ())):
+        if os.path.abspath(name) == os.path.abspath(path):
+            found[number] = document
+            continue
+        try:
+            found[number] = parse(read_source(Path(os.path.normpath(name))))
+        except MarkupError:
+            continue
+    return found
 
 
 def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
@@ -245,20 +315,14 @@ def _find(document: Document, words: list[str]) -> Span | None:
     return None
 
 
-def _no_package(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
-    name = answer["package"]
-    inner, related = _within(answer, document, path)
-    span = _find(inner, [f"(find {name})", f"package://{name}/", name]) or inner.span(0)
-    message = f'the package "{name}" is not found'
-    help = f"say where it is: --package {name}=PATH"
-    return error("package-missing", message, span, help, related)
-
-
-def _not_markup(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
+def _not_markup(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
     """Return why a file that xacro reads is no XML, or not safe to read."""
     name = answer["markup"]
     inner, related = _within(answer, document, path)
-    span = _find(inner, [Path(name).name]) or inner.span(0)
+    place: Place | None = answer.get("at")
+    element = sources.element(place) if place else None
+    at = _in_tag(element, [Path(name).name]) or element.span if element else None
+    span = _find(inner, [Path(name).name]) or at or inner.span(0)
     try:
         parse(read_source(Path(os.path.normpath(name)), span))
     except MarkupError as problem:
@@ -266,23 +330,29 @@ def _not_markup(answer: dict[str, Any], document: Document, path: Path) -> Diagn
     return error("xml-syntax", answer["message"], span, "", related)
 
 
-def _failure(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
+def _failure(answer: dict[str, Any], document: Document, path: Path, sources: Sources) -> Diagnostic:
+    """Return what xacro says, at the element that it was at."""
     inner, related = _within(answer, document, path)
-    what, help = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())), ""
+    what = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split()))
     words = [f"${{{match[1]}}}" for match in _EXPRESSION.finditer(what)]
     words += [match[1] for match in _EXPRESSION.finditer(what)]
     words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", what)]
     words += re.findall(r"'([^']+)'", what)
-    missing = re.match(r"Undefined substitution argument (\S+)", what)
-    if missing:
-        what, help = f'the argument "{missing[1]}" has no value', f"give it one: {missing[1]}:=VALUE"
-        words.insert(0, f"$(arg {missing[1]})")
-    span = _find(inner, words)
+    place: Place | None = answer.get("at")
+    element = sources.element(place) if place else None
+    span = None
+    if place is not None and element is not None:
+        calls = sources.via(place)
+        related = (*calls, *(one for one in related if not one.message.startswith("when expanding") or not calls))
+        span = _in_tag(element, words)
+    span = span or _find(inner, words)
     for name in answer.get("files", ()):  # properties are evaluated late, where they are used
         span = span or _find(_source(name, document, path), words[:1])
+    if span is None and element is not None:
+        span = element.span
     if span is None and answer.get("line"):
         span = Span(inner.source, answer["line"], 1)
-    return error("xacro-error", f"xacro cannot expand the file: {what}"[:600], span or inner.span(0), help, related)
+    return error("xacro-error", f"xacro cannot expand the file: {what}"[:600], span or inner.span(0), "", related)
 
 
 def _once(text: str) -> str:

@@ -155,3 +155,18 @@ def test_a_file_that_is_trusted_runs_without_a_word() -> None:
     _write("robot.xacro", f'{HEAD}<link name="${{1}}"/></robot>')
     assert [one.rule for one in read("robot.xacro").diagnostics] == ["xacro-runs-code"]
     assert read("robot.xacro", trust=True).diagnostics == []
+
+
+def test_a_path_of_this_machine_in_what_is_kept_is_told() -> None:
+    plugin = "<gazebo>\n<plugin><parameters>$(find arm)/config/a.yaml</parameters></plugin></gazebo>"
+    _write("arm/package.xml", "<package><name>arm</name></package>")
+    _write("robot.xacro", f'{HEAD}<link name="a"/>\n{plugin}</robot>')
+    (told,) = _read(packages={"arm": Path("arm")}).diagnostics
+    assert (told.rule, told.span and told.span.line) == ("import-machine-path", 4)
+    assert told.message == f"<parameters> names a file of this machine: {Path.cwd()}/arm/config/a.yaml"
+
+
+def test_what_xacro_says_names_the_file_as_people_do() -> None:
+    _write("parts/a.xacro", f'{HEAD}<xacro:property name="pi" value="3"/></robot>')
+    _write("robot.xacro", f'{HEAD}<xacro:include filename="parts/a.xacro"/><link name="a"/></robot>')
+    assert [one.message for one in _read().diagnostics] == ["warning: redefining global symbol: pi (parts/a.xacro)"]

@@ -11,21 +11,23 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from urllib.parse import unquote
 
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
-from ..packages import Packages
-from .addresses import name_packages
-from .tracing import Traces, places, where
+from ..packages import Packages, package_name
+from .tracing import Traces, elements, places, where
 from .wanting import MissingPackage, Wanting
 
 MAX_MEMORY = 8 << 30  # bytes
+# The elements that name files for any reader.
+_NAMING = ("mesh", "texture")
 
 
 class NotMarkup(Exception):
@@ -114,8 +116,9 @@ def expand(request: dict[str, Any]) -> dict[str, Any]:
     answer: dict[str, Any] = {}
     try:
         document = _expanded(xacro, request["file"], arguments)
-        name_packages(document, packages, [*map(str, xacro.all_includes), request["file"]])
+        _name_packages(document, packages, [*map(str, xacro.all_includes), request["file"]])
         answer["places"] = places(document)
+        answer["folders"] = _folders(packages, xacro.all_includes, request["file"])
         answer["text"] = document.toprettyxml(indent="  ")
     except Exception as problem:  # whatever the file does is an answer
         answer |= _what(problem) | {"at": where(problem)}
@@ -193,6 +196,43 @@ def _without_declaration(text: str) -> str:
         return text
     end = text.find("?>") + 2
     return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
+
+
+def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> None:
+    """Give the meshes and textures of a document names that hold on any machine; ``files`` made it, the first last.
+
+    ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``, whichever way it was written;
+    ``$(dirname)/a.stl`` outside of any package becomes a name relative to the xacro.
+    """
+    for node in elements(document):
+        if node.tagName in _NAMING and node.hasAttribute("filename"):
+            name = node.getAttribute("filename")
+            node.setAttribute("filename", _anywhere(name, packages, files))
+
+
+def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
+    """Return the folders of this machine that may stand in what is expanded: of packages, and of the files read."""
+    found = [str(folder) for _, folder in packages.found()]
+    found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
+    return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
+
+
+def _anywhere(name: str, packages: Packages, files: Sequence[str]) -> str:
+    path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
+    if not Path(path).is_absolute():
+        return name
+    path = os.path.normpath(path)
+    for package, folder in packages.found():
+        if path.startswith(f"{folder}{os.sep}"):
+            return f"package://{package}/{Path(path).relative_to(folder).as_posix()}"
+    folders = [Path(os.path.abspath(file)).parent for file in files]
+    if not any(folder in Path(path).parents for folder in [*folders, folders[-1].parent]):
+        return name
+    for above in Path(path).parents:
+        own = package_name(above)
+        if own:
+            return f"package://{own}/{Path(path).relative_to(above).as_posix()}"
+    return Path(os.path.relpath(path, folders[-1])).as_posix()
 
 
 def _what(problem: BaseException) -> dict[str, Any]:

@@ -11,16 +11,18 @@ import os
 import re
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
 from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted
+from ...diagnostics.wording import and_more, counted
+from ...project import shown
 from ...xml.files import read_source
 from ...xml.markup import Document, Element, MarkupError, parse
 from ..imported import Imported, ReadOptions
+from ..urdf.reading import named
 from ..urdf.robot import read_urdf
 from .origins import Origins, Place, Sources, with_calls
 
@@ -32,6 +34,12 @@ RULES = (
         READING,
     ),
     Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
+    Rule(
+        "import-machine-path",
+        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
+        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
+        READING,
+    ),
     Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
     Rule(
         "package-missing",
@@ -132,7 +140,23 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         help = "name the file that calls them"
         return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
     read = read_urdf(made, path, options, files)
-    return read._replace(diagnostics=[*diagnostics, *map(with_calls, read.diagnostics)])
+    own = _of_this_machine(made, answer["folders"])
+    return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield a warning where what is kept names a folder of the machine that expands; of meshes nothing is left."""
+    found: list[tuple[str, Span]] = []
+    for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
+        values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
+        for value, span in (*values, (element.text, element.span)):
+            if any(f"{folder}{os.sep}" in value for folder in folders):
+                found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
+    if found:
+        (message, span), *more = found
+        help = "it is kept as it is; let the xacro write package://PACKAGE/FILE where the reader takes that"
+        message += f",{and_more(len(more))}" if more else ""
+        yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
 
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
@@ -177,14 +201,24 @@ def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
 
 
 MAX_REMARKS = 10
+# How ``xacro.print_location`` begins its lines; the file stands in those about files.
+_LOCATION = re.compile(
+    r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
+)
 
 
 def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro itself had to say, as notes."""
-    lines = [re.sub("\x1b\\[[0-9;]*m", "", line).strip() for line in answer.get("said", "").splitlines()]
-    lines = list(dict.fromkeys(line for line in lines if line))
     if "text" not in answer:
         return []
+    lines: list[str] = []
+    for line in re.sub("\x1b\\[[0-9;]*m", "", answer.get("said", "")).splitlines():
+        location = _LOCATION.match(line)
+        if location is None:
+            lines += [line.strip()] if line.strip() else []
+        elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
+            lines[-1] += f" ({shown(Path(location[1]))})"
+    lines = list(dict.fromkeys(lines))
     more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
     return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
 

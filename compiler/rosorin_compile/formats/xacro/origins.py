@@ -16,8 +16,9 @@ Place = Sequence[int]
 
 
 class MadeSpan(Span):
-    """A place in a file; ``via`` are the calls of macros that made of it what is spoken of, innermost first."""
+    """A place in a file; ``text`` is what xacro has made of it, by the calls of macros in ``via``, innermost first."""
 
+    text: str = ""
     via: tuple[Related, ...] = ()
 
 
@@ -80,6 +81,7 @@ class Origins:
             return self._otherwise
         span = origin.span if inside else _within(element, origin, start, length)
         made = MadeSpan(*span)
+        made.text = element.document.source.text[start : start + length]
         made.via = self._sources.via(place)
         return made
 

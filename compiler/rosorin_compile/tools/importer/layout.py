@@ -319,7 +319,8 @@ def _digits(value: float, span: Span | None) -> str:
     """Return the digits that stand at a place of the source, empty unless they say this very number."""
     if span is None:
         return ""
-    token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].removeprefix("+")
+    token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
+    token = getattr(span, "text", token).removeprefix("+")  # what xacro has made of an expression
     if not token or len(token) != len(token.strip()):
         return ""
     read = plain_scalar(token)

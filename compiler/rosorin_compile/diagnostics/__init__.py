@@ -66,6 +66,13 @@ class Related(NamedTuple):
     span: Span | None
 
 
+class MadeSpan(Span):
+    """A place that a program made something of: ``text``, by the calls in ``via``, innermost first."""
+
+    text: str = ""
+    via: tuple[Related, ...] = ()
+
+
 class Diagnostic(NamedTuple):
     """One problem or remark: ``rule`` is its kebab-case id, ``help`` the way out.
 
@@ -105,12 +112,20 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     One mistake in a value that many entries use is told for the first of them, with the number of the others.
     """
     causes: dict[tuple[object, ...], list[Diagnostic]] = {}
-    for diagnostic in diagnostics:
+    for diagnostic in map(with_calls, diagnostics):
         span = diagnostic.span
         place = (span.source.path, span.line, span.column) if span else ()
         what = _NAME.sub("", diagnostic.message) if span else diagnostic.message
         causes.setdefault((diagnostic.rule, what, place), []).append(diagnostic)
     return sorted((_together(same) for same in causes.values()), key=_order)
+
+
+def with_calls(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic with the calls of macros that led to its place."""
+    span = diagnostic.span
+    via = span.via if isinstance(span, MadeSpan) else ()
+    new = [one for one in via if one not in diagnostic.related]
+    return diagnostic._replace(related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 MAX_COMPARED = 60

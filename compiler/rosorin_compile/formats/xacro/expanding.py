@@ -15,7 +15,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error, with_calls
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted
 from ...project import shown
@@ -24,7 +24,7 @@ from ...xml.markup import Document, Element, MarkupError, parse
 from ..imported import Imported, ReadOptions
 from ..urdf.reading import named
 from ..urdf.robot import read_urdf
-from .origins import Origins, Place, Sources, with_calls
+from .origins import Origins, Place, Sources
 
 RULES = (
     Rule(
@@ -235,13 +235,14 @@ def _problems(
     if "absent" in answer:
         help = "pip install 'rosorin-compile[import]'"
         return [error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)]
+    missing = [_missing(one, answer, document, path, sources) for one in answer.get("missing", ())]
     known = _known(answer, files)
     unknown = [name for name in options.arguments if name not in known]
-    if unknown and "markup" not in answer:  # xacro itself would say nothing, or that another has no value
+    # Without a file, nobody knows what it declares; with all, xacro would say nothing, or that another has no value.
+    if unknown and "markup" not in answer and not any(one.rule == "package-missing" for one in missing):
         message = f'{path.name} has no argument "{unknown[0]}"'
         help = did_you_mean(unknown[0], known) or "it has none"
         return [error("unknown-argument", message, document.root.span, help)]
-    missing = [_missing(one, answer, document, path, sources) for one in answer.get("missing", ())]
     if "markup" in answer:
         return [*missing, _not_markup(answer, document, path, sources)]
     if "error" in answer and not (missing and _is_about_missing(answer["error"])):

@@ -9,17 +9,10 @@ from __future__ import annotations
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 
-from ...diagnostics import Diagnostic, Related, Span
+from ...diagnostics import MadeSpan, Related, Span
 from ...xml.markup import Document, Element
 
 Place = Sequence[int]
-
-
-class MadeSpan(Span):
-    """A place in a file; ``text`` is what xacro has made of it, by the calls of macros in ``via``, innermost first."""
-
-    text: str = ""
-    via: tuple[Related, ...] = ()
 
 
 class Sources:
@@ -98,9 +91,3 @@ def _within(element: Element, origin: Element, start: int, length: int) -> Span:
             return origin.document.span(written.start + start - attribute.start, length)
         return written.span
     return origin.span
-
-
-def with_calls(diagnostic: Diagnostic) -> Diagnostic:
-    """Return a diagnostic with the calls of macros that led to its place."""
-    via = getattr(diagnostic.span, "via", ())
-    return diagnostic._replace(related=(*diagnostic.related, *via)) if via else diagnostic

@@ -14,7 +14,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import Span
+from ...diagnostics import MadeSpan, Span
 from ...diagnostics.wording import printable
 from ...formats.imported import BESIDE, END, INSIDE, Comment
 from ...frontend.load import plain_scalar
@@ -320,7 +320,7 @@ def _digits(value: float, span: Span | None) -> str:
     if span is None:
         return ""
     token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
-    token = getattr(span, "text", token).removeprefix("+")  # what xacro has made of an expression
+    token = (span.text if isinstance(span, MadeSpan) else token).removeprefix("+")
     if not token or len(token) != len(token.strip()):
         return ""
     read = plain_scalar(token)

@@ -95,7 +95,8 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
     textured += sum(bool(material.texture) for material in robot.materials)
     if textured:
-        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals are left out"
+        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals"
+        message += f" {'are' if textured > 1 else 'is'} left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
     if WORLD in robot.link:

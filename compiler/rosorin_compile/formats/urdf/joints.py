@@ -8,7 +8,7 @@ from ...diagnostics.wording import plural, quoted
 from ...frontend.tree import Map, Path
 from ...xml.markup import Element
 from .reading import Reading, named, put
-from .values import ANGLES, LENGTHS, PLAIN, need_numbers, put_number, put_numbers, put_origin, shortened
+from .values import ANGLES, LENGTHS, PLAIN, need_numbers, put_number, put_numbers, put_origin
 
 RULES = (Rule("joint-type", "URDF has no such type of joint.", "Correct it.", READING),)
 
@@ -121,8 +121,7 @@ def _mimic(element: Element, joint: Map, kind: str, reading: Reading) -> None:
         return
     attribute = element.attributes["joint"]
     if leader and leader not in reading.joints and reading.options.lenient:
-        what = f"{named(element)}, which follows a joint that is not there, {shortened(leader)},"
-        reading.cannot_carry(what, element.span)
+        reading.cannot_carry(named(element), element.span, "the joint that it follows is not there")
         return
     entry.put("joint", leader, attribute.name_span, attribute.span)
     if not leader:

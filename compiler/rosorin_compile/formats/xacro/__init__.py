@@ -2,7 +2,7 @@
 
 To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process,
 which remembers where elements stood (``tracing``) and hears what is missing (``wanting``); ``origins`` finds the places
-again.
+again, and ``faults`` says what went wrong.
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 

@@ -27,7 +27,7 @@ from .rules import acceptable, check, plugged
 if TYPE_CHECKING:
     from .formats.imported import Imported
     from .frontend.asked import Asked
-    from .frontend.expand.included_robots import Tell
+    from .frontend.expand.included_robots import How, Tell
     from .project import Resolved
 
 # Of what there is to say, a notebook shows so much.
@@ -123,13 +123,13 @@ class _Readers:
         return endings(include=True)
 
     def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
     ) -> Imported:
         """Return the robot of a file; ``by`` is the place that names it."""
         from .formats.imported import ReadOptions
         from .formats.reading import read_robot
 
-        read = read_robot(path, ReadOptions(texts, packages, lenient, tell=tell), by)
+        read = read_robot(path, ReadOptions(texts, packages, how.lenient, tell=tell, trust=how.trust), by)
         # Notes on what is accepted: the rules say so again, of the whole robot.
         new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
         return read._replace(diagnostics=new)
@@ -171,12 +171,13 @@ def read(
     arguments: Mapping[str, Any] | None = None,
     packages: Mapping[str, str | os.PathLike[str]] | None = None,
     lenient: bool = False,
+    trust: bool = False,
 ) -> Reading:
     """Return the robot of a file in any format that there is a reader for, or of a description as ``compile`` takes it.
 
     ``arguments`` are those of a description or a xacro. ``lenient`` takes what breaks a foreign format's specification
     where a robot comes out all the same. Nothing that is wrong with the input is an exception; a xacro is expanded in a
-    process of its own, and what it says in Python is run there.
+    process of its own, and what it says in Python is run there: a warning says so, unless there is ``trust``.
     """
     from .frontend.asked import ask, file_of, is_description
 
@@ -185,13 +186,13 @@ def read(
     if file is None:
         return Reading(None, missing, ())
     if not is_description(file):
-        return _read_foreign(file, asked, lenient)
+        return _read_foreign(file, asked, lenient, trust)
     expanded, lowered, diagnostics, _ = understand(file, asked.arguments, packages=asked.packages)
     robot = None if lowered is None or has_errors(diagnostics) else lowered.robot
     return Reading(robot, diagnostics, expanded.files)
 
 
-def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
+def _read_foreign(path: Path, asked: Asked, lenient: bool, trust: bool) -> Reading:
     """Return the robot of a file that is no description."""
     from .formats.imported import ReadOptions
     from .formats.reading import read_robot
@@ -200,9 +201,8 @@ def _read_foreign(path: Path, asked: Asked, lenient: bool) -> Reading:
     texts, wrong = as_texts(asked.arguments)
     if wrong:
         return Reading(None, wrong, ())
-    told: list[Diagnostic] = []
-    imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, tell=told.append))
-    diagnostics = [*told, *imported.diagnostics]
+    imported = read_robot(path, ReadOptions(texts, asked.packages, lenient, trust=trust))
+    diagnostics = imported.diagnostics
     if texts and not imported.takes_arguments and imported.tree is not None:
         diagnostics.append(deaf(path))
     if imported.tree is None or has_errors(diagnostics):

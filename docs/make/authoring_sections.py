@@ -94,6 +94,11 @@ def _include() -> Schema:
                 "pattern": _WHOLE,
                 "description": "Robot: take what breaks the specification where a robot comes out all the same.",
             },
+            "trust": {
+                "type": ["boolean", "string"],
+                "pattern": _WHOLE,
+                "description": "Robot: say nothing of what a xacro can run: whoever wrote it is trusted.",
+            },
             "prefix": {**text, "description": "Robot: what is put before the names of its links, joints and so on."},
             "meshes": {
                 **text,

@@ -289,7 +289,7 @@ def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_pat
 
 
 def test_without_the_extra_the_message_says_what_to_install(monkeypatch):
-    answer = {"missing": "xacro", "said": ""}
+    answer = {"absent": "xacro", "said": ""}
     monkeypatch.setattr("rosorin_compile.formats.xacro.expanding._expand", lambda *_: answer)
     (found,) = [d for d in compile_robot(PACKAGED / "robot.yaml").diagnostics if d.severity == ERROR]
     assert found.rule == "extra-missing"
@@ -318,6 +318,25 @@ def test_explain_shows_the_file_and_line_of_the_foreign_robot(monkeypatch, capsy
     assert re.search(rf"limit effort +40 N\*m +descriptions/cell/vendor/arm.urdf:{line}:\d+ +40\n", said)
     assert "descriptions/cell/robot.yaml:6:5: included here" in said
     assert re.search(r"right_base_joint, fixed, published by .*\n +descriptions/cell/robot.yaml:9:13\n", said)
+
+
+def test_a_xacro_that_is_trusted_is_run_each_time_without_a_word(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("ROSORIN_COMPILE_CACHE", str(tmp_path / "cache"))
+    monkeypatch.chdir(tmp_path)
+    text = '<robot name="post" xmlns:xacro="http://www.ros.org/wiki/xacro"><link name="post${1}"/></robot>'
+    (tmp_path / "descriptions/cell").mkdir(parents=True)
+    (tmp_path / "descriptions/cell/post.xacro").write_text(text, "utf-8")
+    cell = tmp_path / "descriptions/cell/robot.yaml"
+    cell.write_text(
+        "robot: cell\ninclude:\n  - {file: post.xacro, trust: true}\noutputs: {urdf: {file: cell.urdf}}\n", "utf-8"
+    )
+    for command in ("all", "all", "check"):
+        assert main([command]) == 0
+        assert "xacro-runs-code" not in capsys.readouterr().err
+    assert compile_robot(cell).diagnostics == []
+    cell.write_text(cell.read_text("utf-8").replace("true", "perhaps"), "utf-8")
+    assert main(["all"]) == 1
+    assert "trust of an include is true or false, not text" in capsys.readouterr().err
 
 
 def test_all_check_and_the_stamp_know_the_foreign_file(tmp_path, monkeypatch, capsys):

@@ -25,6 +25,10 @@ NOTE = "note"
 _ORDER = {ERROR: 0, WARNING: 1, NOTE: 2}
 
 
+# The ``numbers`` of what is told before something is run that somebody trusts: it is counted, and not shown.
+TRUSTED = (("trusted", True),)
+
+
 class Source(NamedTuple):
     """A file that was read: its path as shown to the user, and its text."""
 
@@ -61,6 +65,13 @@ class Related(NamedTuple):
 
     message: str
     span: Span | None
+
+
+class MadeSpan(Span):
+    """A place that a program made something of: ``text``, by the calls in ``via``, innermost first."""
+
+    text: str = ""
+    via: tuple[Related, ...] = ()
 
 
 class Diagnostic(NamedTuple):
@@ -102,12 +113,20 @@ def arrange(diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
     One mistake in a value that many entries use is told for the first of them, with the number of the others.
     """
     causes: dict[tuple[object, ...], list[Diagnostic]] = {}
-    for diagnostic in diagnostics:
+    for diagnostic in map(with_calls, diagnostics):
         span = diagnostic.span
         place = (span.source.path, span.line, span.column) if span else ()
         what = _NAME.sub("", diagnostic.message) if span else diagnostic.message
         causes.setdefault((diagnostic.rule, what, place), []).append(diagnostic)
     return sorted((_together(same) for same in causes.values()), key=_order)
+
+
+def with_calls(diagnostic: Diagnostic) -> Diagnostic:
+    """Return a diagnostic with the calls of macros that led to its place."""
+    span = diagnostic.span
+    via = span.via if isinstance(span, MadeSpan) else ()
+    new = [one for one in via if one not in diagnostic.related]
+    return diagnostic._replace(related=(*diagnostic.related, *new)) if new else diagnostic
 
 
 MAX_COMPARED = 60

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
 
-from . import ERROR, Diagnostic
+from . import ERROR, TRUSTED, Diagnostic
 from .wording import and_more, counted, printable
 
 # More than a person reads; a program gets all.
@@ -116,7 +116,8 @@ class Console:
     def ahead(self, diagnostic: Diagnostic) -> None:
         """Print what has to be said before anything is run, and count it: what was run may do else the next time."""
         self.ran += 1
-        self.show([diagnostic])
+        if diagnostic.numbers != TRUSTED:
+            self.show([diagnostic])
 
     def say(self, line: str) -> None:
         """Print a line about the run as a whole."""

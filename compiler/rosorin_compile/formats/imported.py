@@ -11,8 +11,9 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, Span
+from ..diagnostics import WARNING, Diagnostic, Related, Span
 from ..diagnostics.registry import READING, Rule
+from ..diagnostics.wording import counted
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 
@@ -69,9 +70,19 @@ class Imported(NamedTuple):
     takes_arguments: bool = False
 
 
-def cannot_carry(what: str, span: Span, help: str = "") -> Diagnostic:
-    """Return the warning about something that the tree does not carry."""
-    return Diagnostic("import-cannot-carry", WARNING, f"{what} is not carried over", span, (), help)
+_SHOWN = 6  # places named of one thing
+
+
+def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
+    """Return the warning about something that the tree does not carry; ``many`` if ``what`` is a plural.
+
+    ``others`` are the further places where it stands: one warning, the first of them and their number.
+    """
+    message = f"{what} {'are' if many else 'is'} not carried over"
+    related = [Related("and here", other) for other in others[:_SHOWN]]
+    if len(others) > _SHOWN:
+        related.append(Related(f"and in {counted(len(others) - _SHOWN, 'more place')}", None))
+    return Diagnostic("import-cannot-carry", WARNING, message, span, tuple(related), help)
 
 
 @dataclass(frozen=True)
@@ -83,6 +94,8 @@ class ReadOptions:
     ``environment`` are the environment variables; None means those of this process.
     ``tell`` takes what has to be said before anything is run (``xacro-runs-code``), at that moment; what it was told is
     not among the diagnostics. Without it, that is the first of them.
+    ``trust`` says that whoever wrote the file is trusted with what it runs: what is told then is TRUSTED, for nobody
+    to read.
     ``checked`` asks for the meaning to be held against the rules. The round trip, which reads what the compiler has
     just written, does without: those of its source are settled.
     """
@@ -93,3 +106,4 @@ class ReadOptions:
     environment: Mapping[str, str] | None = None
     tell: Callable[[Diagnostic], None] | None = None
     checked: bool = True
+    trust: bool = False

@@ -34,6 +34,11 @@ class Packages:
             self._known[name] = folder
         return self._known[name]
 
+    def found(self) -> list[tuple[str, Path]]:
+        """Return the packages that were asked for and are there; of one within another the inner first."""
+        known = [(name, Path(os.path.abspath(folder))) for name, folder in self._known.items() if folder is not None]
+        return sorted(known, key=lambda one: -len(one[1].parts))
+
     def resolve(self, address: str, folder: Path) -> Path | None:
         """Return the file that an address names: package://, file:// or a path, relative to ``folder``.
 

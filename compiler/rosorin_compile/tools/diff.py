@@ -80,7 +80,7 @@ def run(options: argparse.Namespace) -> int:
         return PROBLEMS
     own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
     packages = packages_of(options)
-    read = [_read(word, values, packages) for word, values in zip(words, own, strict=True)]
+    read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
     sides = _sides(read, words)
     if sides is None:
         return PROBLEMS
@@ -120,12 +120,12 @@ def _pairs(texts: list[str]) -> dict[str, str]:
     return found
 
 
-def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path]) -> Read:
+def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path], trust: bool) -> Read:
     from ..project import NoDescription
     from .sides import read_side
 
     try:
-        return read_side(word, arguments, packages)
+        return read_side(word, arguments, packages, trust)
     except NoDescription as problem:
         raise WrongUsage(str(problem)) from None
 

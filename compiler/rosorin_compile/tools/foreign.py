@@ -20,14 +20,18 @@ Tell = Callable[[Diagnostic], None]
 
 
 def understand_foreign(
-    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
+    path: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, Path],
+    tell: Tell | None = None,
+    trust: bool = False,
 ) -> Understood:
     """Return what a foreign robot says, as ``pipeline.understand`` does of a description.
 
-    ``arguments`` are those of a xacro file, ``packages`` folders of ROS packages by name. It is read leniently; joints
-    are published as in any description.
+    ``arguments`` are those of a xacro file, ``packages`` folders of ROS packages by name. It is read leniently, with
+    ``trust`` in what it runs or without; joints are published as in any description.
     """
-    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell))
+    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
     tree = None if imported.tree is None else _with_published(imported, imported.tree)
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
@@ -37,10 +41,14 @@ def understand_foreign(
 
 
 def compile_foreign(
-    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None = None
+    path: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, Path],
+    tell: Tell | None = None,
+    trust: bool = False,
 ) -> Compiled:
     """Return a foreign robot and its URDF, as ``pipeline.compile_robot`` does of a description."""
-    expanded, lowered, diagnostics, _ = understand_foreign(path, arguments, packages, tell)
+    expanded, lowered, diagnostics, _ = understand_foreign(path, arguments, packages, tell, trust)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     format, (output,) = published(), lowered.robot.outputs

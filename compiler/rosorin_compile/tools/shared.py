@@ -55,12 +55,13 @@ class WrongUsage(Exception):
 class Given(NamedTuple):
     """The arguments of a run: texts by name from the command line, and the files that hold more of them.
 
-    ``packages`` are folders of ROS packages by name, for robots in other formats.
+    ``packages`` are folders of ROS packages by name, for robots in other formats; ``trust`` is that in what those run.
     """
 
     texts: dict[str, str]
     files: tuple[Path, ...]
     packages: Mapping[str, Path] = MappingProxyType({})
+    trust: bool = False
 
     def values(self) -> dict[str, Any]:
         """Return all arguments by name; the command line wins over files. Raises LoadError."""
@@ -134,7 +135,7 @@ def argument_options(command: argparse.ArgumentParser) -> None:
 
 
 def package_option(command: argparse.ArgumentParser) -> None:
-    """Add the option that says where ROS packages are."""
+    """Add the options about robots in other formats: where ROS packages are, and whether a xacro is trusted."""
     command.add_argument(
         "--package",
         action="append",
@@ -142,6 +143,9 @@ def package_option(command: argparse.ArgumentParser) -> None:
         metavar="NAME=PATH",
         dest="packages",
         help="folder of a ROS package, for $(find NAME) and package://NAME; may be given again",
+    )
+    command.add_argument(
+        "--trust", action="store_true", help="say nothing of what a xacro can run: you trust whoever wrote it"
     )
 
 
@@ -190,7 +194,8 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     for file in files:
         if not file.is_file():
             raise WrongUsage(f'there is no file "{file}" of arguments')
-    return Given(texts, files, packages_of(options)), [word for word in words if MARK not in word]
+    given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
+    return given, [word for word in words if MARK not in word]
 
 
 def descriptions(names: list[str], outputs: str | None = None) -> list[Description]:
@@ -307,7 +312,7 @@ def read(given: Given, description: Description, console: Console) -> Understood
     if is_foreign(description.path):
         from .foreign import understand_foreign
 
-        return understand_foreign(description.path, texts(arguments), given.packages, console.ahead)
+        return understand_foreign(description.path, texts(arguments), given.packages, console.ahead, given.trust)
     from ..pipeline import understand
 
     return understand(description.path, arguments, console.ahead)

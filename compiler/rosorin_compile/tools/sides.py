@@ -105,14 +105,15 @@ def _asked_side(robot: object, arguments: list[Mapping[str, Any] | None], packag
     return read
 
 
-def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path], trust: bool = False) -> Read:
     """Return the robot that a word names: file of any format, folder or name of a description.
 
-    ``arguments`` are those of a description or a xacro file. Raises project.NoDescription if there is no such robot.
+    ``arguments`` are those of a description or a xacro file; ``trust`` is that in what a xacro runs. Raises
+    project.NoDescription if there is no such robot.
     """
     path = Path(word)
     if is_file(path) and path.suffix.lower() not in YAML.endings:
-        return _foreign(path, word, arguments, packages)
+        return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in endings():
         raise NoDescription(f'there is no file "{word}"')
     return _description(find([word], None)[0].path, word, arguments, packages)
@@ -129,13 +130,13 @@ def _description(path: Path, word: str, arguments: Mapping[str, Any], packages: 
     return Read(Side(word, YAML, lowered.robot, folder=path.parent), said)
 
 
-def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+def _foreign(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path], trust: bool) -> Read:
     from ..formats.imported import ReadOptions
     from ..formats.reading import read_robot
     from ..frontend.lower import lower
 
     texts = {name: str(value) for name, value in arguments.items()}
-    imported = read_robot(path, ReadOptions(texts, packages, lenient=True))
+    imported = read_robot(path, ReadOptions(texts, packages, lenient=True, trust=trust))
     said = [d for d in imported.diagnostics if d.severity == ERROR or d.rule in _TOLD]
     if imported.tree is None or has_errors(said):
         return Read(None, said)

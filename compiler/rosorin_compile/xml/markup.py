@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import NamedTuple
 from xml.parsers import expat
 
@@ -87,7 +87,7 @@ class Attribute(NamedTuple):
         if "&" in self.raw:
             return [Word(text, self.span) for text in self.value.split()]
         matches = _WORD.finditer(self.raw)
-        if "\n" in self.raw or "\r" in self.raw or not self.raw.isascii():
+        if self.document.origin is not None or "\n" in self.raw or "\r" in self.raw or not self.raw.isascii():
             span = self.document.span
             return [Word(match[0], span(self.start + match.start(), match.end() - match.start())) for match in matches]
         source, line, column, _ = self.span
@@ -160,7 +160,10 @@ class Element:
 
 
 class Document:
-    """A text read as XML: its root, and the remarks ``before`` and ``after`` it."""
+    """A text read as XML: its root, and the remarks ``before`` and ``after`` it.
+
+    A text that a program has made of files that people have (``origin``) knows its places in those.
+    """
 
     def __init__(self, source: Source) -> None:
         self.source = source
@@ -168,9 +171,12 @@ class Document:
         self.before: list[Remark] = []
         self.after: list[Remark] = []
         self.root = Element(self, "", None, 0)
+        self.origin: Callable[[int, int], Span] | None = None
 
     def span(self, start: int, length: int = 1) -> Span:
         """Return the place of the characters from an offset on; it ends with the line at the latest."""
+        if self.origin is not None:
+            return self.origin(start, length)
         line = bisect_right(self._starts, start)
         column = start - self._starts[line - 1]
         if line < len(self._starts) and start + length > self._starts[line]:

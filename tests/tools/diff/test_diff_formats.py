@@ -210,6 +210,7 @@ def test_a_xacro_file_is_expanded_after_a_warning(tmp_path: Path) -> None:
     assert code == 1
     assert "top moved 100.0 mm in base_link: origin z 0.1 -> 0.2 m" in out.splitlines()
     assert "warning[xacro-runs-code]" in err
+    assert diff(path, path, "--b-arg", "height=0.2", "--trust")[2] == ""
 
 
 def test_the_tolerance_can_be_chosen(tmp_path: Path) -> None:

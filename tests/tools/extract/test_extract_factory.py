@@ -149,9 +149,9 @@ def test_broken_mesh_is_a_warning_where_it_is_named(package: Path, capsys: Said)
     assert main(["extract", "factory", str(package), "-o", "numbers"]) == 0
     said = capsys.readouterr()
     assert (
-        "nano/urdf/nano.urdf.xacro:25:83: warning[mesh-unreadable]: nano/meshes/gripper_link.glb is not a mesh"
-        in said.err
+        "nano/urdf/common.xacro:7:35: warning[mesh-unreadable]: nano/meshes/gripper_link.glb is not a mesh" in said.err
     )
+    assert 'nano/urdf/nano.urdf.xacro:25:6: when expanding the macro "mounted"' in said.err
     assert "boxes (5): base_link, camera_link, lidar_frame, link1, link2" in said.out
 
 

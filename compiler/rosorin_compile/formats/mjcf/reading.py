@@ -12,9 +12,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span
+from ...diagnostics import NOTE, WARNING, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...model import Transform, geometry
 from ...model.geometry import IDENTITY, Rows, Vector, transform_of_quaternion
@@ -35,7 +34,6 @@ RULES = (
 
 
 FREE, BALL, SLIDE, HINGE = range(4)
-_SHOWN = 6  # places named of one thing
 
 
 class Reading:
@@ -71,11 +69,7 @@ class Reading:
 
     def lost(self, what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> None:
         """Say that something of the robot is not in the tree; ``many`` if ``what`` is a plural."""
-        message = f"{what} {'are' if many else 'is'} not carried over"
-        related = [Related("and here", other) for other in others[:_SHOWN]]
-        if len(others) > _SHOWN:
-            related.append(Related(f"and in {counted(len(others) - _SHOWN, 'more place')}", None))
-        self.diagnostics.append(cannot_carry(what, span, help)._replace(message=message, related=tuple(related)))
+        self.diagnostics.append(cannot_carry(what, span, help, many, others))
         self.left_out.append(LeftOut(what, span))
 
     def ignored(self, what: str, span: Span) -> None:

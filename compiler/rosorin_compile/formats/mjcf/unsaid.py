@@ -14,8 +14,7 @@ from .masses import masses
 RULES = (
     Rule(
         "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a velocity limit, a range without width, a texture, a mesh by "
-        "`package://`.",
+        "A warning or a note: MJCF has no word for a range without width, a texture, a mesh by `package://`.",
         "As the message says.",
         FORMATS,
     ),
@@ -93,14 +92,11 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" has an effort of {joint.limit.effort:g}: MuJoCo takes a force range of no'
             message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
-    fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
-    if fast:
-        message = f"MJCF has no velocity limit: that of {counted(fast, 'joint')} is left out"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message)
     textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
     textured += sum(bool(material.texture) for material in robot.materials)
     if textured:
-        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals are left out"
+        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals"
+        message += f" {'are' if textured > 1 else 'is'} left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
     if WORLD in robot.link:

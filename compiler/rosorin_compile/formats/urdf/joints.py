@@ -15,7 +15,7 @@ RULES = (Rule("joint-type", "URDF has no such type of joint.", "Correct it.", RE
 TYPES = ("revolute", "continuous", "prismatic", "fixed", "floating", "planar")
 _PARTS = ("axis", "limit", "mimic", "dynamics", "calibration", "safety_controller")
 _WORDS = ("origin", "parent", "child", *_PARTS)
-# What has no effect on a joint of a type.
+# What has no effect on a joint of a type. That of an axis is not told: exporters write one for every joint.
 _WITHOUT_EFFECT = {"fixed": ("axis", "limit", "mimic", "dynamics"), "floating": ("axis", "limit")}
 
 
@@ -23,6 +23,7 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
     """Return the entry of a <joint>."""
     entry = Map(element.span)
     kind = _kind(element, entry, reading)
+    reading.magnitudes.types.add(kind)
     for end in ("parent", "child"):
         _end(element, end, entry, path, reading)
     put_origin(entry, element, path, reading)
@@ -32,7 +33,8 @@ def read_joint(element: Element, path: Path, reading: Reading) -> Map:
             continue
         reading.paths[id(inner)] = (*path, part)
         if part in _WITHOUT_EFFECT.get(kind, ()):
-            reading.ignored(f"<{part}> of a {kind} joint has no effect", inner.span)
+            if part != "axis":
+                reading.ignored(f"<{part}> of a {kind} joint has no effect", inner.span)
             continue
         _READERS[part](inner, entry, kind, reading)
     if kind in ("revolute", "prismatic") and "limit" not in entry and reading.single(element, "limit") is None:
@@ -118,6 +120,9 @@ def _mimic(element: Element, joint: Map, kind: str, reading: Reading) -> None:
     if leader is None:
         return
     attribute = element.attributes["joint"]
+    if leader and leader not in reading.joints and reading.options.lenient:
+        reading.cannot_carry(named(element), element.span, "the joint that it follows is not there")
+        return
     entry.put("joint", leader, attribute.name_span, attribute.span)
     if not leader:
         reading.error("missing-attribute", f"joint of {named(element)} is empty", attribute.span, "name a joint")

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted, listed
+from ...diagnostics.wording import counted, listed, plural, quoted
 from ...frontend.tree import Map, Path, Seq
 from ...xml.markup import Element
 from .materials import put_material
@@ -19,6 +19,7 @@ RULES = (
 )
 
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
+_PRODUCTS = ("ixy", "ixz", "iyz")
 _SHAPES = ("box", "cylinder", "sphere", "capsule", "mesh")
 
 
@@ -37,9 +38,13 @@ def read_link(element: Element, path: Path, reading: Reading) -> Map:
 
 
 def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None:
-    """Set the inertial of a link. Mass and all six moments have to be there, as for urdfdom."""
+    """Set the inertial of a link. Mass and all six moments have to be there, as for urdfdom.
+
+    Leniently, one that cannot be read is left out, as urdfdom does; products that are not said are 0.
+    """
     entry = Map(element.span)
     reading.paths[id(element)] = (*path, "inertial")
+    before = len(reading.diagnostics)
     mass = _one(element, "mass", reading)
     inertia = _one(element, "inertia", reading)
     if mass is not None:
@@ -49,14 +54,28 @@ def _inertial(element: Element, link: Map, path: Path, reading: Reading) -> None
         reading.paths[id(mass)] = (*path, "inertial", "mass")
     put_origin(entry, element, (*path, "inertial"), reading)
     if inertia is not None:
-        moments = Map(inertia.span)
-        reading.known(inertia, (), (*_MOMENTS, *_mirrored(inertia, reading)), None)
-        need_numbers(moments, inertia, _MOMENTS, PLAIN, reading)
-        put(entry, "inertia", moments, inertia)
+        put(entry, "inertia", _inertia(inertia, reading), inertia)
         reading.paths[id(inertia)] = (*path, "inertial", "inertia")
     reading.known(element, ("origin", "mass", "inertia"), (), None)
-    if mass is not None and inertia is not None:
+    if mass is not None and inertia is not None and not reading.spoilt(element, "the inertial", before):
         put(link, "inertial", entry, element)
+
+
+def _inertia(element: Element, reading: Reading) -> Map:
+    """Return the moments of an <inertia>."""
+    moments = Map(element.span)
+    reading.known(element, (), (*_MOMENTS, *_mirrored(element, reading)), None)
+    missing = reading.missing(element, *_MOMENTS)
+    need_numbers(moments, element, [name for name in _MOMENTS if name in element.attributes], PLAIN, reading)
+    if missing and all(name in _PRODUCTS for name in missing):
+        message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
+        help = "add " + " ".join(f'{name}="0"' for name in missing) + ", if that is meant"
+        if reading.lenient("missing-attribute", message, element.span, help, "takes 0"):
+            for name in missing:
+                moments.put(name, 0, element.span, element.span)
+    elif missing:
+        reading.need(element, *_MOMENTS)
+    return moments
 
 
 def _mirrored(inertia: Element, reading: Reading) -> list[str]:

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import re
 
-from ...diagnostics import NOTE, Diagnostic, Related
+from ...diagnostics import NOTE, Diagnostic, Related, Span
+from ...diagnostics.wording import and_more
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
 from .reading import Reading, named
@@ -66,8 +67,10 @@ def _surface(entry: Map, element: Element, reading: Reading) -> None:
     color = reading.single(element, "color")
     if color is not None:
         reading.known(color, (), ("rgba",), None)
+        before = len(reading.diagnostics)
         if reading.attribute(color, "rgba") is not None:
             _rgba(entry, color, reading)
+        reading.spoilt(color, "the colour", before)
     texture = reading.single(element, "texture")
     if texture is not None:
         reading.known(texture, (), ("filename",), None)
@@ -104,6 +107,7 @@ def settle(tree: Map, reading: Reading) -> None:
     stands there is kept.
     """
     looks: dict[str, tuple[object, object]] = {}
+    others: list[tuple[str, Span]] = []
     for name, entry in (tree.get("materials") or {}).items():
         if "rgba" in entry or "texture" in entry:
             looks[name] = _look(entry)
@@ -113,13 +117,15 @@ def settle(tree: Map, reading: Reading) -> None:
                 continue
             if looks.setdefault(visual["material"], _look(visual)) == _look(visual):
                 continue
-            span = visual.value_spans["material"]
-            message = (
-                f'the material "{visual["material"]}" of link "{name}" looks otherwise than the first of that name'
-            )
-            message += ", which ROS takes for all: it keeps its look and loses the name"
-            reading.diagnostics.append(Diagnostic("import-changed", NOTE, message, span))
+            others.append((f'the material "{visual["material"]}" of link "{name}"', visual.value_spans["material"]))
             del visual["material"]
+    if others:
+        (what, span), *more = others
+        message = f"{what} looks otherwise than the first of that name, which ROS takes for all: it keeps its look and"
+        message += " loses the name"
+        if more:
+            message += f",{and_more(len(more), 'of this kind')}"
+        reading.diagnostics.append(Diagnostic("import-changed", NOTE, message, span))
 
 
 def _look(entry: Map) -> tuple[object, object]:

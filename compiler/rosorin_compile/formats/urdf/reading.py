@@ -7,17 +7,18 @@ has no word for it.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Iterable
+from collections.abc import Collection, Iterable, Sequence
 from typing import Any
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span, error
+from ...diagnostics import ERROR, NOTE, Diagnostic, Related, Span, error
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import and_more, plural, quoted
+from ...diagnostics.wording import plural, quoted
 from ...frontend.tree import Map, Path, Seq, Text
 from ...rules import acceptable
 from ...xml.elements import indented
 from ...xml.markup import INSTRUCTION, TEXT, Element
 from ..imported import LeftOut, ReadOptions, cannot_carry
+from .magnitudes import Magnitudes
 
 RULES = (
     Rule(
@@ -40,7 +41,7 @@ RULES = (
     ),
     Rule(
         "import-ignored",
-        "A note: something has no effect for any reader, such as the axis of a fixed joint.",
+        "A note: something has no effect for any reader, such as the limit of a fixed joint.",
         topic=READING,
     ),
 )
@@ -59,11 +60,6 @@ _ATTRIBUTES = {
 
 _DECIDING = ("origin", "parent", "child", "axis", "limit", "mimic", "geometry", "mass", "inertia")
 
-_SUSPECT = {
-    "rad": ("angle-looks-like-degrees", "more than a full turn", "degrees"),
-    "m": ("length-looks-like-millimetres", "larger than any robot", "millimetres"),
-}
-
 
 class Reading:
     """One reading of a file: collects what is wrong, what is left out, and which entry an element became."""
@@ -71,10 +67,12 @@ class Reading:
     def __init__(self, options: ReadOptions) -> None:
         self.options = options
         self.diagnostics: list[Diagnostic] = []
-        self.left_out: list[LeftOut] = []
+        self._left_out: dict[tuple[str, str], list[LeftOut]] = {}
+        self._first: dict[tuple[str, str], Diagnostic] = {}
         self.paths: dict[int, Path] = {}
+        self.joints: frozenset[str] = frozenset()  # the names of all joints of the file
         self._ignored: dict[str, list[Span]] = {}
-        self._suspects: dict[str, list[tuple[str, Span]]] = {}
+        self.magnitudes = Magnitudes()
 
     def error(self, rule: str, message: str, span: Span, help: str = "", related: Iterable[Related] = ()) -> None:
         """Take down that the file is broken."""
@@ -89,32 +87,53 @@ class Reading:
             self.diagnostics.append(Diagnostic(rule, NOTE, f"{message}; --lenient {instead}", span))
         return True
 
+    def spoilt(self, element: Element, what: str, before: int) -> bool:
+        """Say whether anything within an element is wrong, so that there is nothing to be taken of it.
+
+        ``before`` is how much had been said before it. Leniently, it is left out, and that is all there is to say.
+        """
+        said = self.diagnostics[before:]
+        wrong = [one for one in said if one.severity == ERROR]
+        if wrong and self.options.lenient:
+            self.diagnostics[before:] = [one for one in said if one not in wrong]
+            self.cannot_carry(named(element), element.span, wrong[0].message)
+        elif wrong:
+            way_out = f"--lenient leaves {what} out"
+            self.diagnostics[before:] = [
+                one._replace(help=f"{one.help}; {way_out}") if one in wrong and "--lenient" not in one.help else one
+                for one in said
+            ]
+        return bool(wrong)
+
     def cannot_carry(self, what: str, span: Span, help: str = "") -> None:
-        """Take down something that the language has no word for."""
-        self.left_out.append(LeftOut(what, span))
-        self.diagnostics.append(cannot_carry(what, span, help))
+        """Take down something that the language has no word for; told once for each kind, names aside."""
+        kind = (_NAMED.sub(r"\1>", what), help)
+        if kind not in self._left_out:
+            self._first[kind] = cannot_carry(what, span, help)
+            self.diagnostics.append(self._first[kind])
+        self._left_out.setdefault(kind, []).append(LeftOut(what, span))
 
     def ignored(self, what: str, span: Span) -> None:
         """Take down something that has no effect; told once for each ``what``, with the count and the first place."""
         self._ignored.setdefault(what, []).append(span)
 
-    def suspect(self, unit: str, what: str, span: Span) -> None:
-        """Take down an angle or a length that is too large to be meant; told once for each unit."""
-        self._suspects.setdefault(unit, []).append((what, span))
+    def left_out(self) -> tuple[LeftOut, ...]:
+        """Return what the tree does not carry, each kind once."""
+        return tuple(_together(kind, found) for (kind, _), found in self._left_out.items())
 
     def all_diagnostics(self) -> list[Diagnostic]:
         """Return all that there is to say, the grouped notes included."""
         grouped = []
+        whole = {}
+        for (kind, help), found in self._left_out.items():
+            what, span = _together(kind, found)
+            others = [one.span for one in found[1:]]
+            whole[id(self._first[kind, help])] = cannot_carry(what, span, help, others=others)
         for what, spans in self._ignored.items():
             times = f" ({len(spans)} times, first here)" if len(spans) > 1 else ""
             grouped.append(Diagnostic("import-ignored", NOTE, f"{what}{times}", spans[0]))
-        for unit, values in self._suspects.items():
-            rule, limit, other = _SUSPECT[unit]
-            more = f",{and_more(len(values) - 1)}" if len(values) > 1 else ""
-            message = f"{values[0][0]}, {limit}: this looks like {other}{more}"
-            help = f"it is kept as it is, in {unit}; if it is wrong, correct it in the source"
-            grouped.append(Diagnostic(rule, WARNING, message, values[0][1], (), help))
-        return [*self.diagnostics, *grouped]
+        said = [whole.get(id(one), one) for one in self.diagnostics]
+        return [*said, *grouped, *self.magnitudes.told()]
 
     def single(self, element: Element, tag: str) -> Element | None:
         """Return the one child of this tag, None if there is none; a second one is an error."""
@@ -142,15 +161,20 @@ class Reading:
 
     def need(self, element: Element, *names: str) -> None:
         """Report the attributes of some names that are not there; one that is misspelt has its own message."""
-        missing = [name for name in names if name not in element.attributes]
-        others = [other for other in element.attributes if other not in _ATTRIBUTES]
-        if not self.options.lenient:
-            missing = [name for name in missing if not any(meant(other, [name]) for other in others)]
+        missing = self.missing(element, *names)
         if missing:
             message = f"{named(element)} lacks the {plural('attribute', len(missing))} {quoted(missing)}"
             self.error(
                 "missing-attribute", message, element.span, "add " + " ".join(f'{name}="..."' for name in missing)
             )
+
+    def missing(self, element: Element, *names: str) -> list[str]:
+        """Return the attributes of some names that are not there, those aside that are misspelt and told as that."""
+        missing = [name for name in names if name not in element.attributes]
+        if self.options.lenient:
+            return missing
+        others = [other for other in element.attributes if other not in _ATTRIBUTES]
+        return [name for name in missing if not any(meant(other, [name]) for other in others)]
 
     def known(self, element: Element, tags: Collection[str], attributes: Collection[str], keep: Map | None) -> None:
         """Look for what a reader of this element does not know.
@@ -208,6 +232,16 @@ class Reading:
             span = element.document.span(item.start, min(item.end - item.start, 40))
             what = "text between elements" if item.kind == TEXT else "an instruction <?...?>"
             self.ignored(f"{what} has no meaning to any reader", span)
+
+
+# An element in words, with its name (see ``named``).
+_NAMED = re.compile(r'(<[^\s>]+) name="[^"]*">')
+
+
+def _together(kind: str, found: Sequence[LeftOut]) -> LeftOut:
+    """Return all that is left out of one kind as one: of several, without names and with their number."""
+    first = found[0]
+    return first if len(found) == 1 else LeftOut(f"{kind} ({len(found)} places)", first.span)
 
 
 def _same(one: Element, other: Element) -> bool:

@@ -17,8 +17,9 @@ from ...frontend.tree import Map, Path, Seq
 from ...model.geometry import transform_of_quaternion
 from ...rules.remarkable import FULL_TURN
 from ...rules.values import FAR
-from ...units import ANGLE, LENGTH, NUMBER, Quantity
+from ...units import ANGLE, LENGTH, Quantity
 from ...xml.markup import Attribute, Element, Word
+from .magnitudes import LIMIT, ORIGIN, SIZE
 from .reading import Reading, named
 
 RULES = (
@@ -45,6 +46,7 @@ _INTEGER = re.compile(r"[-+]?[0-9]{1,18}\Z")
 # What a number may stand for: its unit decides from which size on it is written with it.
 ANGLES, LENGTHS, PLAIN = "rad", "m", ""
 _LIMITS = {ANGLES: (ANGLE, FULL_TURN), LENGTHS: (LENGTH, FAR)}
+_SHAPES = ("box", "cylinder", "sphere", "capsule")
 
 
 def number_of(word: Word, unit: str, element: Element, name: str, reading: Reading) -> float | None:
@@ -63,11 +65,13 @@ def number_of(word: Word, unit: str, element: Element, name: str, reading: Readi
         message = f"{_what(element, name)}: {shortened(text)} is too large for a number"
         reading.error("not-a-number", message, word.span, "correct it")
         return None
-    dimension, far = _LIMITS.get(unit, (NUMBER, math.inf))
-    if abs(value) <= far:
+    if unit == PLAIN:
         return value
-    reading.suspect(unit, f"{_what(element, name)} is {text} {unit}", word.span)
-    return Quantity(value, dimension, f"{text} {unit}")
+    dimension, far = _LIMITS[unit]
+    what = f"{_what(element, name)} is {text} {unit}" if abs(value) > far else ""
+    where = ORIGIN if element.tag == "origin" else SIZE if element.tag in _SHAPES else LIMIT
+    reading.magnitudes.take(unit, value, where, what, word.span)
+    return Quantity(value, dimension, f"{text} {unit}") if what else value
 
 
 def _what(element: Element, name: str) -> str:

@@ -1,6 +1,8 @@
 """Xacro: expanded by the xacro library in a child process, then read as the URDF that came out.
 
-To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process.
+To be read in this order: ``expanding`` (``is_xacro``, ``read_xacro``), then ``child``, the program of that process,
+which remembers where elements stood (``tracing``) and hears what is missing (``wanting``); ``origins`` finds the places
+again, and ``faults`` says what went wrong.
 Nothing is imported here, because the child process imports this package too, and needs no reader.
 """
 

@@ -11,22 +11,23 @@ import math
 import os
 import signal
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+from urllib.parse import unquote
 
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
-from ..packages import Packages
+from ..packages import Packages, package_name
+from .tracing import Traces, elements, places, where
+from .wanting import MissingPackage, Wanting
 
 MAX_MEMORY = 8 << 30  # bytes
-
-
-class MissingPackage(Exception):
-    """A package that is nowhere."""
+# The elements that name files for any reader.
+_NAMING = ("mesh", "texture")
 
 
 class NotMarkup(Exception):
@@ -99,45 +100,57 @@ def _limit(seconds: float) -> None:
 
 
 def expand(request: dict[str, Any]) -> dict[str, Any]:
-    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments."""
+    """Return the answer to a request: ``text`` or what went wrong, the files that were read, the arguments.
+
+    ``places`` are those of the elements of the text, ``at`` that of what went wrong (see ``tracing``); ``read`` and
+    ``calls`` are what places count. ``missing`` is everything that was asked for and is not there.
+    """
     try:
         xacro = import_module("xacro")
     except ImportError:
-        return {"missing": "xacro"}
+        return {"absent": "xacro"}
     packages = Packages({k: Path(v) for k, v in request["packages"].items()}, os.environ, Path(request["file"]))
     arguments = Arguments(request["arguments"])
-    _prepare(xacro, packages)
+    traces = Traces()
+    wanting = _prepare(xacro, packages, traces)
     answer: dict[str, Any] = {}
     try:
-        answer["text"] = _expanded(xacro, request["file"], arguments)
+        document = _expanded(xacro, request["file"], arguments)
+        _name_packages(document, packages, [*map(str, xacro.all_includes), request["file"]])
+        answer["places"] = places(document)
+        answer["folders"] = _folders(packages, xacro.all_includes, request["file"])
+        answer["text"] = document.toprettyxml(indent="  ")
     except Exception as problem:  # whatever the file does is an answer
-        answer |= _what(problem)
+        answer |= _what(problem) | {"at": where(problem)}
     except (SystemExit, KeyboardInterrupt):
         answer["error"] = "it ends the program that expands it"
     if "text" not in answer:
         answer["stack"] = [name for name in xacro.filestack or [] if name]
         answer["macros"] = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
+        answer["missing"] = wanting.gathered(xacro, request["file"], dict(request["arguments"]))
     answer["files"] = list(dict.fromkeys(map(str, xacro.all_includes)))
     answer["arguments"] = list(arguments.asked)
+    answer["read"] = list(traces.files)
+    answer["calls"] = traces.calls
     return answer
 
 
-def _expanded(xacro: Any, file: str, arguments: Arguments) -> str:
-    """Return the expanded text: as xacro prints it, without the banner that names the file."""
+def _expanded(xacro: Any, file: str, arguments: Arguments) -> Any:
+    """Return the expanded document: as xacro makes it, without the banner that names the file."""
     xacro.init_stacks(file)
     document = xacro.parse(None, file)
     xacro.process_doc(document, mappings=arguments)
-    text: str = document.toprettyxml(indent="  ")
-    return text
+    return document
 
 
-def _prepare(xacro: Any, packages: Packages) -> None:
-    """Make xacro find packages without ROS, know its folder, and read files safely."""
+def _prepare(xacro: Any, packages: Packages, traces: Traces) -> Wanting:
+    """Make xacro find packages without ROS, know its folder, read files safely, and know where elements stood."""
+    wanting = Wanting()
 
     def share(name: str) -> str:
         folder = packages.find(name)
         if folder is None:
-            raise MissingPackage(name)
+            return wanting.package(name)
         return str(folder)
 
     index: Any = ModuleType("ament_index_python")
@@ -162,14 +175,19 @@ def _prepare(xacro: Any, packages: Packages) -> None:
         name = os.path.join(xacro.root_dir, filename)
         try:
             source = read_source(Path(name))
-            parse(source)
+            parsed = parse(source)
         except MarkupError as problem:
             xacro.filestack.pop()
             raise NotMarkup(name, problem.diagnostic.message) from None
-        return own_parse(_without_declaration(source.text), filename)
+        made = own_parse(_without_declaration(source.text), filename)
+        traces.mark(made, name, parsed)
+        return made
 
     xacro.abs_filename_spec, xacro.parse = absolute, read
     xacro.substitution_args_context = Context(lambda: xacro.filestack)
+    traces.follow(xacro)
+    wanting.watch(import_module("xacro.substitution_args"))
+    return wanting
 
 
 def _without_declaration(text: str) -> str:
@@ -178,6 +196,43 @@ def _without_declaration(text: str) -> str:
         return text
     end = text.find("?>") + 2
     return '<?xml version="1.0"?>' + "\n" * text.count("\n", 0, end) + text[end:]
+
+
+def _name_packages(document: Any, packages: Packages, files: Sequence[str]) -> None:
+    """Give the meshes and textures of a document names that hold on any machine; ``files`` made it, the first last.
+
+    ``$(find arm)/meshes/a.stl`` becomes ``package://arm/meshes/a.stl``, whichever way it was written;
+    ``$(dirname)/a.stl`` outside of any package becomes a name relative to the xacro.
+    """
+    for node in elements(document):
+        if node.tagName in _NAMING and node.hasAttribute("filename"):
+            name = node.getAttribute("filename")
+            node.setAttribute("filename", _anywhere(name, packages, files))
+
+
+def _folders(packages: Packages, includes: Sequence[object], file: str) -> list[str]:
+    """Return the folders of this machine that may stand in what is expanded: of packages, and of the files read."""
+    found = [str(folder) for _, folder in packages.found()]
+    found += [str(Path(os.path.abspath(str(name))).parent) for name in (*includes, file)]
+    return [folder for folder in dict.fromkeys(found) if len(Path(folder).parts) > 1]
+
+
+def _anywhere(name: str, packages: Packages, files: Sequence[str]) -> str:
+    path = unquote(name.removeprefix("file://")) if name.startswith("file://") else name
+    if not Path(path).is_absolute():
+        return name
+    path = os.path.normpath(path)
+    for package, folder in packages.found():
+        if path.startswith(f"{folder}{os.sep}"):
+            return f"package://{package}/{Path(path).relative_to(folder).as_posix()}"
+    folders = [Path(os.path.abspath(file)).parent for file in files]
+    if not any(folder in Path(path).parents for folder in [*folders, folders[-1].parent]):
+        return name
+    for above in Path(path).parents:
+        own = package_name(above)
+        if own:
+            return f"package://{own}/{Path(path).relative_to(above).as_posix()}"
+    return Path(os.path.relpath(path, folders[-1])).as_posix()
 
 
 def _what(problem: BaseException) -> dict[str, Any]:

@@ -11,38 +11,36 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Source, Span, did_you_mean, error
+from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Source, Span, error, with_calls
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import counted
+from ...diagnostics.wording import and_more, counted
+from ...project import shown
 from ...xml.files import read_source
 from ...xml.markup import Document, MarkupError, parse
 from ..imported import Imported, ReadOptions
+from ..urdf.reading import named
 from ..urdf.robot import read_urdf
+from .faults import faults
+from .origins import Origins, Sources
 
 RULES = (
     Rule(
         "xacro-runs-code",
         "A warning, before a xacro is expanded: it can run Python code of whoever wrote it.",
-        "Go on only with files of people whom you trust.",
+        "Go on only with files of people whom you trust; `--trust` says that you do, in an include `trust: true`.",
         READING,
     ),
-    Rule("xacro-error", "xacro cannot expand the file.", "The message is that of xacro.", READING),
+    Rule(
+        "import-machine-path",
+        "A warning: what is kept of an expanded xacro names a file by its folder on this machine.",
+        "Let the xacro write `package://PACKAGE/FILE` where the reader takes that.",
+        READING,
+    ),
     Rule("xacro-says", "A note: what xacro has to say beside its result.", topic=READING),
-    Rule(
-        "package-missing",
-        "A ROS package is not found.",
-        "`--package NAME=PATH`; in an include `packages: {NAME: FOLDER}`",
-        READING,
-    ),
-    Rule(
-        "extra-missing",
-        "What reads the format is not installed.",
-        "`pip install 'rosorin-compile[import]'`",
-        READING,
-    ),
 )
 
 MAX_SECONDS = 120
@@ -53,8 +51,6 @@ _CHILD = (
     "from rosorin_compile.formats.xacro.child import main\n"
     "main()\n"
 )
-_ARGUMENT = re.compile(r"""<xacro:arg\s[^>]*?\bname\s*=\s*["']([^"']+)["']""")
-_EXPRESSION = re.compile(r"when evaluating expression '(.*?)'(?: when|$)")
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
@@ -102,23 +98,25 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         f"{document.source.path} is expanded by xacro, which can run Python code of whoever wrote it",
         first,
         (),
-        "go on only with files of people whom you trust",
+        "go on only with files of people whom you trust; --trust says that you do",
     )
-    diagnostics = [warning]
+    diagnostics = [] if options.trust else [warning]
     if options.tell is not None:
-        options.tell(warning)
+        options.tell(warning._replace(numbers=TRUSTED) if options.trust else warning)
         diagnostics = []
     answer = _expand(path, options)
     files = _files(path, answer)
+    sources = Sources(_read_files(answer, document, path), answer.get("calls", ()))
     diagnostics += _remarks(answer, first)
-    problem = _problem(answer, document, path, options, files)
-    if problem is not None:
-        return Imported(None, [*diagnostics, problem], (), files)
-    expanded = Source(f"{document.source.path} (expanded)", answer["text"])
+    problems = faults(answer, document, path, options, files, sources)
+    if problems:
+        return Imported(None, [*diagnostics, *problems], (), files)
     try:
-        made = parse(expanded)
+        made = parse(Source(document.source.path, answer["text"]))
     except MarkupError as failure:
-        return Imported(None, [*diagnostics, failure.diagnostic], (), files)
+        message = f"xacro makes something of {path.name} that is no XML: {failure.diagnostic.message}"
+        return Imported(None, [*diagnostics, failure.diagnostic._replace(message=message, span=first)], (), files)
+    made.origin = Origins(made, answer["places"], sources, first)
     if made.root.tag != "robot":
         help = f"write it to a file first: xacro {path.name} > {path.name.split('.')[0]}.xml"
         message = f"{path.name} expands to <{made.root.tag}>, not to <robot>"
@@ -128,7 +126,23 @@ def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported
         help = "name the file that calls them"
         return Imported(None, [*diagnostics, error("no-links", message, first, help)], (), files)
     read = read_urdf(made, path, options, files)
-    return read._replace(diagnostics=[*diagnostics, *read.diagnostics])
+    own = _of_this_machine(made, answer["folders"])
+    return read._replace(diagnostics=[*diagnostics, *map(with_calls, [*read.diagnostics, *own])])
+
+
+def _of_this_machine(made: Document, folders: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield a warning where what is kept names a folder of the machine that expands; of meshes nothing is left."""
+    found: list[tuple[str, Span]] = []
+    for element in made.root.iter() if any(folder in made.source.text for folder in folders) else ():
+        values = [(attribute.value, attribute.span) for attribute in element.attributes.values()]
+        for value, span in (*values, (element.text, element.span)):
+            if any(f"{folder}{os.sep}" in value for folder in folders):
+                found.append((f"{named(element)} names a file of this machine: {value.strip()[:200]}", span))
+    if found:
+        (message, span), *more = found
+        help = "it is kept as it is; let the xacro write package://PACKAGE/FILE where the reader takes that"
+        message += f",{and_more(len(more))}" if more else ""
+        yield Diagnostic("import-machine-path", WARNING, message, span, (), help)
 
 
 def _expand(path: Path, options: ReadOptions) -> dict[str, Any]:
@@ -173,119 +187,37 @@ def _files(path: Path, answer: dict[str, Any]) -> tuple[Path, ...]:
 
 
 MAX_REMARKS = 10
+# How ``xacro.print_location`` begins its lines; the file stands in those about files.
+_LOCATION = re.compile(
+    r"(?:when instantiating macro|instantiated from|(?:included from|in file|when processing file): *(.*))"
+)
 
 
 def _remarks(answer: dict[str, Any], span: Span) -> list[Diagnostic]:
     """Return what xacro itself had to say, as notes."""
-    lines = [re.sub("\x1b\\[[0-9;]*m", "", line).strip() for line in answer.get("said", "").splitlines()]
-    lines = list(dict.fromkeys(line for line in lines if line))
-    if "error" in answer or "missing" in answer or "markup" in answer:
+    if "text" not in answer:
         return []
+    lines: list[str] = []
+    for line in re.sub("\x1b\\[[0-9;]*m", "", answer.get("said", "")).splitlines():
+        location = _LOCATION.match(line)
+        if location is None:
+            lines += [line.strip()] if line.strip() else []
+        elif lines and location[1] and not lines[-1].endswith(")"):  # further lines say what that is included from
+            lines[-1] += f" ({shown(Path(location[1]))})"
+    lines = list(dict.fromkeys(lines))
     more = [f"and {counted(len(lines) - MAX_REMARKS, 'more line')}"] if len(lines) > MAX_REMARKS else []
     return [Diagnostic("xacro-says", NOTE, line[:200], span) for line in [*lines[:MAX_REMARKS], *more]]
 
 
-def _problem(
-    answer: dict[str, Any], document: Document, path: Path, options: ReadOptions, files: tuple[Path, ...]
-) -> Diagnostic | None:
-    """Return what kept the file from being expanded, or an argument that it does not have."""
-    if "missing" in answer:
-        help = "pip install 'rosorin-compile[import]'"
-        return error("extra-missing", "xacro, which expands .xacro files, is not installed", document.root.span, help)
-    if "package" in answer:
-        return _no_package(answer, document, path)
-    if "markup" in answer:
-        return _not_markup(answer, document, path)
-    known = _known(answer, files)
-    unknown = [name for name in options.arguments if name not in known]
-    if unknown:  # xacro itself would say nothing, or that another has no value
-        message = f'{path.name} has no argument "{unknown[0]}"'
-        return error("unknown-argument", message, document.root.span, did_you_mean(unknown[0], known) or "it has none")
-    return _failure(answer, document, path) if "error" in answer else None
-
-
-def _known(answer: dict[str, Any], files: tuple[Path, ...]) -> list[str]:
-    """Return the arguments of a xacro: those it asked for, and those that its files declare anywhere."""
-    known = dict.fromkeys(answer.get("arguments", ()))
-    for file in files:
+def _read_files(answer: dict[str, Any], document: Document, path: Path) -> dict[int, Document]:
+    """Return the files whose elements xacro has made something of, by their number; those that can be read."""
+    found: dict[int, Document] = {}
+    for number, name in enumerate(answer.get("read", ())):
+        if os.path.abspath(name) == os.path.abspath(path):
+            found[number] = document
+            continue
         try:
-            known |= dict.fromkeys(_ARGUMENT.findall(read_source(file).text))
+            found[number] = parse(read_source(Path(os.path.normpath(name))))
         except MarkupError:
             continue
-    return sorted(known)
-
-
-def _source(name: str, document: Document, path: Path) -> Document:
-    """Return a file that xacro was reading, as a document without elements; the first one where it cannot be read."""
-    if os.path.abspath(name) != os.path.abspath(path):
-        try:
-            return Document(read_source(Path(os.path.normpath(name))))
-        except MarkupError:
-            pass
-    return document
-
-
-def _within(answer: dict[str, Any], document: Document, path: Path) -> tuple[Document, tuple[Related, ...]]:
-    """Return the innermost file that xacro was reading, and the macros and files around."""
-    stack = [name for name in answer.get("stack", ()) if name] or [str(path)]
-    macros = dict.fromkeys(reversed(answer.get("macros", ())))
-    related = [Related(f'when expanding the macro "{name}"', None) for name in macros]
-    inner = _source(stack[-1], document, path)
-    for name in reversed(stack[:-1]):
-        related.append(Related("included from", _source(name, document, path).span(0)))
-    return inner, tuple(related[:12])
-
-
-def _find(document: Document, words: list[str]) -> Span | None:
-    """Return the place of the first of some words that stands exactly once in a file, comments left out."""
-    text = _COMMENT.sub(lambda match: re.sub(r"\S", " ", match[0]), document.source.text)
-    for word in words:
-        if word and text.count(word) == 1:
-            return document.span(text.index(word), len(word))
-    return None
-
-
-def _no_package(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
-    name = answer["package"]
-    inner, related = _within(answer, document, path)
-    span = _find(inner, [f"(find {name})", f"package://{name}/", name]) or inner.span(0)
-    message = f'the package "{name}" is not found'
-    help = f"say where it is: --package {name}=PATH"
-    return error("package-missing", message, span, help, related)
-
-
-def _not_markup(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
-    """Return why a file that xacro reads is no XML, or not safe to read."""
-    name = answer["markup"]
-    inner, related = _within(answer, document, path)
-    span = _find(inner, [Path(name).name]) or inner.span(0)
-    try:
-        parse(read_source(Path(os.path.normpath(name)), span))
-    except MarkupError as problem:
-        return problem.diagnostic._replace(related=(*problem.diagnostic.related, *related))
-    return error("xml-syntax", answer["message"], span, "", related)
-
-
-def _failure(answer: dict[str, Any], document: Document, path: Path) -> Diagnostic:
-    inner, related = _within(answer, document, path)
-    what, help = _once(" ".join(re.sub(r"<class '[^']*'>:", "", answer["error"]).split())), ""
-    words = [f"${{{match[1]}}}" for match in _EXPRESSION.finditer(what)]
-    words += [match[1] for match in _EXPRESSION.finditer(what)]
-    words += [f"<{name}" for name in re.findall(r"unknown macro name: (\S+)", what)]
-    words += re.findall(r"'([^']+)'", what)
-    missing = re.match(r"Undefined substitution argument (\S+)", what)
-    if missing:
-        what, help = f'the argument "{missing[1]}" has no value', f"give it one: {missing[1]}:=VALUE"
-        words.insert(0, f"$(arg {missing[1]})")
-    span = _find(inner, words)
-    for name in answer.get("files", ()):  # properties are evaluated late, where they are used
-        span = span or _find(_source(name, document, path), words[:1])
-    if span is None and answer.get("line"):
-        span = Span(inner.source, answer["line"], 1)
-    return error("xacro-error", f"xacro cannot expand the file: {what}"[:600], span or inner.span(0), help, related)
-
-
-def _once(text: str) -> str:
-    """Return a text that xacro says twice, once."""
-    half = len(text) // 2
-    return text[:half] if len(text) % 2 and text[:half] == text[half + 1 :] else text
+    return found

@@ -13,9 +13,9 @@ import os
 import re
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Related, Span, did_you_mean, error
+from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
 from ...project import ROS_PACKAGE, resolved, shown
@@ -55,8 +55,16 @@ _WORDS = (
     (re.compile(r"--package (\S+)=PATH"), r"packages: {\1: FOLDER}"),
     (re.compile(r"give it one: (\S+):=VALUE"), r"give it one: args: {\1: VALUE}"),
     (re.compile(r"--lenient\b"), "lenient: true"),
+    (re.compile(r"--trust\b"), "trust: true"),
 )
 _FEW = 4
+
+
+class How(NamedTuple):
+    """How a foreign file is read: ``lenient``, and with ``trust`` in what it runs."""
+
+    lenient: bool
+    trust: bool
 
 
 class ForeignReader(Protocol):
@@ -66,7 +74,7 @@ class ForeignReader(Protocol):
         """Return how the names of files end that a description may include and that are no descriptions."""
 
     def read(
-        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], lenient: bool, tell: Tell, by: Span
+        self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
     ) -> Foreign:
         """Return the robot of a file; ``by`` is the place that names it."""
 
@@ -165,11 +173,11 @@ class Robots:
         packages = {**own, **self.packages}
         path = self._file(entry, scope, include, packages)
         texts = {name: self._text(entry["args"], name, scope) for name in entry.get("args") or ()}
-        lenient = bool(entry.get("lenient"))
-        key = (str(path), tuple(texts.items()), tuple(packages.items()), lenient)
+        how = How(bool(entry.get("lenient")), bool(entry.get("trust")))
+        key = (str(path), tuple(texts.items()), tuple(packages.items()), how.lenient)
         self._check_prefix(path, entry, texts, scope, include.place)
         if key not in self.known:
-            self.known[key] = self._opened(path, texts, packages, lenient, entry, scope, include, via)
+            self.known[key] = self._opened(path, texts, packages, how, entry, scope, include, via)
         tree = self.known[key]
         if tree is None:
             raise Failed
@@ -180,7 +188,7 @@ class Robots:
         path: Path,
         texts: dict[str, str],
         packages: dict[str, Path],
-        lenient: bool,
+        how: How,
         entry: Map,
         scope: Scope,
         include: Asked,
@@ -191,7 +199,7 @@ class Robots:
         def tell(diagnostic: Diagnostic) -> None:
             self._say(diagnostic, via, ahead=True)
 
-        read = self.robots.read(path, texts, packages, lenient, tell, include.place.span)
+        read = self.robots.read(path, texts, packages, how, tell, include.place.span)
         self.reader.files += [file for file in read.files if file not in self.reader.files]
         for diagnostic in read.diagnostics:
             self._say(corrected(diagnostic, entry["file"], path), via)
@@ -293,7 +301,7 @@ class Robots:
         told = diagnostic._replace(message=message, help=help, related=(*diagnostic.related, *stack))
         if ahead and self.tell is not None:
             self.tell(told)
-        else:
+        elif diagnostic.numbers != TRUSTED:
             self.reader.diagnostics.append(told)
 
 
@@ -330,7 +338,7 @@ def joint_above(root: str, entry: Map, via: Instance | None) -> Map:
     return made
 
 
-_OF_FILE = ("file", "package", "packages", "args", "lenient")
+_OF_FILE = ("file", "package", "packages", "args", "lenient", "trust")
 KEYS = (*_OF_FILE, "prefix", "meshes", "parent", "xyz", "rpy", "joint", "publisher", "source", "for", "if")
 _TEXTS = ("file", "package", "prefix", "meshes", "parent", "joint")
 _PREFIX = re.compile(r"([^\s<>&\"']+( +[^\s<>&\"']+)* *)?")  # what a name can begin with
@@ -345,7 +353,8 @@ def check_include(entry: Map, scope: Scope) -> None:
             scope.report("unknown-key", f'an include has no key "{key}"', place, did_you_mean(key, KEYS))
             wrong += 1
     kinds: list[tuple[str, type, str]] = [(key, str, "text") for key in _TEXTS]
-    kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping"), ("lenient", bool, "true or false")]
+    kinds += [("args", Map, "a mapping"), ("packages", Map, "a mapping")]
+    kinds += [(key, bool, "true or false") for key in ("lenient", "trust")]
     for key, wanted, word in kinds:
         value = entry.get(key)
         if not isinstance(value, wanted) and (value is not None or key == "file"):

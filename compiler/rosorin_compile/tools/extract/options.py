@@ -143,7 +143,8 @@ def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions,
     except LoadError as problem:
         raise WrongUsage(problem.diagnostic.message) from None
     lenient = getattr(options, "lenient", False)
-    return ReadOptions(values, packages, lenient, tell=lambda said: say(console, [said])), packages, words
+    asked = ReadOptions(values, packages, lenient, tell=console.ahead, trust=given.trust)
+    return asked, packages, words
 
 
 def parts(options: argparse.Namespace, console: Console) -> list[Part]:

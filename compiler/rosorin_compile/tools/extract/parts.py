@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Source, Span, did_you_mean, has_errors
+from ...diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean, has_errors
 from ...diagnostics.registry import MESHES, Rule
 from ...formats.imported import ReadOptions
 from ...formats.packages import Packages
@@ -129,7 +129,7 @@ def part_of_link(source: RobotSource, link: str, section: str = AUTO) -> Part | 
     for place, shape in _mesh_shapes(source.robot, link, section):
         geometry = shape.geometry
         assert isinstance(geometry, MeshShape)  # noqa: S101
-        span = address_span(source, link, place, geometry.file)
+        span = locate(source.tree, ("links", link, *place, "mesh", "file")).span
         path = source.packages.resolve(geometry.file, source.folder)
         if path is None or not path.is_file():
             source.diagnostics.append(_missing(link, place[0], geometry.file, path, span))
@@ -166,25 +166,3 @@ def _missing(link: str, section: str, address: str, path: Path | None, span: Spa
         help = f"say where the package is: --package {address.split('://')[-1].split('/')[0]}=FOLDER"
         return Diagnostic("mesh-missing", WARNING, f"{section} of {link}: cannot find {address}", span, (), help)
     return Diagnostic("mesh-missing", WARNING, f"{section} of {link}: there is no file {address}", span, (), "")
-
-
-def address_span(source: RobotSource, link: str, place: tuple[str, int], address: str) -> Span:
-    """Return where a mesh is named: in a file that a person wrote, if that can be told, else where it was read.
-
-    What xacro expanded stands in no file; the files that were expanded are searched for the address, or its end.
-    """
-    span = locate(source.tree, ("links", link, *place, "mesh", "file")).span
-    if not span.source.path.endswith("(expanded)"):
-        return span
-    texts = []
-    for path in source.files:
-        try:
-            texts.append(Source(shown(path), path.read_text("utf-8", "replace")))
-        except OSError:
-            continue
-    for wanted in (address, address.rpartition("/")[2]):
-        for text in texts:
-            before, match, _ = text.text.partition(wanted)
-            if match and wanted:
-                return Span(text, before.count("\n") + 1, len(before) - before.rfind("\n"), len(wanted))
-    return span

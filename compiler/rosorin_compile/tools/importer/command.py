@@ -7,7 +7,6 @@ import re
 import shlex
 import stat
 from contextlib import suppress
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -71,8 +70,8 @@ def run(options: argparse.Namespace) -> int:
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
     console = Console(options.format, options.quiet)
-    tell = partial(_tell, console)
-    imported = read_robot(source, ReadOptions(arguments, packages, options.lenient, tell=tell))
+    how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
+    imported = read_robot(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     if options.strict:
@@ -121,10 +120,6 @@ def _alike(path: Path) -> str:
     """Return a file of the same folder whose name is nearly that, in words."""
     close = nearest_file(path)
     return f'; did you mean "{close}"?' if close else ""
-
-
-def _tell(console: Console, diagnostic: Diagnostic) -> None:
-    _show(console, [diagnostic])
 
 
 def _show(console: Console, diagnostics: list[Diagnostic]) -> None:

@@ -14,7 +14,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import Span
+from ...diagnostics import MadeSpan, Span
 from ...diagnostics.wording import printable
 from ...formats.imported import BESIDE, END, INSIDE, Comment
 from ...frontend.load import plain_scalar
@@ -319,7 +319,8 @@ def _digits(value: float, span: Span | None) -> str:
     """Return the digits that stand at a place of the source, empty unless they say this very number."""
     if span is None:
         return ""
-    token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length].removeprefix("+")
+    token = span.source.line(span.line)[span.column - 1 : span.column - 1 + span.length]
+    token = (span.text if isinstance(span, MadeSpan) else token).removeprefix("+")
     if not token or len(token) != len(token.strip()):
         return ""
     read = plain_scalar(token)

@@ -122,7 +122,7 @@ def _compiled(given: Given, description: Description, console: Console) -> Compi
     from ..foreign import compile_foreign
 
     try:
-        return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead)
+        return compile_foreign(description.path, texts(given.values()), given.packages, console.ahead, given.trust)
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
 

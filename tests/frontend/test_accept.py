@@ -275,19 +275,20 @@ def test_an_error_is_a_note_with(tmp_path, rule):
 
 LONELY = """
 robot: lonely
-links: {base: {}, arm: {}, laser: {}}
+links: {base: {}, arm: {inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}, laser: {}}
 joints:
   shoulder: {type: revolute, parent: base, child: arm, axis: [0, 0, 1], %s}
   laser_joint: {type: fixed, parent: arm, child: laser, axis: [0, 0, 1]}
 accept:
   - {rule: ignored-key, reason: it was in the drawing}
   - {rule: %s}
+materials: {wood: {texture: wood.png}}
 outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml, number_format: six}}
 """
 
 
 @pytest.mark.parametrize(
-    "rule", ["mjcf-cannot-say, reason: its driver limits it", "mjcf-cannot-say, of: [x], reason: y"]
+    "rule", ["mjcf-cannot-say, reason: colours will do", "mjcf-cannot-say, of: [x], reason: y"]
 )
 def test_warnings_and_notes_of_a_rule_are_ended(tmp_path, rule):
     told = compiled_text(tmp_path, LONELY % (LIMIT, rule)).diagnostics

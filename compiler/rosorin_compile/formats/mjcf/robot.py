@@ -50,7 +50,8 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     answer = ask(path)
     if answer.facts is None:
         return Imported(None, [refusal(markup, answer)], files=files)
-    files += tuple(file for name in answer.facts["assets"] if (file := path.parent / name).is_file())
+    named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
+    files += tuple(file for file in named if file.is_file())
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))

@@ -83,7 +83,7 @@ def _shape(reading: Reading, index: int, element: Element) -> Map | None:
         if not file:
             return None
         made = Map(element.span)
-        put(made, "file", file)
+        put(made, "file", reading.markup.place_of(file))
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
             put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
@@ -140,8 +140,9 @@ def _colour(reading: Reading, geom: Mapping[str, Any], element: Element, shape: 
             put(shape, "material", _material(reading, geom["material"], materials))
         return
     put(shape, "rgba", numbers(rgba, element, "rgba"))
-    if geom["material"] >= 0 and reading.facts["materials"][geom["material"]]["texture"]:
-        put(shape, "texture", reading.facts["materials"][geom["material"]]["texture"])
+    texture = reading.facts["materials"][geom["material"]]["texture"] if geom["material"] >= 0 else ""
+    if texture:
+        put(shape, "texture", reading.markup.place_of(texture))
 
 
 def _material(reading: Reading, index: int, materials: Map) -> str:
@@ -154,7 +155,7 @@ def _material(reading: Reading, index: int, materials: Map) -> str:
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
         if material["texture"]:
-            put(entry, "texture", material["texture"])
+            put(entry, "texture", reading.markup.place_of(material["texture"]))
         put(materials, known, entry)
     return known
 

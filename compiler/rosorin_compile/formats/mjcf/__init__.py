@@ -13,8 +13,8 @@ known so far); then ``links``, ``joints``, ``actuators``, ``shapes`` and ``secti
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
+    from ...rules.case import Case
     from ..imported import Imported
     from ..templating import Templates
 
@@ -38,6 +39,12 @@ def _read(opened: Opened) -> Imported:
     from .robot import read_mjcf  # the child process imports this package too, and needs no reader
 
     return read_mjcf(opened.path, opened.options)
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .servos import check
+
+    return check(case, output)
 
 
 def _facts(text: str) -> Facts:
@@ -80,9 +87,30 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
+# MuJoCo's own word where a file has none: what it does with a URDF too.
+_ITS_OWN = {"integrator": "Euler"}
+
+_COUNT = {"type": "integer"}
+_NUMBER = {"type": "number"}
+_THREE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
+_NUMBERS = "timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance density viscosity o_margin"
+_COUNTS = "iterations ls_iterations noslip_iterations ccd_iterations sdf_iterations sdf_initpoints"
+SETTINGS: Mapping[str, Any] = {
+    "integrator": {"enum": ["Euler", "RK4", "implicit", "implicitfast"]},
+    "cone": {"enum": ["pyramidal", "elliptic"]},
+    "jacobian": {"enum": ["dense", "sparse", "auto"]},
+    "solver": {"enum": ["PGS", "CG", "Newton"]},
+    **dict.fromkeys(_NUMBERS.split(), _NUMBER),
+    **dict.fromkeys(_COUNTS.split(), _COUNT),
+    **dict.fromkeys(("gravity", "wind", "magnetic"), _THREE),
+    "flag": {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
+}
+"""The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
+
+
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    return Asked({"file": f"{name}.xml", **{key: value for key, value in wishes.items() if key != "file"}})
+    return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
 
 
 FORMAT = Format(
@@ -96,10 +124,23 @@ FORMAT = Format(
             "enum": ["fixed", "free"],
             "description": "fixed (default): held in the world at the root link; free: free to move.",
         },
+        "option": {
+            "type": "object",
+            "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator"
+            " implicitfast.",
+            "properties": SETTINGS,
+            "additionalProperties": False,
+        },
+        "actuators": {
+            "type": "array",
+            "items": {"type": "string"},
+            "description": "The order of the actuators, by name; default: that of their joints.",
+        },
     },
     file="{}.xml",
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
+    check=_check,
     write=_write,
     read=_read,
     facts=_facts,

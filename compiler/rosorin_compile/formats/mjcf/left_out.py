@@ -16,6 +16,7 @@ from ...diagnostics import Diagnostic, Span, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import plural
 from ...xml.markup import Attribute, Element
+from . import SETTINGS
 from .process import Answer
 from .reading import Reading
 from .source import Markup
@@ -60,6 +61,7 @@ _CARRIED: dict[str, frozenset[str]] = {
         "material": "name class texture rgba",
         "exclude": "name class body1 body2",
         "key": "name qpos ctrl",
+        "option": " ".join(SETTINGS),
     }.items()
 }
 
@@ -86,7 +88,6 @@ _TOPICS: dict[str, dict[str, str]] = {
 
 # Sections and elements that are about the simulation or its scene, and say nothing of the robot.
 _SCENE = {
-    "option": "settings of the simulation",
     "size": "settings of the simulation",
     "visual": "settings of the viewer",
     "statistic": "settings of the viewer",

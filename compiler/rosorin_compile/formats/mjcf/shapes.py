@@ -87,6 +87,8 @@ def _shape(reading: Reading, index: int, element: Element) -> Map | None:
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
             put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
+        if mesh["taken"]:
+            put(made, "inertia", mesh["taken"])
         put(entry, "mesh", made)
         place = place.then(frame_of_file(mesh))
     else:

@@ -15,6 +15,7 @@ from ..imported import ReadOptions
 
 MAX_DEPTH = 20  # of files that include files
 
+
 class _Including(NamedTuple):
     """Who includes: the folders of its main file and of itself, what is included already, and by which files."""
 

@@ -40,9 +40,10 @@ def mesh_path(mesh: Mesh) -> str:
 def position_range(joint: Joint) -> tuple[float, float] | None:
     """Return the limits of the position of a joint (rad or m); None where it has none."""
     limit = joint.limit if joint.moves else None
-    if joint.type == "continuous" or limit is None or limit.lower is None or limit.upper is None:
+    if joint.type == "continuous" or limit is None:
         return None
-    return (limit.lower, limit.upper)
+    lower, upper = limit.known("lower"), limit.known("upper")
+    return None if lower is None or upper is None else (lower, upper)
 
 
 def has_volume(geometry: Geometry) -> bool:
@@ -89,11 +90,12 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
             message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-        if joint.limit and joint.limit.effort is not None and joint.limit.effort <= 0:
-            message = f'joint "{joint.name}" has an effort of {joint.limit.effort:g}: MuJoCo takes a force range of no'
+        effort = joint.limit.known("effort") if joint.limit else None
+        if effort is not None and effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
             message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
-    fast = sum(joint.limit is not None and joint.limit.velocity is not None for joint in joints)
+    fast = sum(joint.limit is not None and joint.limit.known("velocity") is not None for joint in joints)
     if fast:
         message = f"MJCF has no velocity limit: that of {counted(fast, 'joint')} is left out"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -86,8 +86,8 @@ class OutputError(Exception):
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
-def write_set(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
-    """Make ``files``, text by relative POSIX name, the set of artifacts in ``folder``.
+def write_set(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> Written:
+    """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
     After a kill at any moment the folder holds the old set or the new one. If every file is equal already, nothing is
     touched. Other files in the folder are kept, or removed with ``prune``. Raises OutputError.
@@ -133,7 +133,7 @@ def _check_place(folder: Path) -> None:
         raise OutputError("output-folder", message, 'name a folder of its own, such as "outputs/my_robot"')
 
 
-def _check_names(files: Mapping[str, str]) -> None:
+def _check_names(files: Collection[str]) -> None:
     for name in sorted(files):
         parts = name.split("/")
         if not name.isprintable() or any(part in ("", ".", "..") or part.casefold() == ".git" for part in parts):
@@ -151,7 +151,9 @@ def _parents(name: str) -> list[str]:
     return ["/".join(parts[:count]) for count in range(1, len(parts))]
 
 
-def _encode(name: str, text: str) -> bytes:
+def _encode(name: str, text: str | bytes) -> bytes:
+    if isinstance(text, bytes):
+        return text
     try:
         return text.encode("utf-8")
     except UnicodeEncodeError as problem:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import os
 import sys
+from collections.abc import Collection, Mapping
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
+from ..diagnostics.wording import counted
 from ..project import Description
 from .shared import (
     FINE,
@@ -18,6 +20,9 @@ from .shared import (
     count,
     for_each,
     format_options,
+    found_meshes,
+    is_searched,
+    mesh_files,
     nothing_written,
     output_options,
     robot_options,
@@ -63,6 +68,7 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
+        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
         "packages": [os.environ.get(name, "") for name in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH")],
         "shown": [str(description.path), str(description.outputs), colour()],
     }
@@ -77,19 +83,22 @@ def _write_one(run: Run, description: Description) -> int:
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
-    files = {artifact.file: artifact.text for artifact in compiled.artifacts}
-    written = _write(run, description, files)
+    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
+    meshes = mesh_files(compiled)
+    written = _write(run, description, {**meshes, **files})
     if written is None:
         return PROBLEMS
-    summary = f"{description.name}: {count(files)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written)}")
-    if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
-        inputs = [*compiled.inputs, *run.given.files]
+    summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
+    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    # What a xacro says depends on more than its files, and so does which file a mesh is.
+    if not written.kept and run.console.ran == ran and not is_searched(compiled):
+        inputs = [*compiled.inputs, *run.given.files, *(found.file for found in found_meshes(compiled))]
+        files |= meshes
         stamp.remember(key, inputs, files, description.outputs, [said, summary], begun=begun)
     return FINE
 
 
-def _write(run: Run, description: Description, files: dict[str, str]) -> Written | None:
+def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
     from ..diagnostics import NOTE, Diagnostic
     from ..output import OutputError, write_set
 
@@ -104,10 +113,13 @@ def _write(run: Run, description: Description, files: dict[str, str]) -> Written
     return written
 
 
-def what_changed(written: Written) -> str:
-    """Return in words what writing a set of artifacts did."""
+def what_changed(written: Written, meshes: Collection[str] = ()) -> str:
+    """Return in words what writing a set of artifacts did; ``meshes`` of it are counted."""
     if not written.written and not written.removed:
         return "unchanged"
-    parts = [f"written: {', '.join(written.written)}"] if written.written else []
+    names = [name for name in written.written if name not in meshes]
+    copied = len(written.written) - len(names)
+    names += [counted(copied, "mesh file")] if copied else []
+    parts = [f"written: {', '.join(names)}"] if names else []
     parts += [f"removed: {', '.join(written.removed)}"] if written.removed else []
     return "; ".join(parts)

@@ -84,6 +84,12 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
+def _opens(file: str) -> str:
+    from .unsaid import mesh_path
+
+    return mesh_path(file)
+
+
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 
 
@@ -158,6 +164,7 @@ FORMAT = Format(
     why="a simulation has sites and cameras of its own for the sensors of a description",
     folder="mjcf",
     beside=_FILE.findall,
+    opens=_opens,
     asked=_asked,
     optional=True,
 )

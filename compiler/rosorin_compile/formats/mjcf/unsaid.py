@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 from collections.abc import Iterator
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
@@ -28,13 +29,34 @@ RULES = (
 )
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
+# What is converted on the way, and what it becomes.
+_CONVERTED = (".dae", ".gltf", ".glb")
+CONVERTED_ENDING = ".obj"
+MESHES = "meshes"  # the folder beside the MJCF that has the meshes of packages
 
 
-def mesh_path(mesh: Mesh) -> str:
-    """Return the file of a mesh as MuJoCo opens it; empty if MuJoCo cannot."""
-    if mesh.file.startswith("package://") or not mesh.file.lower().endswith(_MESH_FORMATS):
+def mesh_path(file: str) -> str:
+    """Return the file of a mesh as MuJoCo opens it, by its name in the description; empty if MuJoCo cannot.
+
+    >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
+    ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
+    """
+    scheme, mark, rest = file.partition("://")
+    ending = posixpath.splitext(file)[1].lower()
+    more = CONVERTED_ENDING if ending in _CONVERTED else ""
+    if not (more or ending in _MESH_FORMATS):
         return ""
-    return mesh.file.removeprefix("file://")
+    if mark and scheme in ("package", "model"):
+        parts = rest.split("/")
+        return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
+    if mark or file.startswith("/"):
+        return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
+    return file + more
+
+
+def is_written(robot: Robot, mesh: Mesh) -> bool:
+    """Say whether the MJCF has a mesh: MuJoCo opens its file, and it was not looked for in vain."""
+    return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
@@ -130,12 +152,12 @@ def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
                 kind = type(shape.geometry).__name__.lower()
                 message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
                 yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
-            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry):
+            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
                 meshes.append((shape.geometry.file, link.name))
     if meshes:
         (file, link_name), *more = meshes
         what = f'mesh {file} of link "{link_name}"'
         what += f"{and_more(len(more))} {'are' if more else 'is'}"
         message = f"{what} left out of the MJCF: MuJoCo opens"
-        message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")
+        message += " STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="convert it, and name the new file")

@@ -26,6 +26,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -55,7 +56,7 @@ from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import aims, servo_name, servos
-from .unsaid import has_volume, mesh_path, position_range, refused, unsaid
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
@@ -118,7 +119,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "robot": robot,
         "free_joint": _free_joint(robot) if free else "",
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
-        "meshes": [(name, mesh, mesh_path(mesh)) for (mesh, _), name in printer.meshes.items()],
+        "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "bodies": bodies,
         "followers": followers(robot, joints, number),
         "actuated": actuated,
@@ -172,6 +173,7 @@ class _Printer:
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str], str] = {}
         self.names = _own_names(robot)
+        self.solid = {shape.geometry for link in robot.links for shape in link.collision}
         self.weightless = frozenset(weightless(robot, free))
 
     def vector(self, numbers: Iterable[float]) -> str:
@@ -218,8 +220,10 @@ class _Printer:
             values = {"class": f"{self.robot.name}_{purpose}", "name": name}
             values["type"] = type(geometry).__name__.lower()
             if isinstance(geometry, Mesh):
-                if not mesh_path(geometry):
+                if not is_written(self.robot, geometry):
                     continue
+                if not geometry.inertia and geometry not in self.solid:
+                    geometry = replace(geometry, inertia="shell")  # what is only seen may be flat
                 key = (geometry, geometry.inertia)
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             else:

@@ -24,13 +24,12 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
-from ..diagnostics.registry import FORMATS as TOPIC
-from ..diagnostics.registry import Rule
+from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import counted, first_of
 from ..frontend.tree import Map, Seq
 from ..model import Output
 from ..project import shown
-from . import FORMATS
+from . import FORMATS as RECORDS
 from .packages import Packages
 
 RULES = (
@@ -39,13 +38,13 @@ RULES = (
         "A mesh is not found. An error where a relative name leads nowhere and the MJCF needs it, a warning where it "
         "is left out of the MJCF, a note where the URDF alone names it: its readers may find it on their machine.",
         "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
-        TOPIC,
+        FORMATS,
     ),
     Rule(
         "mesh-not-a-file",
         "A mesh is a folder, a pipe or a device.",
         "Name a regular file.",
-        TOPIC,
+        FORMATS,
     ),
 )
 
@@ -98,8 +97,8 @@ class Places(NamedTuple):
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, for the artifacts that are made of it."""
-    opening = [output for output in outputs if FORMATS[output.backend].opens is not None]
-    naming = [output for output in outputs if FORMATS[output.backend].meshes]
+    opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
+    naming = [output for output in outputs if RECORDS[output.backend].meshes]
     named = list(named_meshes(tree))
     if not named or not (opening or naming):
         return Searched((), frozenset(), [])
@@ -241,7 +240,7 @@ def _folder(output: Output) -> str:
 
 
 def _opened(output: Output, one: Named) -> str:
-    opens = FORMATS[output.backend].opens
+    opens = RECORDS[output.backend].opens
     return opens(one.name) if opens is not None else ""
 
 

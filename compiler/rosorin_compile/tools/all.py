@@ -79,7 +79,7 @@ def _write_one(run: Run, description: Description) -> int:
         run.console.say(f"{summary}, unchanged")
         return FINE
     begun, ran = stamp.now(), run.console.ran
-    compiled = compile_one(run.given, description, run.console)
+    compiled = compile_one(run.given, description, run.console, meshes=True)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)

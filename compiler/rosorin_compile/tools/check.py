@@ -94,7 +94,7 @@ def check_one(run: Run, description: Description) -> int:
     from ..meaning.golden import compare, lines
     from ..output import OutputError, read_set
 
-    compiled = compile_one(run.given, description, run.console)
+    compiled = compile_one(run.given, description, run.console, meshes=True)
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)

@@ -196,10 +196,11 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     return code
 
 
-def compile_one(given: Given, description: Description, console: Console) -> Compiled:
+def compile_one(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
     """Return what becomes of one description; a file of arguments that is no good is a problem like others.
 
-    What has to be said before anything is run is printed on the console.
+    What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
+    for; without that each is taken to be where the artifacts look.
     """
     from ..frontend.load import LoadError
     from ..pipeline import Compiled, compile_robot
@@ -208,9 +209,8 @@ def compile_one(given: Given, description: Description, console: Console) -> Com
         arguments = given.values()
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
-    return compile_robot(
-        description.path, arguments, console.ahead, given.packages, partial(_search, given, description)
-    )
+    search = partial(_search, given, description) if meshes else None
+    return compile_robot(description.path, arguments, console.ahead, given.packages, search)
 
 
 def _search(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:

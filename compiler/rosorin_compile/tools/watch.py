@@ -106,7 +106,7 @@ class _Robot:
 
     def _compile(self) -> Iterable[Path]:
         """Compile, and return the files that were read; after an error also those that were read before it."""
-        compiled = compile_one(self.given, self.description, self.console)
+        compiled = compile_one(self.given, self.description, self.console, meshes=True)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         self._show(compiled.diagnostics)
         name = self.description.name

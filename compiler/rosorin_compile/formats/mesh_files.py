@@ -2,7 +2,7 @@
 
 A mesh is looked for where the artifact that opens it will (``Format.opens``), and where its description can mean it:
 
-- a relative name: as seen from that artifact, beside the file of the description that names it, beside its first file;
+- a relative name: beside the file of the description that names it, beside its first file, as seen from that artifact;
 - ``package://NAME/...``: in the folder that ``packages`` finds for NAME (see there), from the file that names it on;
 - a path or ``file://``: there.
 
@@ -48,6 +48,7 @@ RULES = (
     ),
 )
 
+_PUT = "put the file beside the description, or correct the name"
 _SHOWN = 3  # files named of many
 _PLACES = 6  # places named of many
 _HERE, _NOT_THERE, _ODD = range(3)
@@ -163,11 +164,16 @@ class _Search:
         elif mark or one.name.startswith("/"):
             candidates = [Path(unquote(rest) if mark else one.name)]
         else:
-            candidates = [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
-            candidates += [folder / one.name for folder in self._beside(one)]
+            # What was brought beside the artifacts may be older than what it was brought from. What they name outside
+            # of their folder is never brought: there they have to find it themselves.
+            outside = any(name.startswith("../") for name in wanted)
+            candidates = [] if outside else [folder / one.name for folder in self._beside(one)]
+            candidates += [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
             candidates += [self.places.outputs / name for name in sorted(wanted)]
         odd = None
-        for path in candidates:
+        for candidate in candidates:
+            # The folder of the artifacts may not be there yet: ".." leads out of it all the same.
+            path = Path(os.path.normpath(candidate))
             kind = _kind(path)
             if kind == _HERE:
                 return path
@@ -210,8 +216,10 @@ class _Search:
         elif scheme or one.name.startswith("/"):
             self._absent(one, f"not on this machine{self._left()}", "correct the name", severity)
         else:
+            outside = posixpath.normpath(one.name).startswith("../")
             what = "not there, neither as seen from the artifacts nor beside the description"
-            help = "put the file beside the description, or correct the name"
+            what = "not there, as seen from the artifacts" if outside and self.opening else what
+            help = "put the file there, or correct the name" if outside else _PUT
             help += ", or take mjcf out of outputs" if self.opening else ""
             self._absent(one, what, help, ERROR if self.opening else WARNING)
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 import pytest
@@ -130,3 +131,18 @@ def test_a_mesh_of_an_attached_model_is_named_as_seen_from_the_main_one(tmp_path
     made = read_mjcf(tmp_path / "main.xml", ReadOptions())
     assert made.tree is not None
     assert made.tree["links"]["left_base"]["collision"][0]["mesh"] == {"file": "in/assets/corner.obj"}
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_a_mesh_that_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
+    (tmp_path / "assets").mkdir()
+    path = tmp_path / "assets" / "corner.obj"
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to("/dev/zero")
+    (tmp_path / "main.xml").write_text(f'<mujoco><compiler meshdir="assets"/>{_MESH}{_SHOWN}</mujoco>', "utf-8")
+    (found,) = read_mjcf(tmp_path / "main.xml", ReadOptions()).diagnostics
+    assert (found.rule, found.message) == ("file-unreadable", "corner.obj is no regular file")
+    assert found.span is not None
+    assert (found.span.line, found.span.column) == (1, 65)

@@ -29,7 +29,7 @@ class Limit:
     upper: float | None = None
     effort: float | None = None
     velocity: float | None = None
-    stand_ins: tuple[str, ...] = field(default=(), compare=False)
+    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
 
     def known(self, key: str) -> float | None:
         """Return a limit by its name; None if it is not given, or stands in for one that nobody knows."""

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import Span
-from ...diagnostics.wording import counted
+from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
 from . import SETTINGS
@@ -57,6 +57,10 @@ def add_mimics(reading: Reading) -> None:
             if values != usual:
                 put(mimic, word, numbers(values, element, word))
         put(joint, "mimic", mimic)
+    named = [e for entry, e in zip(entries, elements, strict=True) if entry["name"] and e.tag not in lost]
+    if named:
+        what = "the name of an equality" if len(named) == 1 else f"the names of {len(named)} equalities"
+        reading.changed(f"{what}: in ours it is called as the joint that follows", named[0].span)
     for tag, same in lost.items():
         what = f"the equality <{tag}>" if len(same) == 1 else f"{len(same)} equalities <{tag}>"
         help, others = "only a joint that follows one other is known", [element.span for element in same[1:]]
@@ -95,6 +99,35 @@ def add_contacts(reading: Reading) -> None:
             pairs.put(_pair(names, element), element.span)
     if pairs:
         put(reading.tree, "disabled_contacts", pairs)
+    _tell_of_neighbours(reading)
+
+
+def _tell_of_neighbours(reading: Reading) -> None:
+    """Say which links that a joint connects may touch in the file: MuJoCo lets those of a base in the world do so."""
+    from ...frontend.lower import lower
+    from .bodies import excluded_contacts
+
+    index_of = {name: index for index, name in reading.link_of.items()}
+    touching = [geom for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]]
+    solid = {geom["body"] for geom in touching}
+    excluded = {frozenset((one >> 16, one & 0xFFFF)) for one in reading.facts["excludes"]}
+    robot = lower(reading.tree).robot if solid else None
+    held = {0}  # the bodies that no joint moves against the world
+    for index, body in enumerate(reading.facts["bodies"]):
+        if index and body["parent"] in held and not reading.joints_in.get(index):
+            held.add(index)
+    free = []
+    for pair in excluded_contacts(robot) if robot else ():
+        bodies = [index_of.get(name) for name in pair]
+        one, other = bodies
+        if one is None or other is None or not {one, other} <= solid or frozenset((one, other)) in excluded:
+            continue
+        if one in held or other in held:
+            free.append(pair)
+    if free:
+        which = first_of([f"{one} and {other}" for one, other in free], 3)
+        message = f"neighbours that may touch in the MJCF do not in ours: {which}"
+        reading.changed(message, reading.places.body(index_of[free[0][0]]).span)
 
 
 def _pair(names: list[str], element: Element) -> Map:

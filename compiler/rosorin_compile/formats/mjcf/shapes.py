@@ -172,6 +172,12 @@ def _tell(reading: Reading) -> None:
             scene.append(index)
         elif geom["type"] not in _CARRIED or inline:
             kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
+    groups = {(_collides(g), g["group"]) for g in reading.facts["geoms"] if _is_carried(reading, g)}
+    strange = sorted({group for collides, group in groups if group not in ((0, 3) if collides else (1,))})
+    if strange:
+        first = next(at for at, g in enumerate(reading.facts["geoms"]) if g["group"] in strange)
+        message = f"groups of geoms ({', '.join(map(str, strange))}): ours has visuals in 1 and collisions in 0 or 3"
+        reading.changed(message, reading.places.of("geoms", first).span)
     for word, geoms in kinds.items():
         links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in geoms})
         on = first_of(links, 5)

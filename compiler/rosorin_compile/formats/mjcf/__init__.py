@@ -96,21 +96,45 @@ _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
 # MuJoCo's own word where a file has none: what it does with a URDF too.
 _ITS_OWN = {"integrator": "Euler"}
 
-_COUNT = {"type": "integer"}
-_NUMBER = {"type": "number"}
-_THREE = {"type": "array", "items": _NUMBER, "minItems": 3, "maxItems": 3}
-_NUMBERS = "timestep impratio tolerance ls_tolerance noslip_tolerance ccd_tolerance density viscosity o_margin"
-_COUNTS = "iterations ls_iterations noslip_iterations ccd_iterations sdf_iterations sdf_initpoints"
-SETTINGS: Mapping[str, Any] = {
-    "integrator": {"enum": ["Euler", "RK4", "implicit", "implicitfast"]},
-    "cone": {"enum": ["pyramidal", "elliptic"]},
-    "jacobian": {"enum": ["dense", "sparse", "auto"]},
-    "solver": {"enum": ["PGS", "CG", "Newton"]},
-    **dict.fromkeys(_NUMBERS.split(), _NUMBER),
-    **dict.fromkeys(_COUNTS.split(), _COUNT),
-    **dict.fromkeys(("gravity", "wind", "magnetic"), _THREE),
-    "flag": {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
+_SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
+    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
+    "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
+    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "How the solver keeps its matrices."),
+    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "What solves for the forces of contacts and limits."),
+    "timestep": ({"type": "number"}, "One step of time in s."),
+    "impratio": ({"type": "number"}, "How hard friction is against normal forces."),
+    **{
+        f"{of}tolerance": ({"type": "number"}, f"When {what} is done.")
+        for of, what in {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}.items()
+    },
+    "density": ({"type": "number"}, "Density of the air or water around, in kg/m^3."),
+    "viscosity": ({"type": "number"}, "Viscosity of the air or water around, in Pa*s."),
+    "o_margin": ({"type": "number"}, "Margin of all contacts in m, where contacts are overridden."),
+    **{
+        f"{of}iterations": ({"type": "integer"}, f"Most steps of {what}.")
+        for of, what in {
+            "": "the solver",
+            "ls_": "a line search",
+            "noslip_": "noslip",
+            "ccd_": "ccd",
+            "sdf_": "sdf",
+        }.items()
+    },
+    "sdf_initpoints": ({"type": "integer"}, "Where sdf begins, how often."),
+    **{
+        word: ({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}, what)
+        for word, what in {
+            "gravity": "Gravity in m/s^2.",
+            "wind": "Speed of the air in m/s.",
+            "magnetic": "The magnetic field of the earth.",
+        }.items()
+    },
+    "flag": (
+        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
+        "What is computed, and what not.",
+    ),
 }
+SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
 """The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
 
 

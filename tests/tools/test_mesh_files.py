@@ -317,3 +317,14 @@ def test_a_name_outside_of_the_artifacts_is_as_they_see_it(capsys: pytest.Captur
     put(Path("outputs/shared/part.stl"), stl())
     assert main(["all"]) == 0
     loads()
+
+
+@pytest.mark.slow
+def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
+    pytest.importorskip("trimesh")
+    describe("../../vendor/part.dae")
+    put(Path("vendor/part.dae"), dae())
+    assert main(["all"]) == 0
+    assert 'file="meshes/vendor/part.dae.obj"' in ours()
+    loads()
+    assert sorted(path.name for path in Path("vendor").iterdir()) == ["part.dae"]

@@ -166,7 +166,7 @@ class _Search:
         else:
             # What was brought beside the artifacts may be older than what it was brought from. What they name outside
             # of their folder is never brought: there they have to find it themselves.
-            outside = any(name.startswith("../") for name in wanted)
+            outside = posixpath.normpath(one.name).startswith("../") and bool(self.opening)
             candidates = [] if outside else [folder / one.name for folder in self._beside(one)]
             candidates += [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
             candidates += [self.places.outputs / name for name in sorted(wanted)]

@@ -161,6 +161,11 @@ FORMAT = Format(
             "properties": SETTINGS,
             "additionalProperties": False,
         },
+        "mesh_inertia": {
+            "enum": ["convex", "exact", "legacy", "shell"],
+            "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
+            " Masses are those of the description in any case.",
+        },
         "actuators": {
             "type": "array",
             "items": {"type": "string"},

@@ -107,6 +107,8 @@ def _outputs(reading: Reading) -> Map:
         for name in reading.servos.values():
             order.put(legal(name), reading.tree.span)
         put(mjcf, "actuators", order)
+    if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
+        put(mjcf, "mesh_inertia", "legacy")
     put(mjcf, "option", sections.settings(reading))
     put(outputs, "mjcf", mjcf)
     return outputs

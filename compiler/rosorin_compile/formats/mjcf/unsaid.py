@@ -51,7 +51,10 @@ def mesh_path(file: str) -> str:
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
     if mark or file.startswith("/"):
         return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
-    return file + more
+    inside = posixpath.normpath(file)
+    while more and inside.startswith("../"):  # what is converted stands beside the MJCF
+        inside = inside[3:]
+    return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:

@@ -109,7 +109,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
     elements = elements_of(robot, templates, number)
-    printer = _Printer(robot, number, elements.bodies, free)
+    printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"))
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [frame.joint for frame in frames if frame.joint]
@@ -166,14 +166,19 @@ class _Printer:
     """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
 
     def __init__(
-        self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]], free: bool
+        self,
+        robot: Robot,
+        number: NumberFormat,
+        elements: Mapping[str, Sequence[Element]],
+        free: bool,
+        mesh_inertia: str,
     ) -> None:
         self.robot = robot
         self.number = number
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str], str] = {}
         self.names = _own_names(robot)
-        self.solid = {shape.geometry for link in robot.links for shape in link.collision}
+        self.mesh_inertia = mesh_inertia
         self.weightless = frozenset(weightless(robot, free))
 
     def vector(self, numbers: Iterable[float]) -> str:
@@ -222,8 +227,8 @@ class _Printer:
             if isinstance(geometry, Mesh):
                 if not is_written(self.robot, geometry):
                     continue
-                if not geometry.inertia and geometry not in self.solid:
-                    geometry = replace(geometry, inertia="shell")  # what is only seen may be flat
+                if not geometry.inertia and self.mesh_inertia != "legacy":
+                    geometry = replace(geometry, inertia=self.mesh_inertia)
                 key = (geometry, geometry.inertia)
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             else:

@@ -7,7 +7,8 @@ from __future__ import annotations
 
 import os
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,15 +21,18 @@ from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
-from .model import Robot
+from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
 
 if TYPE_CHECKING:
     from .formats.imported import Imported
+    from .formats.mesh_files import Searched
     from .frontend.asked import Asked
     from .frontend.expand.included_robots import How, Tell
     from .project import Resolved
+
+Search = Callable[[Map, Sequence[Output]], "Searched"]
 
 # Of what there is to say, a notebook shows so much.
 MAX_SHOWN = 200
@@ -38,7 +42,7 @@ class Compiled(NamedTuple):
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
-    packages led.
+    packages led. ``meshes`` are the mesh files that were looked for; None if none were.
     """
 
     robot: Robot | None
@@ -46,6 +50,7 @@ class Compiled(NamedTuple):
     diagnostics: list[Diagnostic]
     inputs: tuple[Path, ...]
     resolved: tuple[Resolved, ...] = ()
+    meshes: Searched | None = None
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""
@@ -217,22 +222,32 @@ def compile_robot(
     arguments: Mapping[str, Any] | None = None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
+    search: Search | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``.
+    ``packages`` as in ``understand``. ``search`` looks for the files of meshes, by the tree and the outputs; without it
+    each is taken to be where the artifacts look.
     """
     expanded, lowered, diagnostics, used = understand(path, arguments, tell, packages)
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
-    artifacts, said, templates = _emit(lowered.robot, expanded.tree, path.parent)
+    robot, meshes = lowered.robot, None
+    if search is not None and any(map(_has_mesh, robot.links)):
+        meshes = search(expanded.tree, robot.outputs)
+        robot = replace(robot, missing_meshes=meshes.missing)
+    artifacts, said, templates = _emit(robot, expanded.tree, path.parent)
+    said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], acceptable())
     if has_errors(said):
         artifacts = ()
-    said, more = settled(expanded.tree, said, acceptable())
     said += unused(expanded.tree, used | more, acceptable())
     inputs = (*expanded.files, *templates)
-    return Compiled(lowered.robot, artifacts, arrange([*diagnostics, *said]), inputs, expanded.resolved)
+    return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, expanded.resolved, meshes)
+
+
+def _has_mesh(link: Link) -> bool:
+    return any(isinstance(shape.geometry, Mesh) for shape in (*link.visual, *link.collision))
 
 
 def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:

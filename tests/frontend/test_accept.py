@@ -287,9 +287,7 @@ outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml, number_format: six}}
 """
 
 
-@pytest.mark.parametrize(
-    "rule", ["mjcf-cannot-say, reason: colours will do", "mjcf-cannot-say, of: [x], reason: y"]
-)
+@pytest.mark.parametrize("rule", ["mjcf-cannot-say, reason: colours will do", "mjcf-cannot-say, of: [x], reason: y"])
 def test_warnings_and_notes_of_a_rule_are_ended(tmp_path, rule):
     told = compiled_text(tmp_path, LONELY % (LIMIT, rule)).diagnostics
     rules = [d.rule for d in told]

@@ -187,7 +187,8 @@ class Format:
     In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
     its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
     has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
-    URDF does), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
+    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where
+    it is not opened), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
     generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
     package).
 
@@ -236,6 +237,7 @@ class Format:
     packaged: bool = True
     located: bool = False
     meshes: bool = False
+    opens: Callable[[str], str] | None = None
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""

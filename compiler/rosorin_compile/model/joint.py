@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .geometry import IDENTITY, Pose, Transform, Vector
 from .link import NO_SOURCE, Source
@@ -20,21 +20,35 @@ SEVERAL_COORDINATES = ("planar", "floating")
 
 @dataclass(frozen=True)
 class Limit:
-    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given."""
+    """Limits of a joint: radians or metres, N*m or N, rad/s or m/s; None is not given.
+
+    ``stand_ins`` are those that nobody knows: they are for formats whose readers ask for them.
+    """
 
     lower: float | None = None
     upper: float | None = None
     effort: float | None = None
     velocity: float | None = None
+    stand_ins: tuple[str, ...] = field(default=(), compare=False, repr=False)
+
+    def known(self, key: str) -> float | None:
+        """Return a limit by its name; None if it is not given, or stands in for one that nobody knows."""
+        value: float | None = None if key in self.stand_ins else getattr(self, key)
+        return value
 
 
 @dataclass(frozen=True)
 class Mimic:
-    """A joint that follows another: position = multiplier * leader + offset."""
+    """A joint that follows another: position = multiplier * leader + offset.
+
+    ``solref`` and ``solimp`` are what MuJoCo's solver is told of the coupling; empty: its own.
+    """
 
     joint: str
     multiplier: float = 1.0
     offset: float = 0.0
+    solref: tuple[float, ...] = field(default=(), compare=False)
+    solimp: tuple[float, ...] = field(default=(), compare=False)
 
 
 @dataclass(frozen=True)
@@ -48,10 +62,17 @@ class Dynamics:
 
 @dataclass(frozen=True)
 class Actuator:
-    """A position servo in simulation: gain ``kp`` (N*m/rad) and velocity gain ``kv`` (N*m*s/rad)."""
+    """A position servo in simulation: gain ``kp`` (N*m/rad) and velocity gain ``kv`` (N*m*s/rad).
+
+    ``name`` is empty where it has that of its joint. ``range`` is what it can be asked for (rad or m); None is what the
+    joint can reach, and with ``unlimited`` anything.
+    """
 
     kp: float
     kv: float = 0.0
+    name: str = ""
+    range: tuple[float, float] | None = None
+    unlimited: bool = False
 
 
 @dataclass(frozen=True)

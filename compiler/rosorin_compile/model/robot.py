@@ -118,7 +118,10 @@ class Output:
 
 @dataclass(frozen=True, repr=False)
 class Robot:
-    """A whole robot. Links, joints and sensors stand in the order of the description."""
+    """A whole robot. Links, joints and sensors stand in the order of the description.
+
+    ``missing_meshes`` are the names of mesh files that were looked for and are not there.
+    """
 
     name: str
     links: tuple[Link, ...]
@@ -134,6 +137,7 @@ class Robot:
     source: Source = NO_SOURCE
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
+    missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
 
     def __repr__(self) -> str:
         """Return the name and what there is how often: a robot in full is pages long."""

@@ -54,10 +54,14 @@ class Sphere:
 
 @dataclass(frozen=True)
 class Mesh:
-    """A mesh file by reference, in the units of the file times ``scale``."""
+    """A mesh file by reference, in the units of the file times ``scale``.
+
+    ``inertia`` is what MuJoCo takes it for (shell, ...); empty is MuJoCo's own choice.
+    """
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
+    inertia: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -13,7 +13,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -97,7 +97,7 @@ class OutputError(Exception):
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
-def write_outputs(folder: Path, files: Mapping[str, str], prune: bool = False) -> Written:
+def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> Written:
     """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost."""
     from . import ours
 
@@ -106,8 +106,10 @@ def write_outputs(folder: Path, files: Mapping[str, str], prune: bool = False) -
     return written
 
 
-def write_set(folder: Path, files: Mapping[str, str], prune: bool = False, judge: Judge | None = None) -> Written:
-    """Make ``files``, text by relative POSIX name, the set of artifacts in ``folder``.
+def write_set(
+    folder: Path, files: Mapping[str, str | bytes], prune: bool = False, judge: Judge | None = None
+) -> Written:
+    """Make ``files``, text or bytes by relative POSIX name, the set of artifacts in ``folder``.
 
     After a kill at any moment the folder holds the old set or the new one. If every file is equal already, nothing is
     touched. Other files in the folder are kept, or removed with ``prune``. ``judge`` says of a file that would be
@@ -164,7 +166,7 @@ def _check_place(folder: Path) -> None:
         raise OutputError("output-folder", message, 'name a folder of its own, such as "outputs/my_robot"')
 
 
-def _check_names(files: Mapping[str, str]) -> None:
+def _check_names(files: Collection[str]) -> None:
     for name in sorted(files):
         parts = name.split("/")
         if not name.isprintable() or any(part in ("", ".", "..") or part.casefold() == ".git" for part in parts):
@@ -182,7 +184,9 @@ def _parents(name: str) -> list[str]:
     return ["/".join(parts[:count]) for count in range(1, len(parts))]
 
 
-def _encode(name: str, text: str) -> bytes:
+def _encode(name: str, text: str | bytes) -> bytes:
+    if isinstance(text, bytes):
+        return text
     try:
         return text.encode("utf-8")
     except UnicodeEncodeError as problem:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import count
 from pathlib import Path
 from typing import NamedTuple
@@ -56,7 +56,7 @@ def _why(old: bytes, new: bytes, known: str | None) -> str:
     return FOREIGN if is_marked(new) else UNKNOWN
 
 
-def judge(folder: Path, files: Mapping[str, str]) -> Callable[[str, bytes, bytes], str]:
+def judge(folder: Path, files: Collection[str]) -> Callable[[str, bytes, bytes], str]:
     """Return what says whether a file in a folder of artifacts may be replaced.
 
     Artifacts without a line that tells are ours if we wrote that name there before; where that is not known, if others
@@ -76,7 +76,7 @@ def judge(folder: Path, files: Mapping[str, str]) -> Callable[[str, bytes, bytes
     return why
 
 
-def remember(folder: Path, files: Mapping[str, str]) -> None:
+def remember(folder: Path, files: Collection[str]) -> None:
     """Remember in the cache which names are those of artifacts in a folder."""
     path = _memory(folder)
     if path is not None and _before(folder) != set(files):

@@ -60,13 +60,13 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
 def remember(
     key: Mapping[str, Any],
     inputs: Iterable[Path],
-    outputs: Mapping[str, str],
+    outputs: Mapping[str, str | bytes],
     folder: Path,
     messages: list[Any],
     begun: int | None = None,
     resolved: Iterable[Resolved] = (),
 ) -> None:
-    """Write the stamp of a run that read ``inputs`` and made ``outputs``, text by relative name, in ``folder``.
+    """Write the stamp of a run that read ``inputs`` and made ``outputs``, texts or bytes by name, in ``folder``.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
@@ -74,7 +74,9 @@ def remember(
     """
     with suppress(OSError, ValueError):
         path = _path(key)
-        written = {name: _digest(text.encode()) for name, text in sorted(outputs.items())}
+        written = {
+            name: _digest(made if isinstance(made, bytes) else made.encode()) for name, made in sorted(outputs.items())
+        }
         if path is None or not _same_outputs(written, folder):
             return
         names = sorted({str(Path(name).absolute()) for name in inputs})

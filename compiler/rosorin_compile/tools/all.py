@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import argparse
 import os
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
+from ..diagnostics.wording import counted
 from ..project import PYTHON_PACKAGE, Description, Resolved, python_folder, resolved
 from .shared import (
     FINE,
@@ -18,6 +20,9 @@ from .shared import (
     count,
     for_each,
     format_options,
+    found_meshes,
+    is_searched,
+    mesh_files,
     nothing_written,
     output_options,
     robot_options,
@@ -70,6 +75,7 @@ def _write_one(run: Run, description: Description) -> int:
         "outputs": os.path.abspath(description.outputs),
         "arguments": run.given.texts,
         "argument files": [os.path.abspath(file) for file in run.given.files],
+        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
         "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
     }
     remembered = stamp.recall(key, description.outputs, _leads) if run.console.for_people else None
@@ -80,19 +86,22 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.say(f"{summary}, unchanged")
             return FINE
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
-    compiled = compile_proven(run.given, description, run.console)
+    compiled = compile_proven(run.given, description, run.console, meshes=True)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
-    files = {artifact.file: artifact.text for artifact in compiled.artifacts}
-    written = _write(run, description, files)
+    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
+    meshes = mesh_files(compiled)
+    written = _write(run, description, {**meshes, **files})
     if written is None:
         return PROBLEMS
-    summary = f"{description.name}: {count(files)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written)}")
-    if not written.kept and run.console.ran == ran:  # what a xacro says depends on more than its files
-        inputs = [*compiled.inputs, *run.given.files]
+    summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
+    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    # What a xacro says depends on more than its files, and so does which file a mesh is.
+    if not written.kept and run.console.ran == ran and not is_searched(compiled):
+        inputs = [*compiled.inputs, *run.given.files, *(found.file for found in found_meshes(compiled))]
         told = [said, summary, run.console.stand_ins - before]
+        files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return FINE
 
@@ -107,7 +116,7 @@ def _leads(asked: Resolved) -> str:
     return resolved(asked.kind, asked.name, asked.by, found).answer
 
 
-def _write(run: Run, description: Description, files: dict[str, str]) -> Written | None:
+def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:
     from ..diagnostics import NOTE, Diagnostic
     from ..output import OutputError, write_outputs
 
@@ -134,10 +143,13 @@ def put_aside(folder: Path, written: Written) -> list[Diagnostic]:
     ]
 
 
-def what_changed(written: Written) -> str:
-    """Return in words what writing a set of artifacts did."""
+def what_changed(written: Written, meshes: Collection[str] = ()) -> str:
+    """Return in words what writing a set of artifacts did; ``meshes`` of it are counted."""
     if not written.written and not written.removed:
         return "unchanged"
-    parts = [f"written: {', '.join(written.written)}"] if written.written else []
+    names = [name for name in written.written if name not in meshes]
+    copied = len(written.written) - len(names)
+    names += [counted(copied, "mesh file")] if copied else []
+    parts = [f"written: {', '.join(names)}"] if names else []
     parts += [f"removed: {', '.join(written.removed)}"] if written.removed else []
     return "; ".join(parts)

@@ -25,6 +25,7 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    mesh_files,
     nothing_written,
     one,
     output_options,
@@ -93,7 +94,7 @@ def check_one(run: Run, description: Description) -> int:
     from ..meaning.golden import compare, lines
     from ..output import OutputError, read_set
 
-    compiled = compile_proven(run.given, description, run.console)
+    compiled = compile_proven(run.given, description, run.console, meshes=True)
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -102,18 +103,29 @@ def check_one(run: Run, description: Description) -> int:
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    comparison = compare(compiled.robot, compiled.artifacts, committed)
+    meshes = mesh_files(compiled)
+    comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     differences = lines(comparison, full=getattr(run.options, "full", False))
+    changed = [line for name, data in meshes.items() if (line := _mesh(name, data, committed.get(name)))]
+    differences += changed
     if run.console.for_people:
         for line in differences:
             print(line)
     elif differences:
         help = "rosorin-compile all writes them anew"
         run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
-    if not comparison.same:
+    if not comparison.same or changed:
         return PROBLEMS
-    run.console.say(f"{description.name}: {count(compiled.artifacts)} as committed in {description.outputs}")
+    run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
     return FINE
+
+
+def _mesh(name: str, compiled: bytes, committed: bytes | None) -> str:
+    """Return what is to say of a mesh file beside the artifacts; empty if it is the one that was found."""
+    if compiled == committed:
+        return ""
+    what = "missing" if committed is None else "another file than the mesh is"
+    return f"{name}: {what}; rosorin-compile all writes it"
 
 
 def _check_deployed(run: Run, description: Description) -> int:

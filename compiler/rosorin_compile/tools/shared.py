@@ -9,6 +9,7 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Callable, Mapping, Sequence, Sized
+from functools import partial
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -21,7 +22,9 @@ from .parser import Options
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
-    from ..model import Edge, Robot
+    from ..formats.mesh_files import Found, Searched
+    from ..frontend.tree import Map
+    from ..model import Edge, Output, Robot
     from ..pipeline import Compiled, Understood
     from ..rules.case import Case
     from .transforms.states import Beyond
@@ -100,6 +103,7 @@ def place(text: str) -> str:
 def robot_options(command: argparse.ArgumentParser) -> None:
     """Add what a command takes that goes through robots: their names, and arguments."""
     command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; default: every robot")
+    package_option(command)
     argument_options(command)
 
 
@@ -216,10 +220,11 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     return code
 
 
-def compile_one(given: Given, description: Description, console: Console) -> Compiled:
+def compile_one(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
     """Return what becomes of one description; a file of arguments that is no good is a problem like others.
 
-    What has to be said before anything is run is printed on the console.
+    What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
+    for; without that each is taken to be where the artifacts look.
     """
     from ..frontend.load import LoadError
     from ..pipeline import Compiled, compile_robot
@@ -228,12 +233,37 @@ def compile_one(given: Given, description: Description, console: Console) -> Com
         arguments = given.values()
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
-    return compile_robot(description.path, arguments, console.ahead)
+    search = partial(_search, given, description) if meshes else None
+    return compile_robot(description.path, arguments, console.ahead, given.packages, search)
 
 
-def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+def _search(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
+    """Look for the meshes of a robot, and read those that belong to its artifacts."""
+    from ..formats.mesh_files import Places, search
+    from .mesh_copies import brought
+
+    places = Places(description.path, description.outputs, given.packages, os.environ)
+    return brought(search(tree, outputs, places), description.outputs)
+
+
+def mesh_files(compiled: Compiled) -> Mapping[str, bytes]:
+    """Return the mesh files that belong to the artifacts, bytes by name."""
+    return compiled.meshes.files if compiled.meshes else {}
+
+
+def found_meshes(compiled: Compiled) -> Sequence[Found]:
+    """Return the meshes that the artifacts open."""
+    return compiled.meshes.found if compiled.meshes else ()
+
+
+def is_searched(compiled: Compiled) -> bool:
+    """Say whether the next run may find other meshes, though no file that was read has changed."""
+    return compiled.meshes is not None and (compiled.meshes.searched or bool(compiled.meshes.missing))
+
+
+def compile_proven(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
     """Return what becomes of one description, without artifacts if they do not say what the model says."""
-    return proven(compile_one(given, description, console))
+    return proven(compile_one(given, description, console, meshes))
 
 
 def proven(compiled: Compiled) -> Compiled:
@@ -256,9 +286,10 @@ def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnosti
     return PROBLEMS
 
 
-def count(artifacts: Sized) -> str:
-    """Return the number of artifacts in words."""
-    return counted(len(artifacts), "artifact")
+def count(artifacts: Sized, meshes: Sized = ()) -> str:
+    """Return the number of artifacts in words, and that of the mesh files with them."""
+    more = f" and {counted(len(meshes), 'mesh file')}" if meshes else ""
+    return counted(len(artifacts), "artifact") + more
 
 
 class Known(NamedTuple):

@@ -15,7 +15,18 @@ from ..diagnostics.console import Console
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import Description, NoDescription, find
-from .shared import FINE, Given, compile_proven, count, descriptions, given_arguments, output_options, robot_options
+from .shared import (
+    FINE,
+    Given,
+    compile_proven,
+    count,
+    descriptions,
+    found_meshes,
+    given_arguments,
+    mesh_files,
+    output_options,
+    robot_options,
+)
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -95,7 +106,7 @@ class _Robot:
 
     def _compile(self) -> Iterable[Path]:
         """Compile, and return the files that were read; after an error also those that were read before it."""
-        compiled = compile_proven(self.given, self.description, self.console)
+        compiled = compile_proven(self.given, self.description, self.console, meshes=True)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         self._show(compiled.diagnostics)
         name = self.description.name
@@ -106,7 +117,8 @@ class _Robot:
         else:
             self._write(compiled)
         before = self.inputs.marks if errors else ()
-        return [self.description.path, *self.given.files, *compiled.inputs, *before]
+        meshes = [found.file for found in found_meshes(compiled)]
+        return [self.description.path, *self.given.files, *compiled.inputs, *meshes, *before]
 
     def _show(self, diagnostics: list[Diagnostic]) -> None:
         """Print errors and warnings; notes only when they are new."""
@@ -121,10 +133,11 @@ class _Robot:
         if compiled.robot is None:
             return
         files = {artifact.file: artifact.text for artifact in compiled.artifacts}
+        meshes = mesh_files(compiled)
         try:
             before = read_set(self.description.outputs)
             comparison = compare(compiled.robot, compiled.artifacts, before)
-            done = write_outputs(self.description.outputs, files)
+            done = write_outputs(self.description.outputs, {**meshes, **files})
         except OutputError as problem:
             self.console.show([problem.diagnostic])
             return

@@ -82,13 +82,13 @@ TETRAHEDRON = b"v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf
 
 
 def test_meshes_are_files_that_mujoco_can_open():
-    shapes = tuple(Shape(Mesh(file, (0.1, 0.1, 0.2))) for file in ("part.obj", "package://robot/part.stl", "part.dae"))
+    shapes = tuple(Shape(Mesh(file, (0.1, 0.1, 0.2))) for file in ("part.obj", "part.step", "http://host/part.stl"))
     link = Link("a", BODY, visual=shapes, collision=(*shapes, Shape(Mesh("part.obj"))))
     robot = Robot("meshes", (link,), ())
     text, said = emitted(robot)
     assert said == ["warning mjcf-cannot-say"]
     _, (told,) = mjcf.write(robot, Output("mjcf", "mjcf", "x", {}), Templates())
-    assert told.message.startswith('mesh package://robot/part.stl of link "a" and 3 more are left out of the MJCF')
+    assert told.message.startswith('mesh part.step of link "a" and 3 more are left out of the MJCF')
     model, _ = load(text, {"part.obj": TETRAHEDRON})
     assert (model.nmesh, model.ngeom) == (2, 3)
     assert model.body_mass.sum() == BODY.mass

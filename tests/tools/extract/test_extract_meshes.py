@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -186,3 +187,36 @@ def test_starting_the_command_line_imports_no_heavy_package() -> None:
     code += "print(sorted({'numpy', 'trimesh', 'scipy', 'xacro', 'mujoco'} & set(sys.modules)))"
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout == "[]\n"
+
+
+BROKEN_NORMAL = """solid x
+facet normal a b c
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid x
+"""
+
+
+def test_an_stl_of_letters_with_a_broken_normal_prints_no_traceback(tmp_path: Path) -> None:
+    (tmp_path / "a.stl").write_text(BROKEN_NORMAL, "utf-8")
+    command = [sys.executable, "-m", "rosorin_compile", "extract", "boxes", "a.stl"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert done.returncode == 0
+    assert "Traceback" not in done.stderr
+    assert "failed to extract" not in done.stderr
+
+
+@pytest.mark.parametrize("kind", ["pipe", "device"])
+def test_what_is_no_file_is_refused_at_once(tmp_path: Path, kind: str) -> None:
+    path = tmp_path / "a.stl"
+    if kind == "pipe":
+        os.mkfifo(path)
+    else:
+        path.symlink_to("/dev/zero")
+    with pytest.raises(ExtractProblem) as raised:
+        load_mesh(path)
+    assert raised.value.diagnostic.message == f"{path} is no regular file"

@@ -13,8 +13,8 @@ known so far); then ``links``, ``joints``, ``actuators``, ``shapes`` and ``secti
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
+    from ...rules.case import Case
     from ..imported import Imported
     from ..templating import Templates
 
@@ -38,6 +39,12 @@ def _read(opened: Opened) -> Imported:
     from .robot import read_mjcf  # the child process imports this package too, and needs no reader
 
     return read_mjcf(opened.path, opened.options)
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .servos import check
+
+    return check(case, output)
 
 
 def _facts(text: str) -> Facts:
@@ -77,12 +84,63 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
     return any(name in (one.name, one.site) or (one.replicas and name.startswith(f"{one.name}_")) for one in made)
 
 
+def _opens(file: str) -> str:
+    from .unsaid import mesh_path
+
+    return mesh_path(file)
+
+
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
+
+
+# MuJoCo's own word where a file has none: what it does with a URDF too.
+_ITS_OWN = {"integrator": "Euler"}
+
+_SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
+    "integrator": ({"enum": ["Euler", "RK4", "implicit", "implicitfast"]}, "How time goes on."),
+    "cone": ({"enum": ["pyramidal", "elliptic"]}, "The form of friction cones."),
+    "jacobian": ({"enum": ["dense", "sparse", "auto"]}, "How the solver keeps its matrices."),
+    "solver": ({"enum": ["PGS", "CG", "Newton"]}, "What solves for the forces of contacts and limits."),
+    "timestep": ({"type": "number"}, "One step of time in s."),
+    "impratio": ({"type": "number"}, "How hard friction is against normal forces."),
+    **{
+        f"{of}tolerance": ({"type": "number"}, f"When {what} is done.")
+        for of, what in {"": "the solver", "ls_": "a line search", "noslip_": "noslip", "ccd_": "ccd"}.items()
+    },
+    "density": ({"type": "number"}, "Density of the air or water around, in kg/m^3."),
+    "viscosity": ({"type": "number"}, "Viscosity of the air or water around, in Pa*s."),
+    "o_margin": ({"type": "number"}, "Margin of all contacts in m, where contacts are overridden."),
+    **{
+        f"{of}iterations": ({"type": "integer"}, f"Most steps of {what}.")
+        for of, what in {
+            "": "the solver",
+            "ls_": "a line search",
+            "noslip_": "noslip",
+            "ccd_": "ccd",
+            "sdf_": "sdf",
+        }.items()
+    },
+    "sdf_initpoints": ({"type": "integer"}, "Where sdf begins, how often."),
+    **{
+        word: ({"type": "array", "items": {"type": "number"}, "minItems": 3, "maxItems": 3}, what)
+        for word, what in {
+            "gravity": "Gravity in m/s^2.",
+            "wind": "Speed of the air in m/s.",
+            "magnetic": "The magnetic field of the earth.",
+        }.items()
+    },
+    "flag": (
+        {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
+        "What is computed, and what not.",
+    ),
+}
+SETTINGS = {word: {**form, "description": what} for word, (form, what) in _SETTINGS.items()}
+"""The settings of a simulation that a description has a word for: those of MuJoCo's <option>, in SI units."""
 
 
 def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
-    return Asked({"file": f"{name}.xml", **{key: value for key, value in wishes.items() if key != "file"}})
+    return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
 
 
 FORMAT = Format(
@@ -96,10 +154,28 @@ FORMAT = Format(
             "enum": ["fixed", "free"],
             "description": "fixed (default): held in the world at the root link; free: free to move.",
         },
+        "option": {
+            "type": "object",
+            "description": "Settings of the simulation, in MuJoCo's words and SI units; default: integrator"
+            " implicitfast.",
+            "properties": SETTINGS,
+            "additionalProperties": False,
+        },
+        "mesh_inertia": {
+            "enum": ["convex", "exact", "legacy", "shell"],
+            "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
+            " Masses are those of the description in any case.",
+        },
+        "actuators": {
+            "type": "array",
+            "items": {"type": "string"},
+            "description": "The order of the actuators, by name; default: that of their joints.",
+        },
     },
     file="{}.xml",
     endings=(".xml", ".mjcf"),
     roots=("mujoco",),
+    check=_check,
     write=_write,
     read=_read,
     facts=_facts,
@@ -117,6 +193,7 @@ FORMAT = Format(
     why="a simulation has sites and cameras of its own for the sensors of a description",
     folder="mjcf",
     beside=_FILE.findall,
+    opens=_opens,
     asked=_asked,
     optional=True,
 )

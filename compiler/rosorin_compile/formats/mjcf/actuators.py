@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import Span
 from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map
 from ...xml.markup import Element
-from .reading import Reading, put_number, tidy
+from .reading import SLIDE, Reading, legal, numbers, put, put_number, tidy, tidy_position
 
 # MuJoCo's numbers: mjTRN_JOINT and mjTRN_JOINTINPARENT, which differ for ball joints alone; mjGAIN_FIXED, and so on.
 _ON_JOINT = (0, 1)
@@ -33,23 +32,22 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         elements = [_element(reading, actuator) for actuator in actuators]
     drives: dict[int, Drive] = {}
     lost: list[tuple[Mapping[str, Any], Element]] = []
-    aims: dict[str, list[Span]] = {}
+    order: dict[int, str] = {}
     for actuator, element in zip(actuators, elements, strict=True):
         index = _joint(reading, actuator)
         if index is None:
             lost.append((actuator, element))
             continue
         before = drives.get(index)
-        servo = _servo(actuator, element) if before is None or before.servo is None else None
+        servo = _servo(reading, actuator, element) if before is None or before.servo is None else None
         if servo is None:
             lost.append((actuator, element))
         else:
-            _note_aims(reading, actuator, element, aims)
-        known, effort = (before.effort if before else 0.0), _effort(actuator)
+            order[index] = actuator["name"] or reading.joint_of[index]
+        known, effort = (before.effort if before else 0.0), _effort(reading, actuator, element)
         total = None if known is None or effort is None else known + effort
         drives[index] = Drive(total, servo or (before.servo if before else None))
-    for ends, spans in aims.items():
-        reading.lost(f"the range of aims of a servo ({ends})", spans[0], others=spans[1:])
+    reading.servos = order
     _tell(reading, lost)
     return drives
 
@@ -66,7 +64,7 @@ def _joint(reading: Reading, actuator: Mapping[str, Any]) -> int | None:
     return index if index in reading.joint_of else None
 
 
-def _servo(actuator: Mapping[str, Any], element: Element) -> Map | None:
+def _servo(reading: Reading, actuator: Mapping[str, Any], element: Element) -> Map | None:
     """Return the entry of a position servo that pushes the joint itself: force = kp * (aim - position) - kv * speed."""
     kp, bias = actuator["gainprm"][0], actuator["biasprm"]
     plain = (actuator["gain"], actuator["bias"], actuator["dynamics"]) == (_FIXED_GAIN, _AFFINE_BIAS, _NO_DYNAMICS)
@@ -76,24 +74,34 @@ def _servo(actuator: Mapping[str, Any], element: Element) -> Map | None:
     put_number(entry, "kp", tidy(kp), element, "kp")
     if bias[2]:
         put_number(entry, "kv", tidy(-bias[2]), element, "kv")
+    if legal(actuator["name"]) not in ("", reading.joint_of[actuator["target"][0]]):
+        put(entry, "name", legal(actuator["name"]))
+    _put_aims(reading, actuator, element, entry)
     return entry
 
 
-def _note_aims(reading: Reading, actuator: Mapping[str, Any], element: Element, aims: dict[str, list[Span]]) -> None:
-    """Add the place of the range of what a servo can be asked for, where that is another one than the joint's."""
+def _put_aims(reading: Reading, actuator: Mapping[str, Any], element: Element, entry: Map) -> None:
+    """Set what a servo can be asked for, where that is not the range of its joint."""
     joint = reading.facts["joints"][actuator["target"][0]]
-    if actuator["controlled"] and not (joint["limited"] and joint["range"] == actuator["control"]):
-        ends = " to ".join(f"{value:g}" for value in actuator["control"])
-        place = element.attributes.get("ctrlrange")
-        aims.setdefault(ends, []).append(place.span if place else element.span)
+    zero = reading.facts["zero"][joint["address"]]
+    if not actuator["controlled"]:
+        if joint["limited"]:
+            put(entry, "unlimited", True)
+    elif not joint["limited"] or joint["range"] != actuator["control"]:
+        cut = tidy if joint["type"] == SLIDE else tidy_position
+        put(entry, "range", numbers([cut(value - zero) for value in actuator["control"]], element, "ctrlrange"))
 
 
-def _effort(actuator: Mapping[str, Any]) -> float | None:
+def _effort(reading: Reading, actuator: Mapping[str, Any], element: Element) -> float | None:
     """Return the largest torque or force that an actuator brings to its joint, None if that is not said."""
     gear, force, control = (
         float(max(map(abs, values))) for values in (actuator["gear"][:1], actuator["force"], actuator["control"])
     )
     if actuator["forced"]:
+        low, high = actuator["force"]
+        if low != -high:
+            what = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
+            reading.lost(what, element.span, "the larger of the two is carried")
         return gear * force
     direct = (actuator["gain"], actuator["bias"]) == (_FIXED_GAIN, _NO_BIAS)
     if direct and actuator["controlled"]:

@@ -43,6 +43,8 @@ def _limit(cpu_seconds: int) -> None:
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
+_INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
+
 # What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and our word for each array.
 _PLACE = {"body": "bodyid", "pos": "pos", "quat": "quat"}
 _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
@@ -71,7 +73,8 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     "equalities": (
         "EQUALITY",
         "eq",
-        {"type": "type", "first": "obj1id", "second": "obj2id", "active": "active0", "data": "data"},
+        {"type": "type", "first": "obj1id", "second": "obj2id", "active": "active0", "data": "data"}
+        | {"solref": "solref", "solimp": "solimp"},
     ),
     "actuators": (
         "ACTUATOR",
@@ -80,7 +83,7 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
         | {"gainprm": "gainprm", "biasprm": "biasprm", "gear": "gear", "forced": "forcelimited", "force": "forcerange"}
         | {"controlled": "ctrllimited", "control": "ctrlrange"},
     ),
-    "keys": ("KEY", "key", {"qpos": "qpos"}),
+    "keys": ("KEY", "key", {"qpos": "qpos", "ctrl": "ctrl"}),
 }
 
 
@@ -99,6 +102,7 @@ def facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
         "damping": model.dof_damping.ravel().tolist(),
         "armature": model.dof_armature.tolist(),
         "friction": model.dof_frictionloss.tolist(),
+        "integrator": _INTEGRATORS[int(model.opt.integrator)],
     }
     _authored(spec, made)
     return made
@@ -113,10 +117,12 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
             full = body.fullinertia.tolist()
             said = {"pos": body.ipos.tolist(), "full": full if full[0] == full[0] else None}
             made["bodies"][body.id]["said"] = said
+    usual = type(spec)().add_mesh().inertia
     for mesh in spec.meshes:
         entry = made["meshes"][mesh.id]
         entry["file"] = mesh.file
         entry["folder"] = _folder(mesh.compiler, spec, "meshdir")
+        entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
     files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
     meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]

@@ -18,10 +18,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics.wording import listed
-from ...frontend.tree import Map
+from ...diagnostics.wording import counted, first_of, listed
+from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...model.geometry import Vector
+from ...units import parse_quantity
 from ...xml.markup import Element
 from .actuators import Drive
 from .reading import (
@@ -98,9 +99,22 @@ def tell_of_base(reading: Reading) -> None:
         return
     body = reading.facts["bodies"][reading.tops[0]]
     element = reading.places.body(reading.tops[0])
+    _tell_of_held(reading)
     if any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
         where = " ".join(f"{value:g}" for value in body["pos"])
         reading.ignored(f"the body stands at {where} in the world: where the robot is, is no part of it", element.span)
+
+
+def _tell_of_held(reading: Reading) -> None:
+    """Say what holds a joint that moves freely: no description has a word for that."""
+    for index, joint in enumerate(reading.facts["joints"]):
+        dofs = range(joint["dof"], joint["dof"] + 6) if joint["type"] == FREE else ()
+        words = {"damping": "damping", "friction": "friction loss", "armature": "armature"}
+        held = [what for word, what in words.items() if any(reading.facts[word][dof] for dof in dofs)]
+        if held:
+            name = f' "{joint["name"]}"' if joint["name"] else ""
+            what = f"the {listed(held)} of the free joint{name}"
+            reading.lost(what, reading.places.of("joints", index).span, "a base that floats has none", len(held) > 1)
 
 
 def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]]) -> None:
@@ -212,8 +226,8 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
             put_number(limit, key, cut(joint["range"][at] - zero), element, "range", at)
     elif joint["type"] == SLIDE:
         missing += ["lower", "upper"]
-        put_number(limit, "lower", -STAND_IN_TRAVEL, element)
-        put_number(limit, "upper", STAND_IN_TRAVEL, element)
+        for key, sign in (("lower", "-"), ("upper", "")):
+            put(limit, key, parse_quantity(f"{sign}{STAND_IN_TRAVEL:g} m"))
     effort = _effort(reading, index, drive)
     if effort is None and not limit:
         return
@@ -222,8 +236,28 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
     put_number(limit, "velocity", STAND_IN_VELOCITY, element)
     missing.append("velocity")
     note = f"{listed(missing)} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the MJCF does not limit "
+    stand_ins = Seq(element.span)
+    for key in missing:
+        stand_ins.put(key, element.span)
+        reading.stand_ins.setdefault(key, []).append((reading.joint_of[index], limit[key], element.span))
+    put(limit, "stand_ins", stand_ins)
     source(limit, "stand_in", note + ("it" if len(missing) == 1 else "them"))
     put(entry, "limit", limit)
+
+
+def tell_of_stand_ins(reading: Reading) -> None:
+    """Say which limits the file does not have and the URDF gets all the same."""
+    ends = [entry for key in ("lower", "upper") for entry in reading.stand_ins.get(key, ())]
+    for word, entries in (("range", ends), *((key, reading.stand_ins.get(key, [])) for key in ("effort", "velocity"))):
+        if not entries:
+            continue
+        names = list(dict.fromkeys(name for name, _, _ in entries))
+        numbers = list(dict.fromkeys(f"{value:g}" for _, value, _ in entries))
+        whose = f'joint "{names[0]}" has' if len(names) == 1 else f"{counted(len(names), 'joint')} have"
+        which = f" ({first_of(names, 3)})" if len(names) > 1 else ""
+        stand = "stands" if len(numbers) == 1 else "stand"
+        message = f"{whose} no {word} limit in the MJCF{which}: {listed(numbers)} {stand} in where readers ask for one"
+        reading.stood_in(message, entries[0][2])
 
 
 def _effort(reading: Reading, index: int, drive: Drive) -> float | None:

@@ -11,11 +11,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
 
 from ...diagnostics import Diagnostic, Span, error
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import plural
 from ...xml.markup import Attribute, Element
+from . import SETTINGS
 from .process import Answer
 from .reading import Reading
 from .source import Markup
@@ -60,6 +62,7 @@ _CARRIED: dict[str, frozenset[str]] = {
         "material": "name class texture rgba",
         "exclude": "name class body1 body2",
         "key": "name qpos ctrl",
+        "option": " ".join(SETTINGS),
     }.items()
 }
 
@@ -86,7 +89,6 @@ _TOPICS: dict[str, dict[str, str]] = {
 
 # Sections and elements that are about the simulation or its scene, and say nothing of the robot.
 _SCENE = {
-    "option": "settings of the simulation",
     "size": "settings of the simulation",
     "visual": "settings of the viewer",
     "statistic": "settings of the viewer",
@@ -210,7 +212,8 @@ _WORDS = ("name", "class", "childclass", "file", "model", "prefix", "material", 
 
 
 def before(markup: Markup) -> Iterator[Diagnostic]:
-    """Yield what MuJoCo is not asked about: numbers that are none, and replicas without end."""
+    """Yield what MuJoCo is not asked about: numbers that are none, replicas without end, files without an end."""
+    yield from _no_files(markup)
     for element in markup.everything():
         for attribute in element.attributes.values():
             if attribute.name in _WORDS:
@@ -223,6 +226,33 @@ def before(markup: Markup) -> Iterator[Diagnostic]:
     if most > MAX_ELEMENTS:
         message = f"the replicas of this file are {most:,} elements, more than {MAX_ELEMENTS:,}"
         yield error("mjcf-too-large", message, (where or markup.root).span, "repeat less often")
+
+
+def _no_files(markup: Markup) -> Iterator[Diagnostic]:
+    """Yield an error for each mesh, texture or height field that is a pipe or a device: reading one may never end."""
+    words = ("meshdir", "texturedir", "assetdir")
+    inner = [
+        "",
+        *(e.get(word).replace("\\", "/") for e in markup.sections("compiler") for word in words if e.get(word)),
+    ]
+    folders = [folder / name for folder in dict.fromkeys(file.parent for file in markup.files) for name in inner]
+    for element in markup.everything():
+        for attribute in element.attributes.values():
+            if not attribute.name.startswith("file") or not attribute.value or element.tag in ("include", "model"):
+                continue
+            for path in (folder / attribute.value.replace("\\", "/") for folder in folders):
+                if _is_odd(path):
+                    message = f"{attribute.value} is no regular file"
+                    yield error("file-unreadable", message, attribute.span, "name a file")
+                    break
+
+
+def _is_odd(path: Path) -> bool:
+    """Say whether there is something that is neither a file nor a folder."""
+    try:
+        return path.exists() and not (path.is_file() or path.is_dir())
+    except (OSError, ValueError):
+        return False
 
 
 def _replicas(markup: Markup, element: Element) -> tuple[int, Element | None]:

@@ -29,6 +29,12 @@ RULES = (
         "zero.",
         topic=READING,
     ),
+    Rule(
+        "import-stand-in",
+        "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
+        "Put in what the robot has, and take it out of the `stand_ins` of that limit.",
+        READING,
+    ),
     Rule("mjcf-warning", "A warning of MuJoCo's own about the file.", "As MuJoCo says.", READING),
 )
 
@@ -42,6 +48,8 @@ class Reading:
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
     ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or floating joint of a body.
+    ``servos`` are the names of the servos that are carried, by joint, in the order of the file, and ``stand_ins`` the
+    limits that it does not have: joint, number and place by the key of ``limit``.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -59,6 +67,8 @@ class Reading:
         self.material_of: dict[int, str] = {}
         self.ball_of: dict[int, list[str]] = {}
         self.motion_of: dict[int, Motion] = {}
+        self.servos: dict[int, str] = {}
+        self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
             self.joints_in.setdefault(joint["body"], []).append(index)
@@ -79,6 +89,10 @@ class Reading:
     def changed(self, what: str, span: Span) -> None:
         """Say that something is in the tree, but otherwise than the file says it."""
         self.diagnostics.append(Diagnostic("import-changed", NOTE, what, span))
+
+    def stood_in(self, what: str, span: Span) -> None:
+        """Say that the tree has a number that the file does not say."""
+        self.diagnostics.append(Diagnostic("import-stand-in", NOTE, what, span, (), "put in what the robot really has"))
 
     def warned(self, what: str, span: Span) -> None:
         """Pass on a warning of MuJoCo's own."""

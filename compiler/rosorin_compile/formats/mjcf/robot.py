@@ -11,7 +11,7 @@ from pathlib import Path
 
 from ...diagnostics import arrange, error
 from ...diagnostics.registry import READING, Rule
-from ...frontend.tree import Map
+from ...frontend.tree import Map, Seq
 from ...frontend.tree import Path as TreePath
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
@@ -32,8 +32,8 @@ _UNNAMED = "MuJoCo Model"
 def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     """Return the robot of an MJCF as a plain tree. Problems are diagnostics, never exceptions.
 
-    ``outputs`` of the tree says ``{mjcf: {base: free}}`` where the base of the robot has a free joint; it is for the
-    writer to add the files.
+    ``outputs`` of the tree says ``{mjcf: {base: free}}`` where the base of the robot has a free joint, and the settings
+    of the simulation; it is for the writer to add the files.
     """
     try:
         markup = Markup(path, options)
@@ -50,7 +50,8 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     answer = ask(path)
     if answer.facts is None:
         return Imported(None, [refusal(markup, answer)], files=files)
-    files += tuple(file for name in answer.facts["assets"] if (file := path.parent / name).is_file())
+    named = (path.parent / markup.place_of(name) for name in answer.facts["assets"])
+    files += tuple(file for file in named if file.is_file())
     reading = Reading(markup, Places(markup, answer.facts), answer.facts)
     for message in answer.warnings:
         reading.warned(f"MuJoCo warns: {' '.join(message.split())}", place(markup, message))
@@ -60,8 +61,8 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
         return Imported(None, [error("mjcf-no-body", message, markup.root.span, help)], files=files)
     _read(reading, path)
     tree, about_meaning = accept(reading.tree, options.lenient)
-    if tree is not None and reading.free_base:
-        _say_free(tree)
+    if tree is not None:
+        put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
     return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out))
 
@@ -87,18 +88,30 @@ def _read(reading: Reading, path: Path) -> None:
     sections.add_mimics(reading)
     sections.add_contacts(reading)
     sections.add_poses(reading)
+    sections.tell_of_controls(reading)
     sections.tell_of_free_joints(reading)
+    joints.tell_of_stand_ins(reading)
     joints.tell_of_zeros(reading)
     joints.tell_of_base(reading)
     left_out.tell(reading)
 
 
-def _say_free(tree: Map) -> None:
-    outputs, mjcf = Map(tree.span), Map(tree.span)
+def _outputs(reading: Reading) -> Map:
+    """Return how the robot stands in the world, and with which settings it is simulated."""
+    outputs, mjcf = Map(reading.tree.span), Map(reading.tree.span)
     put(mjcf, "file", "robot.xml")
-    put(mjcf, "base", "free")
+    if reading.free_base:
+        put(mjcf, "base", "free")
+    if list(reading.servos) != sorted(reading.servos):
+        order = Seq(reading.tree.span)
+        for name in reading.servos.values():
+            order.put(legal(name), reading.tree.span)
+        put(mjcf, "actuators", order)
+    if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
+        put(mjcf, "mesh_inertia", "legacy")
+    put(mjcf, "option", sections.settings(reading))
     put(outputs, "mjcf", mjcf)
-    put(tree, "outputs", outputs)
+    return outputs
 
 
 def comments_of(reading: Reading) -> list[Comment]:

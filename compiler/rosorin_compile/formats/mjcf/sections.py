@@ -2,14 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...diagnostics import Span
+from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
-from .reading import BALL, FREE, HINGE, SLIDE, Names, Reading, angles_about_xyz, put, put_number, tidy, tidy_position
+from . import SETTINGS
+from .reading import (
+    BALL,
+    FREE,
+    HINGE,
+    SLIDE,
+    Names,
+    Reading,
+    angles_about_xyz,
+    numbers,
+    plain,
+    put,
+    put_number,
+    tidy,
+    tidy_position,
+)
 
 _CONNECT, _WELD, _JOINT = range(3)
+_SOFT = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 0.001, 0.5, 2.0]}  # MuJoCo's own
+_NEAR = 1e-9  # rad or m
 _EXCLUDED = "excluded from contact in the MJCF"
 
 
@@ -33,7 +52,15 @@ def add_mimics(reading: Reading) -> None:
             put_number(mimic, "multiplier", factor, element, "polycoef", 1)
         if offset:
             put_number(mimic, "offset", offset, element, "polycoef", 0)
+        for word, usual in _SOFT.items():
+            values = [tidy(value) for value in entry[word]]
+            if values != usual:
+                put(mimic, word, numbers(values, element, word))
         put(joint, "mimic", mimic)
+    named = [e for entry, e in zip(entries, elements, strict=True) if entry["name"] and e.tag not in lost]
+    if named:
+        what = "the name of an equality" if len(named) == 1 else f"the names of {len(named)} equalities"
+        reading.changed(f"{what}: in ours it is called as the joint that follows", named[0].span)
     for tag, same in lost.items():
         what = f"the equality <{tag}>" if len(same) == 1 else f"{len(same)} equalities <{tag}>"
         help, others = "only a joint that follows one other is known", [element.span for element in same[1:]]
@@ -72,6 +99,35 @@ def add_contacts(reading: Reading) -> None:
             pairs.put(_pair(names, element), element.span)
     if pairs:
         put(reading.tree, "disabled_contacts", pairs)
+    _tell_of_neighbours(reading)
+
+
+def _tell_of_neighbours(reading: Reading) -> None:
+    """Say which links that a joint connects may touch in the file: MuJoCo lets those of a base in the world do so."""
+    from ...frontend.lower import lower
+    from .bodies import excluded_contacts
+
+    index_of = {name: index for index, name in reading.link_of.items()}
+    touching = [geom for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]]
+    solid = {geom["body"] for geom in touching}
+    excluded = {frozenset((one >> 16, one & 0xFFFF)) for one in reading.facts["excludes"]}
+    robot = lower(reading.tree).robot if solid else None
+    held = {0}  # the bodies that no joint moves against the world
+    for index, body in enumerate(reading.facts["bodies"]):
+        if index and body["parent"] in held and not reading.joints_in.get(index):
+            held.add(index)
+    free = []
+    for pair in excluded_contacts(robot) if robot else ():
+        bodies = [index_of.get(name) for name in pair]
+        one, other = bodies
+        if one is None or other is None or not {one, other} <= solid or frozenset((one, other)) in excluded:
+            continue
+        if one in held or other in held:
+            free.append(pair)
+    if free:
+        which = first_of([f"{one} and {other}" for one, other in free], 3)
+        message = f"neighbours that may touch in the MJCF do not in ours: {which}"
+        reading.changed(message, reading.places.body(index_of[free[0][0]]).span)
 
 
 def _pair(names: list[str], element: Element) -> Map:
@@ -123,6 +179,59 @@ def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: lis
     if joint["type"] == BALL:
         return list(zip(reading.ball_of[index], angles_about_xyz(qpos[at : at + 4]), strict=True))
     return []
+
+
+def settings(reading: Reading) -> Map:
+    """Return the settings of the simulation that the file names, and the integrator, which it has in any case."""
+    made, flags = Map(reading.markup.root.span), Map(reading.markup.root.span)
+    put(made, "integrator", reading.facts["integrator"])
+    for element in reading.markup.sections("option"):
+        for name, attribute in element.attributes.items():
+            values = [_number(word.text) for word in attribute.words()]
+            if name not in SETTINGS or name in ("integrator", "flag"):
+                continue
+            if "enum" in SETTINGS[name]:
+                put(made, name, attribute.value, attribute.span)
+            elif values and None not in values:
+                put(made, name, _listed(values, attribute.span), attribute.span)
+        for flag in reading.markup.children(element):
+            for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
+                put(flags, name, attribute.value, attribute.span)
+    if flags:
+        put(made, "flag", flags)
+    return made
+
+
+def _number(text: str) -> float | int | None:
+    try:
+        return plain(float(text))
+    except ValueError:
+        return None
+
+
+def _listed(values: Sequence[Any], span: Span) -> Any:
+    """Return one value as it is, several as a list."""
+    if len(values) == 1:
+        return values[0]
+    made = Seq(span)
+    for value in values:
+        made.put(value, span)
+    return made
+
+
+def tell_of_controls(reading: Reading) -> None:
+    """Say that a keyframe asks its servos for something else than where it puts their joints."""
+    elements = reading.markup.listed("keyframe", "key")
+    spans = []
+    for number, key in enumerate(reading.facts["keys"]):
+        actuators = [(at, a) for at, a in enumerate(reading.facts["actuators"]) if a["target"][0] in reading.servos]
+        joints = [reading.facts["joints"][actuator["target"][0]] for _, actuator in actuators]
+        pairs = zip(actuators, joints, strict=True)
+        if any(abs(key["ctrl"][at] - key["qpos"][joint["address"]]) > _NEAR for (at, _), joint in pairs):
+            spans.append((elements[number] if number < len(elements) else reading.markup.root).span)
+    if spans:
+        what = f"the controls of {counted(len(spans), 'key')}, which are not where the key puts the joints,"
+        reading.lost(what, spans[0], "the servos are asked to hold the pose", True, spans[1:])
 
 
 def tell_of_free_joints(reading: Reading) -> None:

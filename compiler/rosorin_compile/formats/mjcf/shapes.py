@@ -83,10 +83,12 @@ def _shape(reading: Reading, index: int, element: Element) -> Map | None:
         if not file:
             return None
         made = Map(element.span)
-        put(made, "file", file)
+        put(made, "file", reading.markup.place_of(file))
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
             put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
+        if mesh["taken"]:
+            put(made, "inertia", mesh["taken"])
         put(entry, "mesh", made)
         place = place.then(frame_of_file(mesh))
     else:
@@ -140,8 +142,9 @@ def _colour(reading: Reading, geom: Mapping[str, Any], element: Element, shape: 
             put(shape, "material", _material(reading, geom["material"], materials))
         return
     put(shape, "rgba", numbers(rgba, element, "rgba"))
-    if geom["material"] >= 0 and reading.facts["materials"][geom["material"]]["texture"]:
-        put(shape, "texture", reading.facts["materials"][geom["material"]]["texture"])
+    texture = reading.facts["materials"][geom["material"]]["texture"] if geom["material"] >= 0 else ""
+    if texture:
+        put(shape, "texture", reading.markup.place_of(texture))
 
 
 def _material(reading: Reading, index: int, materials: Map) -> str:
@@ -154,7 +157,7 @@ def _material(reading: Reading, index: int, materials: Map) -> str:
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
         if material["texture"]:
-            put(entry, "texture", material["texture"])
+            put(entry, "texture", reading.markup.place_of(material["texture"]))
         put(materials, known, entry)
     return known
 
@@ -169,6 +172,12 @@ def _tell(reading: Reading) -> None:
             scene.append(index)
         elif geom["type"] not in _CARRIED or inline:
             kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
+    groups = {(_collides(g), g["group"]) for g in reading.facts["geoms"] if _is_carried(reading, g)}
+    strange = sorted({group for collides, group in groups if group not in ((0, 3) if collides else (1,))})
+    if strange:
+        first = next(at for at, g in enumerate(reading.facts["geoms"]) if g["group"] in strange)
+        message = f"groups of geoms ({', '.join(map(str, strange))}): ours has visuals in 1 and collisions in 0 or 3"
+        reading.changed(message, reading.places.of("geoms", first).span)
     for word, geoms in kinds.items():
         links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in geoms})
         on = first_of(links, 5)

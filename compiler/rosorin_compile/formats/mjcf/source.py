@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
+import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import Span, error
 from ...xml.files import read_source
@@ -13,58 +15,111 @@ from ..imported import ReadOptions
 
 MAX_DEPTH = 20  # of files that include files
 
+
+class _Including(NamedTuple):
+    """Who includes: the folders of its main file and of itself, what is included already, and by which files."""
+
+    main: Path
+    own: Path
+    known: set[str]
+    depth: int
+    above: tuple[Path, ...] = ()
+
+
+def _found(name: str, by: _Including) -> Path:
+    """Return the file of a name: beside the main file, else beside the file that names it."""
+    beside_main, beside_own = by.main / name, by.own / name
+    try:
+        return beside_own if not beside_main.is_file() and beside_own.is_file() else beside_main
+    except (OSError, ValueError):  # a name that no file can have
+        return beside_main
+
+
+def _absolute(path: Path) -> str:
+    return os.path.abspath(path)
+
+
 _GROUPING = ("frame", "replicate")
 _MAKERS = ("attach", "replicate", "flexcomp", "composite")
 
 
 class Markup:
-    """The main file and what it includes; ``files`` in the order of reading, ``children`` as if it were one file."""
+    """The main file and what it includes; ``files`` in the order of reading, ``children`` as if it were one file.
+
+    As MuJoCo 4.0.0 finds them: an included file beside the main file, else beside the file that includes it. A model
+    that is attached is a main file of its own; ``models`` are the folders of those, the main one first.
+    """
 
     def __init__(self, path: Path, options: ReadOptions) -> None:
-        self.folder = path.parent
         self.allowed = [path.resolve().parent, *(folder.resolve() for folder in options.packages.values())]
         self.files: list[Path] = []
         self.documents: list[Document] = []
         self.included: dict[Element, Element] = {}
-        self.known: set[Path] = set()
-        self.root = self._read(path, None).root
-        for element in self.root.iter():
-            self._follow(element, (path.resolve(),))
+        self.models: list[Path] = []
+        self.root = self._main(path, None, 0)
 
-    def _read(self, path: Path, asked: Span | None) -> Document:
+    def _main(self, path: Path, asked: Span | None, depth: int) -> Element:
+        """Read a main file and all that it includes."""
+        self.models.append(path.parent)
+        root = self._read(path, asked)
+        known = {_absolute(path)}
+        for element in root.iter():
+            self._follow(element, _Including(path.parent, path.parent, known, depth))
+        return root
+
+    def _read(self, path: Path, asked: Span | None) -> Element:
         document = parse(read_source(path, asked))
         self.files.append(path)
         self.documents.append(document)
-        return document
+        return document.root
 
-    def _follow(self, element: Element, above: tuple[Path, ...]) -> None:
-        """Read the file that an element includes, and what that includes; MuJoCo finds all beside the main file."""
+    def _follow(self, element: Element, by: _Including) -> None:
+        """Read the file that an element includes, and what that includes, or the model that it names."""
         file = element.attributes.get("file")
-        is_include = element.tag == "include"
-        if file is None or not file.value or not (is_include or element.tag == "model"):
+        if file is None or not file.value or element.tag not in ("include", "model"):
             return
-        path = Path(self.folder, file.value.replace("\\", "/"))  # MuJoCo takes both for a separator
-        resolved = path.resolve()
-        if not any(resolved.is_relative_to(folder) for folder in self.allowed):
+        path = _found(file.value.replace("\\", "/"), by)  # MuJoCo takes both for a separator
+        if not any(path.resolve().is_relative_to(folder) for folder in self.allowed):
             message = f"{file.value} lies outside the folder of the robot, and is not read"
             help = "move it there, or allow its folder: --package NAME=FOLDER"
             raise MarkupError(error("include-outside", message, file.span, help))
-        if resolved in above:
-            raise MarkupError(error("include-cycle", f"{file.value} includes itself", file.span, "remove one include"))
-        if resolved in self.known:
-            if is_include:
-                message = f"{file.value} is included a second time: MuJoCo includes a file once"
-                raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
-            return
-        self.known.add(resolved)
-        if len(above) == MAX_DEPTH:
+        if by.depth == MAX_DEPTH:
             message = f"files include each other {MAX_DEPTH} levels deep"
             raise MarkupError(error("include-too-many", message, file.span, "join some"))
-        root = self._read(path, file.span).root
-        if is_include:
-            self.included[element] = root
+        if element.tag == "model":
+            self._model(path, file.span, by.depth + 1)
+            return
+        self._check_new(file, path, by)
+        by.known.add(_absolute(path))
+        root = self.included[element] = self._read(path, file.span)
         for inner in root.iter():
-            self._follow(inner, (*above, resolved))
+            self._follow(inner, _Including(by.main, path.parent, by.known, by.depth + 1, (*by.above, path)))
+
+    def _model(self, path: Path, asked: Span, depth: int) -> None:
+        """Read a model that is attached, once however often it is named."""
+        if _absolute(path) not in {_absolute(known) for known in self.files}:
+            self._main(path, asked, depth)
+
+    def _check_new(self, file: Attribute, path: Path, by: _Including) -> None:
+        """Raise MarkupError for a file that is included already: MuJoCo goes by names, and follows no links."""
+        if _absolute(path) not in by.known:
+            return
+        if path in by.above or _absolute(path) == _absolute(self.files[0]):
+            raise MarkupError(error("include-cycle", f"{file.value} includes itself", file.span, "remove one include"))
+        message = f"{file.value} is included a second time: MuJoCo includes a file once"
+        raise MarkupError(error("mjcf-refused", message, file.span, "include a copy, or use a class"))
+
+    def place_of(self, name: str) -> str:
+        """Return the name of a mesh or texture as seen from the main file.
+
+        MuJoCo names one that stands beside an included file by its whole path, and one of an attached model as that
+        model does.
+        """
+        top = Path(os.path.abspath(self.models[0]))
+        if posixpath.isabs(name):
+            return Path(name).relative_to(top).as_posix() if Path(name).is_relative_to(top) else name
+        folder = next((folder for folder in self.models if (folder / name).is_file()), self.models[0])
+        return posixpath.normpath(posixpath.join(Path(os.path.relpath(folder, self.models[0])).as_posix(), name))
 
     def children(self, element: Element) -> Iterator[Element]:
         """Yield the elements in an element, those of included files in place of the include."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import posixpath
 from collections.abc import Iterator
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
@@ -27,21 +28,46 @@ RULES = (
 )
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
+# What is converted on the way, and what it becomes.
+_CONVERTED = (".dae", ".gltf", ".glb")
+CONVERTED_ENDING = ".obj"
+MESHES = "meshes"  # the folder beside the MJCF that has the meshes of packages
 
 
-def mesh_path(mesh: Mesh) -> str:
-    """Return the file of a mesh as MuJoCo opens it; empty if MuJoCo cannot."""
-    if mesh.file.startswith("package://") or not mesh.file.lower().endswith(_MESH_FORMATS):
+def mesh_path(file: str) -> str:
+    """Return the file of a mesh as MuJoCo opens it, by its name in the description; empty if MuJoCo cannot.
+
+    >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
+    ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
+    """
+    scheme, mark, rest = file.partition("://")
+    ending = posixpath.splitext(file)[1].lower()
+    more = CONVERTED_ENDING if ending in _CONVERTED else ""
+    if not (more or ending in _MESH_FORMATS):
         return ""
-    return mesh.file.removeprefix("file://")
+    if mark and scheme in ("package", "model"):
+        parts = rest.split("/")
+        return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
+    if mark or file.startswith("/"):
+        return "" if more or scheme not in ("file", file) else file.removeprefix("file://")
+    inside = posixpath.normpath(file)
+    while more and inside.startswith("../"):  # what is converted stands beside the MJCF
+        inside = inside[3:]
+    return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
+
+
+def is_written(robot: Robot, mesh: Mesh) -> bool:
+    """Say whether the MJCF has a mesh: MuJoCo opens its file, and it was not looked for in vain."""
+    return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
     """Return the limits of the position of a joint (rad or m); None where it has none."""
     limit = joint.limit if joint.moves else None
-    if joint.type == "continuous" or limit is None or limit.lower is None or limit.upper is None:
+    if joint.type == "continuous" or limit is None:
         return None
-    return (limit.lower, limit.upper)
+    lower, upper = limit.known("lower"), limit.known("upper")
+    return None if lower is None or upper is None else (lower, upper)
 
 
 def has_volume(geometry: Geometry) -> bool:
@@ -88,8 +114,9 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             what = f"is held at {ends[0]:g}" if ends[0] == ends[1] else f"goes from {ends[0]:g} to {ends[1]:g}"
             message = f'joint "{joint.name}" {what}: MuJoCo takes a range of no width for no limit'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="make the joint fixed, or its range wider")
-        if joint.limit and joint.limit.effort is not None and joint.limit.effort <= 0:
-            message = f'joint "{joint.name}" has an effort of {joint.limit.effort:g}: MuJoCo takes a force range of no'
+        effort = joint.limit.known("effort") if joint.limit else None
+        if effort is not None and effort <= 0:
+            message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
             message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
     textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
@@ -124,12 +151,12 @@ def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
                 kind = type(shape.geometry).__name__.lower()
                 message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
                 yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")
-            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry):
+            elif isinstance(shape.geometry, Mesh) and not mesh_path(shape.geometry.file):
                 meshes.append((shape.geometry.file, link.name))
     if meshes:
         (file, link_name), *more = meshes
         what = f'mesh {file} of link "{link_name}"'
         what += f"{and_more(len(more))} {'are' if more else 'is'}"
         message = f"{what} left out of the MJCF: MuJoCo opens"
-        message += " STL, OBJ and MSH files by their path, no package:// address and no other format"
-        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give a path relative to the artifact")
+        message += " STL, OBJ and MSH files; DAE, glTF and GLB are converted"
+        yield Diagnostic("mjcf-cannot-say", WARNING, message, help="convert it, and name the new file")

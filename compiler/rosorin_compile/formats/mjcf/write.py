@@ -26,6 +26,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -54,11 +55,15 @@ from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .unsaid import has_volume, mesh_path, position_range, refused, unsaid
+from .servos import aims, servo_name, servos
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
+
+# The settings of the simulation, where the description has no others.
+OPTION = {"integrator": "implicitfast"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
@@ -104,26 +109,29 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
     elements = elements_of(robot, templates, number)
-    printer = _Printer(robot, number, elements.bodies, free)
+    printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"))
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
+    actuated = servos(joints, output)
     values = {
         "robot": robot,
         "free_joint": _free_joint(robot) if free else "",
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
-        "meshes": [(name, mesh, mesh_path(mesh)) for mesh, name in printer.meshes.items()],
+        "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "bodies": bodies,
         "followers": followers(robot, joints, number),
-        "actuated": [joint for joint in joints if joint.actuator and joint.moves],
+        "actuated": actuated,
         "sensors": elements.sensors,
         "sections": elements.sections,
         "excludes": excluded_contacts(robot),
-        "keys": keys(robot, joints, free),
+        "keys": keys(robot, joints, actuated, free),
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
-        "range": position_range,
+        "option": _option(output, number),
+        "aims": aims,
+        "servo_name": servo_name,
         "number": number,
         "vector": printer.vector,
         "pairs": lambda pairs: attributes(**dict(pairs)),
@@ -158,12 +166,19 @@ class _Printer:
     """Puts frames into the terms of MuJoCo, numbers printed: a template takes its time over hundreds of geoms."""
 
     def __init__(
-        self, robot: Robot, number: NumberFormat, elements: Mapping[str, Sequence[Element]], free: bool
+        self,
+        robot: Robot,
+        number: NumberFormat,
+        elements: Mapping[str, Sequence[Element]],
+        free: bool,
+        mesh_inertia: str,
     ) -> None:
         self.robot = robot
         self.number = number
         self.elements = elements
-        self.meshes: dict[Mesh, str] = {}
+        self.meshes: dict[tuple[Mesh, str], str] = {}
+        self.names = _own_names(robot)
+        self.mesh_inertia = mesh_inertia
         self.weightless = frozenset(weightless(robot, free))
 
     def vector(self, numbers: Iterable[float]) -> str:
@@ -205,12 +220,17 @@ class _Printer:
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            values = {"class": f"{self.robot.name}_{purpose}", "name": f"{link.name}_{purpose}_{index}"}
+            name = f"{link.name}_{purpose}_{index}"
+            name = solid.name if self.names.get(solid.name) == (link.name, purpose) else name
+            values = {"class": f"{self.robot.name}_{purpose}", "name": name}
             values["type"] = type(geometry).__name__.lower()
             if isinstance(geometry, Mesh):
-                if not mesh_path(geometry):
+                if not is_written(self.robot, geometry):
                     continue
-                values["mesh"] = self.meshes.setdefault(geometry, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+                if not geometry.inertia and self.mesh_inertia != "legacy":
+                    geometry = replace(geometry, inertia=self.mesh_inertia)
+                key = (geometry, geometry.inertia)
+                values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             else:
                 values["size"] = self.vector(_half_sizes(geometry))
             values |= self.place(solid.origin())
@@ -218,6 +238,37 @@ class _Printer:
             if colour:
                 values["rgba"] = self.vector(colour)
             yield attributes(**values)
+
+
+def _own_names(robot: Robot) -> dict[str, tuple[str, str]]:
+    """Return the names that geoms have of their own: where, by name. One that several would have is nobody's.
+
+    A shape that collides goes before one of the same name that is seen. The names that the others get are taken.
+    """
+    owners: dict[str, list[tuple[str, str]]] = {}
+    made: set[str] = set()
+    for purpose in ("collision", "visual"):
+        for link in robot.links:
+            solids = [solid for shape in getattr(link, purpose) for solid in shape.solids()]
+            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(solids) + 1)}
+            for solid in solids:
+                owners.setdefault(solid.name, []).append((link.name, purpose))
+    first = {name: [place for place in places if place[1] == places[0][1]] for name, places in owners.items()}
+    return {name: places[0] for name, places in first.items() if name and len(places) == 1 and name not in made}
+
+
+def _option(output: Output, number: NumberFormat) -> tuple[Markup, Markup | str]:
+    """Return the attributes of the settings of the simulation, and those of its flags, if any is set."""
+    values = {**OPTION, **output.options.get("option", {})}
+    flags = values.pop("flag", {})
+    texts = {word: _setting(value, number) for word, value in values.items()}
+    return attributes(**texts), attributes(**flags) if flags else ""
+
+
+def _setting(value: str | float | Sequence[float], number: NumberFormat) -> str:
+    if isinstance(value, str):
+        return value
+    return number(value) if isinstance(value, (int, float)) else vector(value, number)
 
 
 def _indent(depth: int) -> str:
@@ -274,8 +325,9 @@ def _single(joint: Joint, number: NumberFormat) -> Markup:
         dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         values |= {word: number(value) for word, value in words.items() if value}
-    if joint.limit is not None and joint.limit.effort:
-        values["actuatorfrcrange"] = vector([-joint.limit.effort, joint.limit.effort], number)
+    effort = joint.limit.known("effort") if joint.limit is not None else None
+    if effort:
+        values["actuatorfrcrange"] = vector([-effort, effort], number)
     return attributes(**values)
 
 
@@ -289,18 +341,22 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
         if not robot.joint[joint.mimic.joint].moves:
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
-        made.append(attributes(**values, polycoef=vector(polynomial, number)))
+        tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
+        words = {word: vector(numbers, number) for word, numbers in tuned.items() if numbers}
+        made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
     return made
 
 
-def keys(robot: Robot, joints: Sequence[Joint], free: bool) -> list[tuple[str, list[float], list[float]]]:
+def keys(
+    robot: Robot, joints: Sequence[Joint], actuated: Sequence[Joint], free: bool
+) -> list[tuple[str, list[float], list[float]]]:
     """Return name, qpos and ctrl of each pose: the free base at the origin of the world, then the joints in order."""
     base = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] if free else []
     made = []
     for pose in robot.poses:
         at = _positions(robot, joints, pose)
         qpos = [number for joint in joints for number in at(joint)]
-        made.append((pose.name, base + qpos, [at(joint)[0] for joint in joints if joint.actuator and joint.moves]))
+        made.append((pose.name, base + qpos, [at(joint)[0] for joint in actuated]))
     return made
 
 

@@ -125,6 +125,9 @@ class _Placer:
         mimic = entry.get("mimic")
         if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
             changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
+        actuator = entry.get("actuator")
+        if isinstance(actuator, Map) and isinstance(actuator.get("name"), str):
+            changes["actuator"] = _with(actuator, {"name": self.prefix + actuator["name"]})
         if self.mirror is not None and entry.get("type") in ("revolute", "continuous", "prismatic", "planar"):
             changes["axis"] = self._mirrored_axis(entry)
         return _with(entry, changes)

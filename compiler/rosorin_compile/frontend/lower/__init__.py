@@ -25,7 +25,6 @@ from ...model import (
     STATIC_TRANSFORM_PUBLISHER,
     TEMPLATE_ELEMENT,
     UNPUBLISHED,
-    Actuator,
     Attribute,
     Edge,
     Joint,
@@ -45,6 +44,7 @@ from ..schema import backend_of
 from ..tree import Map, Path, locate
 from .entries import (
     Problem,
+    actuator_of,
     calibration_of,
     dynamics_of,
     limit_of,
@@ -221,7 +221,6 @@ class _Lowering:
     def joint(self, name: str, entry: dict[str, Any]) -> Joint:
         path: Path = ("joints", name)
         self.place_joint(name, path, entry["child"], (*path, "child"))
-        actuator = entry.get("actuator")
         joint = Joint(
             name=name,
             type=entry["type"],
@@ -232,7 +231,7 @@ class _Lowering:
             limit=limit_of(entry.get("limit")),
             mimic=mimic_of(entry.get("mimic")),
             dynamics=dynamics_of(entry.get("dynamics")),
-            actuator=None if actuator is None else Actuator(float(actuator["kp"]), float(actuator.get("kv", 0))),
+            actuator=actuator_of(entry.get("actuator")),
             source=source_of(entry.get("source")),
             calibration=calibration_of(entry.get("calibration")),
             safety=safety_of(entry.get("safety_controller")),

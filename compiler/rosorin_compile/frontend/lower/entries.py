@@ -10,6 +10,7 @@ from ...diagnostics.registry import POSES, Rule
 from ...model import (
     IDENTITY,
     NODE,
+    Actuator,
     Calibration,
     Dynamics,
     JointPose,
@@ -72,14 +73,26 @@ def limit_of(entry: Mapping[str, Any] | None) -> Limit | None:
     """Return the limit of a joint."""
     if entry is None:
         return None
-    return Limit(**_numbers(entry))
+    stand_ins = tuple(entry.get("stand_ins", ()))
+    return Limit(**_numbers({k: v for k, v in entry.items() if k != "stand_ins"}), stand_ins=stand_ins)
 
 
 def mimic_of(entry: Mapping[str, Any] | None) -> Mimic | None:
     """Return what a joint follows."""
     if entry is None:
         return None
-    return Mimic(entry["joint"], float(entry.get("multiplier", 1)), float(entry.get("offset", 0)))
+    solref, solimp = (tuple(map(float, entry.get(key, ()))) for key in ("solref", "solimp"))
+    return Mimic(entry["joint"], float(entry.get("multiplier", 1)), float(entry.get("offset", 0)), solref, solimp)
+
+
+def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
+    """Return what drives a joint."""
+    if entry is None:
+        return None
+    ends = tuple(map(float, entry["range"])) if "range" in entry else None
+    own = None if ends is None else (ends[0], ends[1])
+    name, free = entry.get("name", ""), bool(entry.get("unlimited", False))
+    return Actuator(float(entry["kp"]), float(entry.get("kv", 0)), name, own, free)
 
 
 def dynamics_of(entry: Mapping[str, Any] | None) -> Dynamics | None:

@@ -123,7 +123,7 @@ def _height_map(entry: Mapping[str, Any]) -> HeightMap:
 
 def _mesh(entry: Mapping[str, Any]) -> Mesh:
     x, y, z = map(float, entry.get("scale", (1, 1, 1)))
-    return Mesh(entry["file"], (x, y, z))
+    return Mesh(entry["file"], (x, y, z), entry.get("inertia", ""))
 
 
 def _positive(value: float, *path: str | int) -> float:

@@ -10,6 +10,7 @@ import io
 import math
 import re
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -132,6 +133,8 @@ def _format(path: Path) -> str:
 
 def _read(path: Path) -> bytes:
     try:
+        if path.exists() and not (path.is_file() or path.is_dir()):  # reading a pipe or a device may never end
+            raise fail("mesh-unreadable", f"{path} is no regular file", "name a mesh file")
         if path.is_file() and path.stat().st_size > MAX_BYTES:
             help = "reduce the number of triangles"
             raise fail("mesh-unreadable", f"{path} is larger than {MAX_BYTES:,} bytes", help)
@@ -173,7 +176,8 @@ def _parsed(path: Path, kind: str, data: bytes) -> list[Floats]:
         options["skip_materials"] = True
     resolver: Any = _Beside(path) if kind == "gltf" else None
     try:
-        return list(_pieces(path, trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, **options)))
+        with _quiet():
+            return list(_pieces(path, trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, **options)))
     except ExtractProblem:
         raise
     except ImportError as problem:
@@ -183,6 +187,23 @@ def _parsed(path: Path, kind: str, data: bytes) -> list[Floats]:
         reason = " ".join(str(problem).split())[:200] or type(problem).__name__
         message = f"{path} is not a mesh that can be read as {kind.upper()}: {reason}"
         raise fail("mesh-unreadable", message, "export it anew; the ending says the format") from None
+
+
+@contextmanager
+def _quiet() -> Iterator[None]:
+    """Keep what trimesh logs off the terminal: of a broken file it logs whole tracebacks, and goes on."""
+    import logging
+    import warnings
+
+    log = logging.getLogger("trimesh")
+    before = log.level
+    log.setLevel(logging.CRITICAL + 1)
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            yield
+    finally:
+        log.setLevel(before)
 
 
 def _pieces(path: Path, loaded: Any) -> Iterator[Floats]:

@@ -63,7 +63,7 @@ class Outputs(NamedTuple):
     ``left_out`` are the formats that it does not ask for, each with the reason.
     """
 
-    entries: dict[str, Mapping[str, str]]
+    entries: dict[str, Mapping[str, Any]]
     remarks: dict[str, str]
     left_out: dict[str, str]
 
@@ -152,7 +152,7 @@ class _Document:
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
         if lets:
             document["let"] = lets
-        document["outputs"] = {name: dict(entry) for name, entry in wanted.entries.items()}
+        document["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
         return _sorted(document)
 
     def value(self, value: Any, path: Path, span: Span | None) -> Any:
@@ -182,6 +182,15 @@ class _Document:
         if len(path) > 1 and path[-1] not in _NAMED_SECTIONS:
             made = dict(sorted(made.items(), key=lambda entry: _RANK.get(entry[0], len(_RANK))))
         return made
+
+
+def _written(value: Any) -> Any:
+    """Return an entry of the outputs as ``layout`` takes it."""
+    if isinstance(value, Mapping):
+        return {key: _written(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_written(item) for item in value]
+    return number(value, None) if isinstance(value, (int, float)) and not isinstance(value, bool) else value
 
 
 def _items(value: Map) -> Iterator[tuple[str, Any, Span | None]]:

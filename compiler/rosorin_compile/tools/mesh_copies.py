@@ -1,0 +1,191 @@
+"""Mesh copies: what was found elsewhere gets into the folder of the artifacts, as bytes that MuJoCo reads.
+
+STL, OBJ and MSH are copied as they are. DAE, glTF and GLB become OBJ, and an STL of letters, which MuJoCo does not
+read, one of bytes: trimesh reads them. What is written says of which bytes it was made (SHA-256), so that nothing is
+converted twice, and a machine without trimesh takes what is there. The numbers do not depend on the machine.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import struct
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnostics import NOTE, WARNING, Diagnostic, has_errors
+from ..diagnostics.registry import FORMATS, Rule
+from ..formats.mesh_files import Found, Named, Searched, told
+from .extract.problems import ExtractProblem
+
+if TYPE_CHECKING:
+    from .extract.meshes import Floats
+
+RULES = (
+    Rule(
+        "mesh-converted",
+        "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
+        "Nothing is to be done; colours and textures of such a file are not carried over.",
+        FORMATS,
+    ),
+    Rule(
+        "mesh-not-read",
+        "A warning: a mesh cannot be read, or not by MuJoCo; it is left out of the MJCF.",
+        "As the message says.",
+        FORMATS,
+    ),
+)
+
+MOST_FACES = 200_000  # of an STL, in MuJoCo 4.0.0
+MAX_BYTES = 500_000_000
+_HEAD = 84  # bytes of an STL before its triangles, of which each has 50
+_MARK = "made by rosorin-compile of SHA-256 "
+
+
+class _NotRead(Exception):
+    """A mesh that MuJoCo cannot get; the message ends a sentence about it."""
+
+    def __init__(self, what: str, help: str) -> None:
+        super().__init__(what)
+        self.help = help
+
+
+def brought(searched: Searched, outputs: Path) -> Searched:
+    """Return the meshes with the files that belong to the artifacts; what cannot be read is missing from now on."""
+    if has_errors(searched.diagnostics):
+        return searched
+    files: dict[str, bytes] = {}
+    missing = set(searched.missing)
+    converted: list[Named] = []
+    failed: dict[tuple[str, str], list[Named]] = {}
+    for found in searched.found:
+        try:
+            made, is_new = _files(found, outputs)
+        except _NotRead as problem:
+            failed.setdefault((str(problem), problem.help), []).append(found.named)
+            missing.add(found.named.name)
+            continue
+        files |= made
+        if is_new:
+            converted.append(found.named)
+    return searched._replace(
+        missing=frozenset(missing), diagnostics=[*searched.diagnostics, *_said(failed, converted)], files=files
+    )
+
+
+def _said(failed: Mapping[tuple[str, str], Sequence[Named]], converted: Sequence[Named]) -> list[Diagnostic]:
+    said = [
+        told("mesh-not-read", f"left out of the MJCF: {what}", help, WARNING, f) for (what, help), f in failed.items()
+    ]
+    if converted:
+        what = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
+        said.append(told("mesh-converted", what, "", NOTE, converted)._replace(related=()))
+    return said
+
+
+def _files(found: Found, outputs: Path) -> tuple[dict[str, bytes], bool]:
+    """Return the files of a mesh by their names in the folder of the artifacts, and whether one was converted now.
+
+    Raises _NotRead.
+    """
+    data = _read(found.file)
+    own = next((place for place in found.places if _is(outputs / place, found.file)), None)
+    if own is not None:
+        _check(data, found.file.suffix.lower())
+        return dict.fromkeys(found.places, data), False
+    made: dict[str, bytes] = {}
+    is_new = False
+    for place in found.places:
+        ending = Path(place).suffix.lower()
+        if ending == found.file.suffix.lower() and not (ending == ".stl" and _is_text(data)):
+            _check(data, ending)
+            made[place] = data
+        else:
+            there, mark = _there(outputs / place), f"{_MARK}{hashlib.sha256(data).hexdigest()[:40]}"
+            is_new = is_new or mark.encode() not in there[:200]
+            made[place] = _converted(found.file, ending, mark) if is_new else there
+    if not found.places:
+        _check(data, found.file.suffix.lower())
+    return made, is_new
+
+
+def _is(path: Path, file: Path) -> bool:
+    try:
+        return path.samefile(file)
+    except (OSError, ValueError):
+        return False
+
+
+def _read(path: Path) -> bytes:
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            raise _NotRead(f"it is larger than {MAX_BYTES:,} bytes", "reduce the number of triangles")
+        return path.read_bytes()
+    except OSError as problem:
+        reason = problem.strerror or type(problem).__name__
+        raise _NotRead(f"{reason}", "check the permissions") from None
+
+
+def _is_text(data: bytes) -> bool:
+    """Say whether an STL is one of letters: its size is not that of as many triangles as it says."""
+    binary = len(data) >= _HEAD and len(data) == _HEAD + 50 * struct.unpack("<I", data[80:84])[0]
+    return not binary and data.lstrip()[:5].lower() == b"solid"
+
+
+def _check(data: bytes, ending: str) -> None:
+    """Raise _NotRead for what MuJoCo does not read."""
+    if not data:
+        raise _NotRead("the file is empty", "export it anew")
+    if ending != ".stl":
+        return
+    if _is_text(data):
+        raise _NotRead("MuJoCo reads no STL of letters", "export it anew, as binary STL")
+    count = struct.unpack("<I", data[80:84])[0] if len(data) >= _HEAD else 0
+    if len(data) != _HEAD + 50 * count:
+        raise _NotRead("the STL is damaged", "export it anew")
+    if not 1 <= count <= MOST_FACES:
+        help = "reduce the number of triangles, or export it as OBJ"
+        raise _NotRead(f"it has {count:,} triangles, and MuJoCo takes 1 to {MOST_FACES:,} of an STL", help)
+
+
+def _there(path: Path) -> bytes:
+    try:
+        return path.read_bytes() if path.is_file() else b""
+    except (OSError, ValueError):
+        return b""
+
+
+def _converted(path: Path, ending: str, mark: str) -> bytes:
+    """Return a mesh in another format. Raises _NotRead."""
+    from .extract.meshes import load_mesh
+
+    try:
+        triangles = load_mesh(path).triangles
+    except ExtractProblem as problem:
+        said = problem.diagnostic
+        raise _NotRead(said.message.removeprefix(f"{path} "), said.help) from None
+    if ending == ".stl" and len(triangles) > MOST_FACES:
+        raise _NotRead(f"it has more than {MOST_FACES:,} triangles", "export it as OBJ")
+    return _WRITERS[ending](triangles, mark)
+
+
+def _obj(triangles: Floats, mark: str) -> bytes:
+    """Return triangles (n, 3, 3) as OBJ: each corner once, as many digits as MuJoCo keeps."""
+    import numpy as np
+
+    corners, faces = np.unique(triangles.reshape(-1, 3).astype(np.float32), axis=0, return_inverse=True)
+    lines = [f"# {mark}", *("v " + " ".join(f"{value + 0.0:.9g}" for value in corner) for corner in corners.tolist())]
+    lines += ["f " + " ".join(map(str, face)) for face in (faces.reshape(-1, 3) + 1).tolist()]
+    return ("\n".join(lines) + "\n").encode()
+
+
+def _stl(triangles: Floats, mark: str) -> bytes:
+    """Return triangles (n, 3, 3) as binary STL."""
+    import numpy as np
+
+    made = np.zeros(len(triangles), dtype=[("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("more", "<u2")])
+    made["corners"] = triangles
+    return mark.encode().ljust(80) + struct.pack("<I", len(triangles)) + made.tobytes()
+
+
+_WRITERS: Mapping[str, Callable[[Floats, str], bytes]] = {".obj": _obj, ".stl": _stl}

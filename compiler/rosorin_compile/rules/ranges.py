@@ -89,7 +89,7 @@ def _span(ends: tuple[float, float] | list[float], joint: Joint) -> str:
 def speeds(case: Case) -> Iterator[Diagnostic]:
     """Bare velocity limits that are those of a data sheet in degrees. What turns on and on may well be fast."""
     for joint in case.robot.joints:
-        velocity = joint.limit.velocity if joint.limit is not None else None
+        velocity = joint.limit.known("velocity") if joint.limit is not None else None
         if joint.type != "revolute" or velocity is None or not FAST <= velocity <= FASTEST or velocity % STEP:
             continue
         place = case.joint(joint, "limit", "velocity")

@@ -38,7 +38,8 @@ def negative(case: Case) -> Iterator[Diagnostic]:
         if joint.limit is not None and min(joint.limit.effort or 0, joint.limit.velocity or 0) < 0:
             continue  # a part calculates the others from it
         for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
-            for key, value in vars(values).items() if values is not None else ():
+            for key in _WHAT:
+                value = getattr(values, key, 0.0)
                 if value < 0:
                     place = case.joint(joint, part, key)
                     message = (

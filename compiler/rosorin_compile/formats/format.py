@@ -168,6 +168,8 @@ class Format:
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
     - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
+    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
+      or is not installed. For ``check``.
 
     What an artifact says of a robot, so that it can be held against it:
 
@@ -216,6 +218,7 @@ class Format:
     facts: Callable[[str], Facts] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
+    refusal: Callable[[str, Path], str] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False

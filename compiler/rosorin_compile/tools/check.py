@@ -9,15 +9,17 @@ import argparse
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from math import prod
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from ..diagnostics.console import Console
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import Description
 from .shared import (
     FINE,
     PROBLEMS,
+    Given,
     Run,
     WrongUsage,
     compile_one,
@@ -29,12 +31,15 @@ from .shared import (
     one,
     output_options,
     robot_options,
+    understood,
 )
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
+    from ..formats import Artifact
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
+    from ..pipeline import Compiled
     from .package.checking import Checked
 
 RULES = (
@@ -42,6 +47,13 @@ RULES = (
         "outputs-differ",
         "The committed artifacts are not those of the description (in the forms for programs).",
         "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "engine-refuses",
+        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
+        "where it is installed.",
+        "As the message says; a mesh is looked for from the folder of the artifact.",
         WRITING,
     ),
     Rule(
@@ -102,7 +114,7 @@ def check_one(run: Run, description: Description) -> int:
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    disagreements = agreement(compiled.robot, compiled.artifacts)
+    disagreements = [*agreement(compiled.robot, compiled.artifacts), *refused(run.given, description, compiled)]
     run.console.show(disagreements)
     comparison = compare(compiled.robot, compiled.artifacts, committed)
     differences = lines(comparison, full=getattr(run.options, "full", False))
@@ -116,6 +128,44 @@ def check_one(run: Run, description: Description) -> int:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts)} as committed in {description.outputs}")
     return FINE
+
+
+def refused(given: Given, description: Description, compiled: Compiled) -> list[Diagnostic]:
+    """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
+
+    MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
+    """
+    from ..formats import FORMATS
+
+    told = []
+    for artifact in compiled.artifacts:
+        ask = FORMATS[artifact.backend].refusal
+        reason = ask(artifact.text, description.outputs) if ask else ""
+        if reason:
+            told += _refusal(given, description, artifact, reason)
+    return told
+
+
+def _refusal(given: Given, description: Description, artifact: Artifact, reason: str) -> list[Diagnostic]:
+    """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
+    from ..diagnostics import error
+    from ..frontend.tree import locate
+    from ..model import Mesh
+
+    message = f"{artifact.file} is not loaded by the engine that it is for: {reason}"
+    known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
+    if known is None:
+        return [error("engine-refuses", message, None)]
+    case, help = known.case, "correct the file, or name another one; it is looked for from the folder of the artifact"
+    at_meshes = [
+        case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+        for link in known.robot.links
+        for purpose in ("collision", "visual")
+        for index, shape in enumerate(getattr(link, purpose))
+        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in reason
+    ]
+    place = locate(case.tree, ("outputs", artifact.output), key=True)
+    return at_meshes or [error("engine-refuses", message, place.span, "correct what it names")]
 
 
 def _check_deployed(run: Run, description: Description) -> int:

@@ -6,6 +6,7 @@ With --every-argument a robot is compiled with every combination of the argument
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from math import prod
@@ -14,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
-from ..diagnostics.wording import counted
+from ..diagnostics.wording import counted, listed
 from ..project import Description
 from .shared import (
     FINE,
@@ -27,9 +28,11 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    is_foreign,
     nothing_written,
     one,
     output_options,
+    package_option,
     robot_options,
     understood,
 )
@@ -76,6 +79,13 @@ def options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compile with every combination of the arguments that have a list of values; nothing is compared",
     )
+    command.add_argument(
+        "--physics",
+        action="store_true",
+        help="look for what cannot be, too: parts inside each other, joints that drive them there, meshes of another"
+        " size; with MuJoCo",
+    )
+    package_option(command)
     command.add_argument("--full", action="store_true", help="show text differences in full")
     output_options(command)
     format_options(command)
@@ -83,11 +93,14 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    if options.physics and (options.every_argument or options.deployed is not None):
+        raise WrongUsage("--physics does not go with --every-argument or --deployed")
     if options.every_argument:
         if options.deployed is not None:
             raise WrongUsage("--every-argument and --deployed do not go together")
-
         return for_each(options, check_every)
+    if options.physics:
+        return _check_with_physics(options)
     if options.deployed is None:
         return for_each(options, check_one)
     if not Path(options.deployed).is_dir():
@@ -166,6 +179,38 @@ def _refusal(given: Given, description: Description, artifact: Artifact, reason:
     ]
     place = locate(case.tree, ("outputs", artifact.output), key=True)
     return at_meshes or [error("engine-refuses", message, place.span, "correct what it names")]
+
+
+def _check_with_physics(options: argparse.Namespace) -> int:
+    """Compare each robot with its outputs, unless it is in a file of another format, and check its physics."""
+    from .physics.checking import lacking
+
+    missing = lacking()
+    if missing:
+        raise WrongUsage(f"check --physics needs what is not installed: pip install {missing}")
+
+    def both(run: Run, description: Description) -> int:
+        compared = FINE if is_foreign(description.path) else check_one(run, description)
+        return max(compared, _check_physics(run, description))
+
+    return for_each(options, both)
+
+
+def _check_physics(run: Run, description: Description) -> int:
+    """Check the physics of one robot. What its description says wrongly was told before, unless it is foreign."""
+    from ..diagnostics import has_errors
+    from .physics.checking import look
+
+    console = run.console if is_foreign(description.path) else Console("json")
+    known = understood(run.given, description, console)
+    if known is None:
+        return PROBLEMS
+    looked = look(known.case, description, run.given.packages)
+    run.console.show(looked.diagnostics)
+    severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
+    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
+    run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
+    return PROBLEMS if has_errors(looked.diagnostics) else FINE
 
 
 def _check_deployed(run: Run, description: Description) -> int:

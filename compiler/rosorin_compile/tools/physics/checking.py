@@ -54,15 +54,23 @@ def look(case: Case, description: Description, packages: Mapping[str, Path]) -> 
         for one in named:
             meshes.read(one)
             tick()
-        found = [*meshes.told, *mesh_facts.told(case, meshes)]
+        found = [*overlaps.at_most(meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
         scene = Scene(case.robot, meshes)
         states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
-        swept = sweeps.sweep(scene, states, tick)
-        found += overlaps.told(case, scene, states, swept.always)
+        starts = [_legal(scene), *states[1:]]
+        swept = sweeps.sweep(scene, starts, tick)
+        always = swept.always & set(states[0].overlaps)
+        found += overlaps.told(case, scene, states, always)
         found += sweeps.told(case, scene, swept.meetings)
-        found += rest.told(case, states, tick)
+        found += rest.told(case, starts, tick)
     finally:
         progress.end()
     at = [counted(len(poses) - 1, "pose"), "zero", f"the ranges of {counted(len(joints), 'joint')}"]
     at += [counted(len({one.mesh.file for one in named}), "mesh")] if named else []
     return Looked(arrange(found), listed(at if len(poses) > 1 else at[1:]))
+
+
+def _legal(scene: Scene) -> State:
+    """Return zero, or where that is beyond limits what is as near to it as they let."""
+    positions = {joint.name: overlaps.nearest(joint) for joint in scene.robot.joints if overlaps.nearest(joint)}
+    return State(ZERO, positions, scene.overlaps(positions), bool(positions))

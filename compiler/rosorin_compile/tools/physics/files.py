@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
 
 PURPOSES = ("collision", "visual")
+MOST_CORNERS = 250  # of a hull: more make it slow, and not half a per cent larger
 
 
 class Hull(NamedTuple):
@@ -53,12 +55,13 @@ class Loaded:
 
     @cached_property
     def hull(self) -> Hull | None:
-        """The convex hull; None of a mesh that is flat."""
-        import numpy as np
+        """The convex hull, of very many corners those that stand out most; None of a mesh that is flat."""
         from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
 
         try:
-            made = ConvexHull(np.unique(self.triangles.reshape(-1, 3), axis=0))
+            made = ConvexHull(self.triangles.reshape(-1, 3))
+            if len(made.vertices) > MOST_CORNERS:
+                made = ConvexHull(_standing_out(made.points[made.vertices]))
         except (QhullError, ValueError):
             return None
         return Hull(made.points[made.vertices], made.equations, float(made.volume))
@@ -78,6 +81,18 @@ class Loaded:
     def is_closed(self) -> bool:
         """Whether the surface has an inside."""
         return bool(self.surface.is_watertight)
+
+
+def _standing_out(corners: Floats) -> Floats:
+    """Return of corners (n, 3) those that are farthest in one of many directions, which a spiral goes through."""
+    import numpy as np
+
+    steps = np.arange(MOST_CORNERS) + 0.5
+    height = 1 - 2 * steps / MOST_CORNERS
+    around, turn = np.sqrt(1 - height**2), math.pi * (1 + math.sqrt(5)) * steps
+    directions = np.stack([around * np.cos(turn), around * np.sin(turn), height], axis=1)
+    found: Floats = corners[np.unique((directions @ corners.T).argmax(axis=1))]
+    return found
 
 
 class Named(NamedTuple):

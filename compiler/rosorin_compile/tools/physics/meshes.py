@@ -73,7 +73,7 @@ HEAVIEST, LIGHTEST = 25_000.0, 1.0  # kg/m^3: osmium has 22,600, air 1.2
 SMALL_INERTIA = 0.01  # of that of the hull with even density
 FAR_INERTIA = 1.2  # of that of all mass at the farthest corner
 OUTSIDE = 0.1  # of the longest side of the box, beyond which a centre of mass is outside
-APART = 0.5  # of the longest side of the box of the visuals
+APART = 0.25  # of the longest side: so far the boxes of what collides and of what is seen may be apart
 _SHOWN = 5
 
 
@@ -150,25 +150,38 @@ def _inertial(case: Case, meshes: Meshes, link: Link, fixed: Sequence[Link]) -> 
     if inertial is None or inertial.mass <= 0:
         return
     points = _points(case.robot, meshes, link, fixed)
-    own, volume = _volume(meshes, [link]), _volume(meshes, fixed)
-    mass = sum(one.inertial.mass for one in fixed if one.inertial)
-    if own > 0 and not LIGHTEST <= inertial.mass / own <= HEAVIEST and not LIGHTEST <= mass / volume <= HEAVIEST:
-        yield _mass(case, link, inertial.mass, own)
+    strange = _strange(meshes, link, fixed)
+    if strange:
+        yield _mass(case, link, inertial.mass, strange)
     elif points is not None:
         yield from _centre(case, link, inertial, points)
         yield from _moments(case, meshes, link, inertial, points)
 
 
-def _volume(meshes: Meshes, links: Iterable[Link]) -> float:
-    """Return the volume (m^3) of the shapes of links, of meshes that of their hulls: collision, or else visual ones."""
+def _strange(meshes: Meshes, link: Link, fixed: Sequence[Link]) -> float:
+    """Return the volume (m^3) that does not fit the mass of a link, nor that of all that is fixed to it; 0 if one does.
+
+    Few spheres where a foot touches the floor are no foot: too heavy is what is so for collision and visual shapes.
+    """
+    weights = [sum(one.inertial.mass for one in links if one.inertial) for links in ([link], fixed)]
+    volumes = [[_volume(meshes, links, purpose) for links in ([link], fixed)] for purpose in PURPOSES]
+    known = [own for own in volumes if own[0] > 0]
+    if known and all(mass > HEAVIEST * volume for own in known for mass, volume in zip(weights, own, strict=True)):
+        return max(own[0] for own in known)
+    if known and all(mass < LIGHTEST * volume for own in known for mass, volume in zip(weights, own, strict=True)):
+        return min(own[0] for own in known)
+    return 0.0
+
+
+def _volume(meshes: Meshes, links: Iterable[Link], purpose: str) -> float:
+    """Return the volume (m^3) of the collision or visual shapes of links, of meshes that of their hulls."""
     total = 0.0
-    for link in links:
-        for shape in link.collision or link.visual:
-            if isinstance(shape.geometry, Mesh):
-                loaded = meshes.of(shape.geometry)
-                total += loaded.hull.volume if loaded and loaded.hull else 0.0
-            else:
-                total += volume_of(shape.geometry)
+    for shape in (shape for link in links for shape in getattr(link, purpose)):
+        if isinstance(shape.geometry, Mesh):
+            loaded = meshes.of(shape.geometry)
+            total += loaded.hull.volume if loaded and loaded.hull else 0.0
+        else:
+            total += volume_of(shape.geometry)
     return total
 
 
@@ -270,11 +283,11 @@ def _apart(case: Case, meshes: Meshes, link: Link) -> Iterator[Diagnostic]:
     between = float(np.linalg.norm((low + high) / 2 - (lower + upper) / 2))
     longest = float(max((upper - lower).max(), (high - low).max()))
     gap = float(np.maximum(low - upper, lower - high).max())
-    if between <= APART * longest and gap <= 0:
+    if gap <= APART * longest:
         return
     message = (
         f'the collision shapes of link "{link.name}" have their middle {1000 * between:.1f} mm away from that of its'
-        f" visuals{', and do not touch them' if gap > 0 else ''}"
+        f" visuals, and do not touch them"
     )
     path = case.link(link.name, "collision", 0)
     related = [case.related("the visual", case.link(link.name, "visual", 0))]

@@ -12,17 +12,19 @@ from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related
 from ...diagnostics.registry import PHYSICS, Rule
-from ...diagnostics.wording import and_more, counted, listed
+from ...diagnostics.wording import and_more, counted, first_of, listed, quoted
 from ...frontend.tree import Path
-from ...model import Mesh
+from ...model import Joint, Mesh
 from ...rules.case import Case, at
 from .scene import Overlap, Pair, Scene, Solid
 
 RULES = (
     Rule(
         "parts-overlap",
-        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position. A "
-        "simulation pushes them apart in its first step. Meshes are taken as their convex hulls, as simulators do.",
+        "A warning: two parts are inside each other, at zero or in a named pose, and not in every position (a note, "
+        "where zero is beyond the limits of a joint). A "
+        "simulation pushes them apart in its first step. How deep is said of the convex hulls of meshes, as simulators "
+        "take them.",
         "Move one of them, correct the shape or the pose; a pair that is meant to touch goes under "
         "`disabled_contacts`.",
         PHYSICS,
@@ -31,6 +33,13 @@ RULES = (
         "part-inside-part",
         "A warning: a part is inside another one with most of its volume.",
         "Check `xyz` of the joint and of the shape; a pair that is meant goes under `disabled_contacts`.",
+        PHYSICS,
+    ),
+    Rule(
+        "hulls-overlap",
+        "A note: the convex hulls of meshes overlap, at zero or in a named pose, though the meshes do not touch. A "
+        "simulation that takes hulls pushes the parts apart.",
+        "Several convex shapes in place of the mesh; or the pair under `disabled_contacts`.",
         PHYSICS,
     ),
     Rule(
@@ -49,11 +58,15 @@ _SHOWN = 5
 
 
 class State(NamedTuple):
-    """A position of the robot at which it rests: a named pose, or zero; rad or m by joint, and what overlaps there."""
+    """A position of the robot at which it rests: a named pose, or zero; rad or m by joint, and what overlaps there.
+
+    ``near`` says that it is not zero but as near as the limits let it be.
+    """
 
     name: str
     positions: Mapping[str, float]
     overlaps: Mapping[Pair, Overlap]
+    near: bool = False
 
 
 def told(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -> list[Diagnostic]:
@@ -62,25 +75,64 @@ def told(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -
     for state in states:
         for pair in state.overlaps:
             found.setdefault(pair, []).append(state)
-    warnings, designs = [], {}
+    warnings, designs, hulls, illegal = [], {}, {}, {}
     for pair, where in found.items():
         deepest = max(where, key=lambda state: state.overlaps[pair].depth)
         overlap = deepest.overlaps[pair]
-        small, share = scene.share(pair, deepest.positions)
-        if share >= MOST_INSIDE and not _is_hollow(scene, pair, small):
+        small, large = scene.smaller(pair)
+        share = scene.share(small, large, deepest.positions)
+        if [state.name for state in where] == [ZERO] and _beyond(scene, pair):
+            illegal[pair] = overlap
+        elif share >= MOST_INSIDE and not all(solid.mesh for solid in scene.of_link[large]):
+            # A case of meshes and what is in it look like that by their hulls.
             warnings.append((overlap.depth, _inside(case, scene, small, pair, where, overlap, share)))
         elif pair in always:
             designs[pair] = overlap
+        elif not scene.touches(overlap, deepest.positions):
+            hulls[pair] = overlap
         else:
             warnings.append((overlap.depth, _overlap(case, scene, pair, where, overlap)))
     warnings.sort(key=lambda one: -one[0])
-    return [*at_most([one for _, one in warnings]), *_designs(case, designs)]
+    notes = (*_designs(case, designs), *_hulls(case, hulls), *_illegal(case, scene, illegal))
+    return [*at_most([one for _, one in warnings]), *notes]
 
 
-def _is_hollow(scene: Scene, pair: Pair, small: str) -> bool:
-    """Say whether what a part is inside of are hulls of meshes: a case and what is in it look like that."""
-    large = pair[1] if small == pair[0] else pair[0]
-    return all(solid.hull is not None for solid in scene.of_link[large])
+def _beyond(scene: Scene, pair: Pair) -> list[Joint]:
+    """Return the joints between two links that are beyond their limits at zero."""
+    robot = scene.robot
+    one, other = (robot.chain(link) for link in pair)
+    return [joint for joint in dict.fromkeys((*one, *other)) if (joint in one) != (joint in other) and nearest(joint)]
+
+
+def nearest(joint: Joint) -> float:
+    """Return the position (rad or m) nearest to zero that the limits of a joint let it have."""
+    limit = joint.limit
+    if not joint.moves or joint.mimic or joint.type == "continuous" or limit is None:
+        return 0.0
+    if limit.lower is None or limit.upper is None or limit.lower > limit.upper:
+        return 0.0
+    return min(max(0.0, limit.lower), limit.upper)
+
+
+def _illegal(case: Case, scene: Scene, pairs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
+    """Yield a note on the pairs that overlap at zero alone, where joints between them are beyond their limits."""
+    if not pairs:
+        return
+    joints = list(dict.fromkeys(joint for pair in pairs for joint in _beyond(scene, pair)))
+    names = [f"{pair[1]} in {pair[0]} by {mm(overlap.depth)}" for pair, overlap in _deepest(pairs)]
+    message = (
+        f"at zero, which is beyond the limits of {quoted([joint.name for joint in joints], _SHOWN)},"
+        f" {counted(len(pairs), 'pair')} of parts overlap{'s' if len(pairs) == 1 else ''}: {first_of(names, _SHOWN)};"
+        " simulators start there"
+    )
+    side = "lower" if nearest(joints[0]) > 0 else "upper"
+    help = "count the joint from a position that it can have, or start simulations in a named pose"
+    found = case.problem("parts-overlap", message, case.joint(joints[0], "limit", side), help, severity=NOTE)
+    yield found._replace(of=(), numbers=())
+
+
+def _deepest(pairs: Mapping[Pair, Overlap]) -> list[tuple[Pair, Overlap]]:
+    return sorted(pairs.items(), key=lambda item: -item[1].depth)
 
 
 def _inside(
@@ -142,7 +194,7 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
     """Yield a note on the pairs that overlap in every position."""
     if not designs:
         return
-    deepest = sorted(designs.items(), key=lambda item: -item[1].depth)
+    deepest = _deepest(designs)
     names = [f"{pair[1]} in {pair[0]} by {mm(overlap.depth)}" for pair, overlap in deepest[:_SHOWN]]
     message = (
         f"{counted(len(designs), 'pair')} of parts overlap{'s' if len(designs) == 1 else ''} in every position that was"
@@ -154,12 +206,28 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
     yield found._replace(related=(), of=(), numbers=())
 
 
-def at_most(found: Sequence[Diagnostic]) -> list[Diagnostic]:
+def _hulls(case: Case, hulls: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
+    """Yield a note on the pairs whose meshes do not touch, though their hulls overlap."""
+    if not hulls:
+        return
+    deepest = _deepest(hulls)
+    names = [f"{pair[1]} in {pair[0]} by {mm(overlap.depth)}" for pair, overlap in deepest[:_SHOWN]]
+    message = (
+        f"the hulls of {counted(len(hulls), 'pair')} of parts overlap, though their meshes do not touch:"
+        f" {', '.join(names)}{and_more(len(hulls) - _SHOWN)}; a simulation with hulls pushes them apart"
+    )
+    path = shape_path(case, deepest[0][1].other)
+    help = "several convex shapes in place of one mesh; disabled_contacts names a pair that is not to collide"
+    found = case.problem("hulls-overlap", message, path, help, severity=NOTE, key=True)
+    yield found._replace(related=(), of=(), numbers=())
+
+
+def at_most(found: Sequence[Diagnostic], others: str = "of this kind, less deep") -> list[Diagnostic]:
     """Return diagnostics that are sorted by their weight; of many the first, the last of them with how many others."""
     if len(found) <= MOST_TOLD:
         return list(found)
     *first, last = found[:MOST_TOLD]
-    more = and_more(len(found) - MOST_TOLD, "of this kind, less deep").strip()
+    more = and_more(len(found) - MOST_TOLD, others).strip()
     return [*first, last._replace(related=(Related(more, None), *last.related))]
 
 

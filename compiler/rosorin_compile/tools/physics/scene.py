@@ -14,7 +14,7 @@ from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import Box, Capsule, Cylinder, Geometry, Joint, Mesh, Robot, Shape, Sphere, Transform, volume_of
-from .files import Hull, Meshes
+from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:
     import numpy as np
@@ -28,19 +28,25 @@ LEAST = 5e-4
 # Points that a part is sampled with, to say how much of it is inside another one.
 SAMPLES = 600
 _MEMORY = 2**28  # bytes for contacts: parts that are full of each other have many
+_ON_SURFACE, _ASKED = 4_000, 150  # points of a mesh, and of those in the hull of the other how many are asked
 _SMALLEST = 1e-6  # MuJoCo's own limit is less; a shape of this size (m) is a point
 
 Pair = tuple[str, str]  # two links; the one that is nearer to the root first
 
 
 class Solid(NamedTuple):
-    """A shape of a link: its number in ``collision``, its place in its body, and the hull of a mesh."""
+    """A shape of a link: its number in ``collision``, its place in its body, and the mesh, if it is one."""
 
     link: str
     number: int
     shape: Shape
     place: Transform
-    hull: Hull | None
+    mesh: Loaded | None
+
+    @property
+    def hull(self) -> Hull | None:
+        """The hull of a mesh, which is not flat."""
+        return self.mesh.hull if self.mesh else None
 
     @property
     def volume(self) -> float:
@@ -146,18 +152,45 @@ class Scene:
         """Return the joint that two links are neighbours by; None if they are not."""
         return self.joint_between.get(frozenset((self.body_of[pair[0]], self.body_of[pair[1]])))
 
-    def share(self, pair: Pair, positions: Mapping[str, float]) -> tuple[str, float]:
-        """Return the smaller of two links, and how much of its volume (0 to 1) is inside the other one."""
+    def smaller(self, pair: Pair) -> tuple[str, str]:
+        """Return the two links, the one with less volume first."""
+        one, other = sorted(pair, key=lambda name: sum(solid.volume for solid in self.of_link[name]))
+        return one, other
+
+    def share(self, small: str, large: str, positions: Mapping[str, float]) -> float:
+        """Return how much of the volume of a link (0 to 1) is inside another one."""
         import numpy as np
 
-        small, large = sorted(pair, key=lambda name: sum(solid.volume for solid in self.of_link[name]))
         poses = self.poses(positions)
         way = poses[self.body_of[large]].inverse().then(poses[self.body_of[small]])
         points = self.points(small) @ np.array(way.rows).T + np.array(way.xyz)
         inside = np.zeros(len(points), dtype=bool)
         for solid in self.of_link[large]:
             inside |= _inside(solid, points)
-        return small, float(inside.mean()) if len(points) else 0.0
+        return float(inside.mean()) if len(points) else 0.0
+
+    def touches(self, overlap: Overlap, positions: Mapping[str, float]) -> bool:
+        """Say whether two shapes are inside each other as they are, and not by the hulls of their meshes alone.
+
+        Asked of corners and middles of triangles: whether one of them is inside the other shape.
+        """
+        import numpy as np
+
+        if overlap.one.mesh is None and overlap.other.mesh is None:
+            return True
+        poses = self.poses(positions)
+        for solid, other in ((overlap.one, overlap.other), (overlap.other, overlap.one)):
+            way = poses[self.body_of[other.link]].inverse().then(poses[self.body_of[solid.link]])
+            points = _surface(solid) @ np.array(way.rows).T + np.array(way.xyz)
+            points = points[_inside(other, points)]
+            if not len(points):
+                continue
+            if other.mesh is None:
+                return True
+            local = (points[:: 1 + len(points) // _ASKED] - np.array(other.place.xyz)) @ np.array(other.place.rows)
+            if (winding(other.mesh.triangles, local) > 0.5).any():
+                return True
+        return False
 
     def points(self, link: str) -> Floats:
         """Return points (n, 3) that fill the shapes of a link, in the frame of its body."""
@@ -177,15 +210,14 @@ def _solids(shapes: tuple[Shape, ...], link: str, place: Transform, meshes: Mesh
     made = []
     for index, shape in enumerate(shapes):
         for solid in shape.solids():
-            hull = None
+            mesh = None
             if isinstance(solid.geometry, Mesh):
-                loaded = meshes.of(solid.geometry)
-                hull = loaded.hull if loaded else None
-                if hull is None or hull.volume < _SMALLEST**3:
+                mesh = meshes.of(solid.geometry)
+                if mesh is None or mesh.hull is None or mesh.hull.volume < _SMALLEST**3:
                     continue
             elif not all(math.isfinite(size) and size > _SMALLEST for size in _primitive(solid.geometry)[1]):
                 continue
-            made.append(Solid(link, index, solid, place.then(solid.origin().transform()), hull))
+            made.append(Solid(link, index, solid, place.then(solid.origin().transform()), mesh))
     return made
 
 
@@ -224,6 +256,38 @@ def corners_of(shape: Shape, meshes: Meshes) -> Floats | None:
         half = half_sizes(Solid("", 0, shape, place, None))
         corners = np.array(list(product(*((-side, side) for side in half))))
     made: Floats = corners @ np.array(place.rows).T + np.array(place.xyz)
+    return made
+
+
+def _surface(solid: Solid) -> Floats:
+    """Return points (n, 3) on a solid in the frame of its body; of a primitive points that fill it."""
+    import numpy as np
+
+    if solid.mesh is None:
+        return _sampled(solid, SAMPLES, np.random.default_rng(2))
+    triangles = solid.mesh.triangles
+    points = np.concatenate([triangles.mean(axis=1), triangles.reshape(-1, 3)])
+    points = points[:: 1 + len(points) // _ON_SURFACE]
+    made: Floats = points @ np.array(solid.place.rows).T + np.array(solid.place.xyz)
+    return made
+
+
+def winding(triangles: Floats, points: Floats) -> Floats:
+    """Return how often a surface of triangles (m, 3, 3) winds around points (n, 3): 1 inside a closed one, 0 outside.
+
+    The sum of the solid angles (A. Van Oosterom, J. Strackee, 1983); a surface with holes gives something between
+    (A. Jacobson, L. Kavan, O. Sorkine-Hornung, "Robust inside-outside segmentation using generalized winding numbers",
+    2013). One that is inside out winds the other way, which counts the same.
+    """
+    import numpy as np
+
+    made = np.zeros(len(points))
+    for index, point in enumerate(points):
+        a, b, c = (triangles[:, corner] - point for corner in range(3))
+        x, y, z = (np.linalg.norm(side, axis=1) for side in (a, b, c))
+        over = np.einsum("ij,ij->i", a, np.cross(b, c))
+        under = x * y * z + (a * b).sum(1) * z + (b * c).sum(1) * x + (c * a).sum(1) * y
+        made[index] = abs(float(np.arctan2(over, under).sum())) / (2 * math.pi)
     return made
 
 

@@ -1,8 +1,9 @@
 """Each joint moved alone over its range, from zero and from each named pose: where it drives a part into another one.
 
-A part that a joint drives into its neighbour is told, with the position at which it begins: a warning where that keeps
-the joint from half of its range or puts a good part of one into the other, for then an axis, an origin or a limit is
-wrong; else a note. What a joint drives into parts that are no neighbours is in one note: planners know how to avoid it.
+A part that a joint drives into its neighbour is told, with the position at which it begins: a warning where a good part
+of one gets into the other, for then an axis, an origin or a limit is wrong; a note where it is less. A corner that gets
+into the neighbour is how boxes around the parts of a finger are. What a joint drives into parts that are no neighbours
+is in one note: planners know how to avoid it.
 """
 
 from __future__ import annotations
@@ -22,8 +23,8 @@ from .scene import Overlap, Pair, Scene
 RULES = (
     Rule(
         "joint-through-neighbour",
-        "A joint drives its part into the part that it hangs on, though they are apart where it begins. A warning "
-        "where that takes half of its range, or puts a third of one into the other; else a note.",
+        "A joint drives its part into the part that it hangs on. A warning where a third of the volume of one gets "
+        "into the other, a note where a fifth does.",
         "Check the axis, its sign and the limits.",
         PHYSICS,
     ),
@@ -39,8 +40,8 @@ STEP = math.radians(5)
 MOST_STEPS = 72
 SLIDE_STEPS = 24
 MOST_STATES = 20_000  # of all sweeps together: then steps grow
-MOST_BLOCKED = 0.5  # of the range of a joint
-GROWTH = 0.3  # of the volume of the smaller part
+GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
+CORNER = 0.2  # less than this is a corner
 _HALVINGS = 8
 _SHOWN = 5
 
@@ -49,7 +50,7 @@ class Meeting(NamedTuple):
     """A joint that drives two links into each other: from which state, where it begins (rad or m), and how it is there.
 
     ``pair`` has the one that the joint moves last. ``blocked`` is the share of the range in which they overlap,
-    ``inside`` that of the smaller one that gets into the other, ``upper`` says on which side of the start it is.
+    ``inside`` that of the moved one that gets into the other, ``upper`` says on which side of the start it is.
     """
 
     joint: Joint
@@ -160,7 +161,7 @@ class _Sweep:
         side = min((0, 1), key=lambda side: self._first(side, pair))
         index = self._first(side, pair)
         position = self._begins(side, index, lambda where: pair in self.overlaps(where))
-        inside = max(self._shares(pair)) if is_neighbour else 0.0
+        inside = max(self._shares(pair)) if is_neighbour else 0.0  # of the part that moves
         overlap = self.found[side][index][pair]
         return Meeting(self.joint, pair, self.state, position, overlap, self._blocked(pair), inside, bool(side))
 
@@ -195,24 +196,37 @@ class _Sweep:
         return sum(every) / len(every)
 
     def _shares(self, pair: Pair) -> list[float]:
-        """Return how much of the smaller one is inside the other, at each step at which they overlap."""
+        """Return how much of the moved one is inside the other, at each step at which they overlap."""
         steps = zip((p for way in self.ways for p in way), (one for way in self.found for one in way), strict=True)
         return [self._share(pair, position) for position, one in steps if pair in one]
 
     def _share(self, pair: Pair, position: float) -> float:
-        return self.scene.share(pair, self.at(position))[1]
+        one, other = pair if self.scene.body_of[pair[0]] == self.scene.body_of[self.joint.child] else (pair[1], pair[0])
+        return self.scene.share(one, other, self.at(position))
 
 
 def told(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> list[Diagnostic]:
     """Return what is to say about what the joints meet."""
     near = [one for one in meetings if scene.joint_of(one.pair) == one.joint]
-    found = [_neighbour(case, one) for one in near]
+    found = [_neighbour(case, one, _is_real(scene, one)) for one in near if one.inside >= CORNER]
     found.sort(key=lambda one: one.severity != WARNING)
     return [*at_most(found), *_others(case, [one for one in meetings if one not in near])]
 
 
-def _neighbour(case: Case, met: Meeting) -> Diagnostic:
-    grave = met.blocked >= MOST_BLOCKED or met.inside >= GROWTH
+def _is_real(scene: Scene, met: Meeting) -> bool:
+    """Say whether more than the hulls of meshes meet, somewhere in the range beyond the position where it begins."""
+    ends = ends_of(met.joint) or (0.0, 0.0)
+    far = ends[1] if met.upper else ends[0]
+    for part in range(4):
+        state = {**met.start.positions, met.joint.name: met.position + (far - met.position) * part / 3}
+        overlap = scene.overlaps(state).get(met.pair) or scene.overlaps(state).get((met.pair[1], met.pair[0]))
+        if overlap is not None and scene.touches(overlap, state):
+            return True
+    return False
+
+
+def _neighbour(case: Case, met: Meeting, is_real: bool) -> Diagnostic:
+    grave = is_real and met.inside >= GROWTH
     joint, (parent, child) = met.joint, met.pair
     apart = f", {met.blocked:.0%} of its range" if met.blocked else ""
     message = (

@@ -16,6 +16,7 @@ from ...diagnostics.wording import first_of
 from ...model import Inertial, Link, Mesh, Robot, Shape, principal_moments, volume_of
 from ...rules.case import Case, number
 from .files import PURPOSES, Meshes, Named, named_meshes
+from .overlaps import at_most
 from .scene import corners_of
 
 if TYPE_CHECKING:
@@ -80,11 +81,13 @@ _SHOWN = 5
 def told(case: Case, meshes: Meshes) -> Iterator[Diagnostic]:
     """Yield what is wrong with the meshes that were read."""
     named = list(named_meshes(case))
-    strange = set()
+    strange: set[str] = set()
+    sizes: dict[Mesh, Diagnostic] = {}
     for one in named:
         for found in _sizes(case, meshes, one, named):
             strange.add(one.link)
-            yield found
+            sizes.setdefault(one.mesh, found)
+    yield from at_most(list(sizes.values()), "of this kind")
     top = _tops(case.robot)
     with_meshes = dict.fromkeys(one.link for one in named if meshes.of(one.mesh) is not None)
     for name in with_meshes:
@@ -117,7 +120,7 @@ def _sizes(case: Case, meshes: Meshes, one: Named, named: Sequence[Named]) -> It
         f'the mesh {one.mesh.file.rpartition("/")[2]} of link "{one.link}" is {number(float(f"{longest:.3g}"))} m long'
     )
     if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
-        than = f", {longest / rest:.0f} times what is farthest in the rest of the robot" if rest else ""
+        than = f", {longest / rest:.0f} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
         message, help = f"{what}{than}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
     elif longest < SHORTEST_PART:
         message, help = f"{what}: that looks shrunk by 1,000", "check the scale, and the unit that it was exported in"

@@ -1,8 +1,8 @@
 """Parts that are inside each other, at zero and in the named poses: what is a defect, and what the robot is built like.
 
 Neighbours overlap at their joint in most robots: a cover, a shared housing, a shaft in its bearing. What overlaps in
-every position that was tried, and not in full, is taken for a design and said once. Of the rest each pair is told, with
-the shapes, the depth and the poses.
+every position that was tried, and not in full, is taken for a design and said once, and so are neighbours of which a
+corner is in the other one. Of the rest each pair is told, with the shapes, the depth and the poses.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ RULES = (
     ),
     Rule(
         "parts-always-overlap",
-        "A note: parts overlap in every position that was tried. They are taken for a design, such as a housing that "
-        "two links share.",
+        "A note: parts overlap in every position that was tried, or neighbours a little at their joint. They are taken "
+        "for a design, such as a housing that two links share.",
         "Nothing, if it is one; else move them.",
         PHYSICS,
     ),
@@ -53,6 +53,7 @@ RULES = (
 
 ZERO = ""  # the name of the state in which every joint is at zero
 MOST_INSIDE = 0.9  # of its volume: no bearing and no cover holds a part like that
+CORNER = 0.2  # of its volume: less is a corner at a joint
 MOST_TOLD = 12
 _SHOWN = 5
 
@@ -83,10 +84,10 @@ def told(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -
         share = scene.share(small, large, deepest.positions)
         if [state.name for state in where] == [ZERO] and _beyond(scene, pair):
             illegal[pair] = overlap
-        elif share >= MOST_INSIDE and not all(solid.mesh for solid in scene.of_link[large]):
-            # A case of meshes and what is in it look like that by their hulls.
+        elif share >= MOST_INSIDE and scene.share(small, large, deepest.positions, exact=True) >= MOST_INSIDE:
+            # By its hull a case has in it what it is around.
             warnings.append((overlap.depth, _inside(case, scene, small, pair, where, overlap, share)))
-        elif pair in always:
+        elif pair in always or (scene.joint_of(pair) is not None and share < CORNER):
             designs[pair] = overlap
         elif not scene.touches(overlap, deepest.positions):
             hulls[pair] = overlap
@@ -198,7 +199,8 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
     names = [f"{pair[1]} in {pair[0]} by {mm(overlap.depth)}" for pair, overlap in deepest[:_SHOWN]]
     message = (
         f"{counted(len(designs), 'pair')} of parts overlap{'s' if len(designs) == 1 else ''} in every position that was"
-        f" tried, as parts do that are built into each other: {', '.join(names)}{and_more(len(designs) - _SHOWN)}"
+        f" tried, or at a joint, as parts do that are built into each other: {', '.join(names)}"
+        f"{and_more(len(designs) - _SHOWN)}"
     )
     path = shape_path(case, deepest[0][1].other)
     help = "nothing to do, if they are; else move them"

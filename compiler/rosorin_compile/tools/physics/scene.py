@@ -157,16 +157,20 @@ class Scene:
         one, other = sorted(pair, key=lambda name: sum(solid.volume for solid in self.of_link[name]))
         return one, other
 
-    def share(self, small: str, large: str, positions: Mapping[str, float]) -> float:
-        """Return how much of the volume of a link (0 to 1) is inside another one."""
+    def share(self, small: str, large: str, positions: Mapping[str, float], exact: bool = False) -> float:
+        """Return how much of the volume of a link (0 to 1) is inside another one, or the hulls of its meshes.
+
+        ``exact``: inside the meshes themselves, of which a few points are asked.
+        """
         import numpy as np
 
         poses = self.poses(positions)
         way = poses[self.body_of[large]].inverse().then(poses[self.body_of[small]])
         points = self.points(small) @ np.array(way.rows).T + np.array(way.xyz)
+        points = points[:: 1 + len(points) // _ASKED] if exact else points
         inside = np.zeros(len(points), dtype=bool)
         for solid in self.of_link[large]:
-            inside |= _inside(solid, points)
+            inside |= _is_within(solid, points) if exact and solid.mesh else _inside(solid, points)
         return float(inside.mean()) if len(points) else 0.0
 
     def touches(self, overlap: Overlap, positions: Mapping[str, float]) -> bool:
@@ -185,10 +189,7 @@ class Scene:
             points = points[_inside(other, points)]
             if not len(points):
                 continue
-            if other.mesh is None:
-                return True
-            local = (points[:: 1 + len(points) // _ASKED] - np.array(other.place.xyz)) @ np.array(other.place.rows)
-            if (winding(other.mesh.triangles, local) > 0.5).any():
+            if _is_within(other, points[:: 1 + len(points) // _ASKED]).any():
                 return True
         return False
 
@@ -311,6 +312,16 @@ def _inside(solid: Solid, points: Floats) -> Flags:
     import numpy as np
 
     return _holds(solid, (points - np.array(solid.place.xyz)) @ np.array(solid.place.rows))
+
+
+def _is_within(solid: Solid, points: Floats) -> Flags:
+    """Say which points (n, 3) of the frame of its body are in a mesh."""
+    import numpy as np
+
+    if solid.mesh is None:
+        return _inside(solid, points)
+    local = (points - np.array(solid.place.xyz)) @ np.array(solid.place.rows)
+    return np.asarray(winding(solid.mesh.triangles, local) > 0.5)
 
 
 def _holds(solid: Solid, points: Floats) -> Flags:

@@ -17,7 +17,7 @@ from ...diagnostics.registry import PHYSICS, Rule
 from ...diagnostics.wording import and_more, counted
 from ...model import Joint, Robot
 from ...rules.case import Case, number
-from .overlaps import ZERO, State, at_most, shape_path, shape_word
+from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word
 from .scene import Overlap, Pair, Scene
 
 RULES = (
@@ -41,7 +41,6 @@ MOST_STEPS = 72
 SLIDE_STEPS = 24
 MOST_STATES = 20_000  # of all sweeps together: then steps grow
 GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
-CORNER = 0.2  # less than this is a corner
 _HALVINGS = 8
 _SHOWN = 5
 

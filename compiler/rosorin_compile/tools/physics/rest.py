@@ -156,11 +156,14 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
             return
     if joint.actuator is None or abs(now - begun) <= (SUNK_SLIDE if joint.type == "prismatic" else SUNK):
         return
+    load = ended.load[joint.name]  # what holds it: it sinks the other way
+    if (now - begun) * load > 0:
+        return  # pushed by a part that it started in, which is told
     force = "N" if joint.type == "prismatic" else "N*m"
     effort = f" and an effort of {number(limit.effort)} {force}" if limit and limit.effort else ""
     message = (
         f'left to itself {where}, joint "{joint.name}" sinks {moved}: it carries'
-        f" {abs(ended.load[joint.name]):.3g} {force}, held by kp {number(joint.actuator.kp)}{effort}"
+        f" {abs(load):.3g} {force}, held by kp {number(joint.actuator.kp)}{effort}"
     )
     help = "check the mass that it carries, kp of its actuator, and its effort"
     yield case.problem("sinks-at-rest", message, case.joint(joint, "actuator"), help, severity=WARNING, key=True)

@@ -120,7 +120,7 @@ def _sizes(case: Case, meshes: Meshes, one: Named, named: Sequence[Named]) -> It
         f'the mesh {one.mesh.file.rpartition("/")[2]} of link "{one.link}" is {number(float(f"{longest:.3g}"))} m long'
     )
     if longest > LONGEST_PART or (rest > SHORTEST_PART and longest > TIMES * rest):
-        than = f", {longest / rest:.0f} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
+        than = f", {longest / rest:,.4g} times as long as all else in the robot" if longest > TIMES * rest > 0 else ""
         message, help = f"{what}{than}: that looks like millimetres", "scale: [0.001, 0.001, 0.001]"
     elif longest < SHORTEST_PART:
         message, help = f"{what}: that looks shrunk by 1,000", "check the scale, and the unit that it was exported in"

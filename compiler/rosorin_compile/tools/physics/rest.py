@@ -54,18 +54,26 @@ class _Ended(NamedTuple):
 
 
 def told(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[Diagnostic]:
-    """Return what becomes of the robot in a second from each state."""
-    model = _model(case.robot)
+    """Return what becomes of the robot in a second from each state.
+
+    What MuJoCo has to say of it goes nowhere, not into a file either.
+    """
+    mujoco: Any = import_module("mujoco")
+    mujoco.set_mju_user_warning(lambda _: None)
     found: dict[tuple[str, str], Diagnostic] = {}
-    for state in states:
-        if model is not None:
-            for one in _judged(case, state, _left_alone(case.robot, model, state)):
-                found.setdefault((one.rule, "".join(one.of)), one)
-        tick()
+    try:
+        model = _model(mujoco, case.robot)
+        for state in states:
+            if model is not None:
+                for one in _judged(case, state, _simulated(mujoco, case.robot, model, state)):
+                    found.setdefault((one.rule, "".join(one.of)), one)
+            tick()
+    finally:
+        mujoco.set_mju_user_warning(None)
     return list(found.values())
 
 
-def _model(robot: Robot) -> Any:
+def _model(mujoco: Any, robot: Robot) -> Any:
     """Return the robot in MuJoCo without its meshes; None if it cannot be simulated."""
     format = next((one for one in FORMATS.values() if one.refusal is not None and one.write is not None), None)
     if format is None:
@@ -75,7 +83,7 @@ def _model(robot: Robot) -> Any:
     if has_errors(said):
         return None
     try:
-        return import_module("mujoco").MjModel.from_xml_string(text)
+        return mujoco.MjModel.from_xml_string(text)
     except ValueError:
         return None  # check tells why
 
@@ -85,17 +93,8 @@ def _without_meshes(link: Link) -> Link:
     return replace(link, collision=solid, visual=())
 
 
-def _left_alone(robot: Robot, model: Any, state: State) -> _Ended:
-    """Return what becomes of the robot; what MuJoCo has to say of it goes nowhere, not into a file either."""
-    mujoco: Any = import_module("mujoco")
-    mujoco.set_mju_user_warning(lambda _: None)
-    try:
-        return _simulated(mujoco, robot, model, state)
-    finally:
-        mujoco.set_mju_user_warning(None)
-
-
 def _simulated(mujoco: Any, robot: Robot, model: Any, state: State) -> _Ended:
+    """Return what becomes of the robot in a second."""
     import numpy as np
 
     data = mujoco.MjData(model)

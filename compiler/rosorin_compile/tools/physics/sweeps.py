@@ -1,9 +1,10 @@
 """Each joint moved alone over its range, from zero and from each named pose: where it drives a part into another one.
 
 A part that a joint drives into its neighbour is told, with the position at which it begins: a warning where a good part
-of one gets into the other, for then an axis, an origin or a limit is wrong; a note where it is less. A corner that gets
-into the neighbour is how boxes around the parts of a finger are. What a joint drives into parts that are no neighbours
-is in one note: planners know how to avoid it.
+of one gets into the other over a good part of the range, for then an axis or an origin is wrong; a note where it is
+less: limits are often a little wider than the parts allow. A corner that gets into the neighbour is how boxes around
+the parts of a finger are. What a joint drives into parts that are no neighbours is in one note: planners know how to
+avoid it.
 """
 
 from __future__ import annotations
@@ -23,8 +24,8 @@ from .scene import Overlap, Pair, Scene
 RULES = (
     Rule(
         "joint-through-neighbour",
-        "A joint drives its part into the part that it hangs on. A warning where a third of the volume of one gets "
-        "into the other, a note where a fifth does.",
+        "A joint drives its part into the part that it hangs on. A warning where a third of its volume gets into the "
+        "other over a quarter of the range; a note where it is a fifth of its volume, or at the end of the range.",
         "Check the axis, its sign and the limits.",
         PHYSICS,
     ),
@@ -41,6 +42,7 @@ MOST_STEPS = 72
 SLIDE_STEPS = 24
 MOST_STATES = 20_000  # of all sweeps together: then steps grow
 GROWTH = 0.3  # of the volume of the part that moves: it is driven into the other one
+BLOCKED = 0.25  # of the range: less is a limit that is too wide
 _HALVINGS = 8
 _SHOWN = 5
 
@@ -176,7 +178,8 @@ class _Sweep:
             index = next(i for i, share in enumerate(shares) if share >= before + GROWTH)
             position = self._begins(side, index, lambda where: self._share(pair, where) >= before + GROWTH)
             overlap = self.found[side][index][pair]
-            return Meeting(self.joint, pair, self.state, position, overlap, 0.0, max(shares) - before, bool(side))
+            blocked = sum(share >= before + GROWTH for share in shares) / sum(map(len, self.ways))
+            return Meeting(self.joint, pair, self.state, position, overlap, blocked, max(shares) - before, bool(side))
         return None
 
     def _first(self, side: int, pair: Pair) -> int:
@@ -225,7 +228,7 @@ def _is_real(scene: Scene, met: Meeting) -> bool:
 
 
 def _neighbour(case: Case, met: Meeting, is_real: bool) -> Diagnostic:
-    grave = is_real and met.inside >= GROWTH
+    grave = is_real and met.inside >= GROWTH and met.blocked >= BLOCKED
     joint, (parent, child) = met.joint, met.pair
     apart = f", {met.blocked:.0%} of its range" if met.blocked else ""
     message = (

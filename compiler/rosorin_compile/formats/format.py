@@ -169,6 +169,8 @@ class Format:
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
     - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
+    - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
+      or is not installed. For ``check``.
 
     What an artifact says of a robot, so that it can be held against it:
 
@@ -219,6 +221,7 @@ class Format:
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     shown: bool = True
+    refusal: Callable[[str, Path], str] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False

@@ -246,6 +246,7 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "leaves_out": bool,
     "adds": bool,
     "beside": _texts,
+    "refusal": _text,
     "robot_of": _text,
     "asked": _asked,
 }

@@ -6,18 +6,21 @@ With --every-argument a robot is compiled with every combination of the argument
 from __future__ import annotations
 
 import argparse
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice, product
 from math import prod
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
+from ..diagnostics.console import Console
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
-from ..diagnostics.wording import counted
+from ..diagnostics.wording import counted, listed
 from ..project import Description
 from .shared import (
     FINE,
     PROBLEMS,
+    Given,
     Run,
     WrongUsage,
     compile_proven,
@@ -25,18 +28,22 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    is_foreign,
     mesh_files,
     nothing_written,
     one,
     output_options,
     proven,
     robot_options,
+    understood,
 )
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
+    from ..formats import Artifact
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
+    from ..pipeline import Compiled
     from .package.checking import Checked
 
 RULES = (
@@ -44,6 +51,13 @@ RULES = (
         "outputs-differ",
         "The committed artifacts are not those of the description (in the forms for programs).",
         "`rosorin-compile all`, if that is what you meant.",
+        WRITING,
+    ),
+    Rule(
+        "engine-refuses",
+        "The engine that an artifact is for does not load it, or cannot find or read a mesh. `check` asks MuJoCo, "
+        "where it is installed.",
+        "As the message says; a mesh is looked for from the folder of the artifact.",
         WRITING,
     ),
     Rule(
@@ -66,6 +80,12 @@ def options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="compile with every combination of the arguments that have a list of values; nothing is compared",
     )
+    command.add_argument(
+        "--physics",
+        action="store_true",
+        help="look for what cannot be, too: parts inside each other, joints that drive them there, meshes of another"
+        " size; with MuJoCo",
+    )
     command.add_argument("--full", action="store_true", help="show text differences in full")
     output_options(command)
     format_options(command)
@@ -73,11 +93,14 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    if options.physics and (options.every_argument or options.deployed is not None):
+        raise WrongUsage("--physics does not go with --every-argument or --deployed")
     if options.every_argument:
         if options.deployed is not None:
             raise WrongUsage("--every-argument and --deployed do not go together")
-
         return for_each(options, check_every)
+    if options.physics:
+        return _check_with_physics(options)
     if options.deployed is None:
         return for_each(options, check_one)
     if not Path(options.deployed).is_dir():
@@ -103,6 +126,8 @@ def check_one(run: Run, description: Description) -> int:
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
+    refusals = refused(run.given, description, compiled)
+    run.console.show(refusals)
     meshes = mesh_files(compiled)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     differences = lines(comparison, full=getattr(run.options, "full", False))
@@ -114,7 +139,7 @@ def check_one(run: Run, description: Description) -> int:
     elif differences:
         help = "rosorin-compile all writes them anew"
         run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
-    if not comparison.same or changed:
+    if not comparison.same or changed or refusals:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
     return FINE
@@ -126,6 +151,76 @@ def _mesh(name: str, compiled: bytes, committed: bytes | None) -> str:
         return ""
     what = "missing" if committed is None else "another file than the mesh is"
     return f"{name}: {what}; rosorin-compile all writes it"
+
+
+def refused(given: Given, description: Description, compiled: Compiled) -> list[Diagnostic]:
+    """Return an error for each artifact that its engine does not load, or for each mesh that keeps it from that.
+
+    MuJoCo takes 0.3 s to be imported, and some milliseconds a robot; with meshes 0.5 s, in a process of its own.
+    """
+    from ..formats import FORMATS
+
+    told = []
+    for artifact in compiled.artifacts:
+        ask = FORMATS[artifact.backend].refusal
+        reason = ask(artifact.text, description.outputs) if ask else ""
+        if reason:
+            told += _refusal(given, description, artifact, reason)
+    return told
+
+
+def _refusal(given: Given, description: Description, artifact: Artifact, reason: str) -> list[Diagnostic]:
+    """Return why an engine does not load an artifact, at the meshes that it names, or else at the output."""
+    from ..diagnostics import error
+    from ..frontend.tree import locate
+    from ..model import Mesh
+
+    message = f"{artifact.file} is not loaded by the engine that it is for: {reason}"
+    known = understood(given, description, Console("json"))  # a second time, for the places; said is nothing
+    if known is None:
+        return [error("engine-refuses", message, None)]
+    case, help = known.case, "correct the file, or name another one; it is looked for from the folder of the artifact"
+    at_meshes = [
+        case.problem("engine-refuses", message, case.link(link.name, purpose, index, "mesh", "file"), help)
+        for link in known.robot.links
+        for purpose in ("collision", "visual")
+        for index, shape in enumerate(getattr(link, purpose))
+        if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in reason
+    ]
+    place = locate(case.tree, ("outputs", artifact.output), key=True)
+    return at_meshes or [error("engine-refuses", message, place.span, "correct what it names")]
+
+
+def _check_with_physics(options: argparse.Namespace) -> int:
+    """Compare each robot with its outputs, unless it is in a file of another format, and check its physics."""
+    from .physics.checking import lacking
+
+    missing = lacking()
+    if missing:
+        raise WrongUsage(f"check --physics needs what is not installed: pip install {missing}")
+
+    def both(run: Run, description: Description) -> int:
+        compared = FINE if is_foreign(description.path) else check_one(run, description)
+        return max(compared, _check_physics(run, description))
+
+    return for_each(options, both)
+
+
+def _check_physics(run: Run, description: Description) -> int:
+    """Check the physics of one robot. What its description says wrongly was told before, unless it is foreign."""
+    from ..diagnostics import has_errors
+    from .physics.checking import look
+
+    console = run.console if is_foreign(description.path) else Console("json")
+    known = understood(run.given, description, console)
+    if known is None:
+        return PROBLEMS
+    looked = look(known.case, description, run.given.packages)
+    run.console.show(looked.diagnostics)
+    severities = Counter(diagnostic.severity for diagnostic in looked.diagnostics)
+    found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
+    run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
+    return PROBLEMS if has_errors(looked.diagnostics) else FINE
 
 
 def _check_deployed(run: Run, description: Description) -> int:

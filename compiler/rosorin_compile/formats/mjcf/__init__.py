@@ -1,8 +1,8 @@
 """MJCF: the robot for MuJoCo.
 
 Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have told what MuJoCo would refuse;
-``facts`` reads such a file back for comparison. ``bodies`` is what both sides know: names, welded links, excluded
-contacts.
+``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether it loads it. ``bodies`` is what
+both sides know: names, welded links, excluded contacts.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
@@ -19,6 +19,8 @@ from typing import TYPE_CHECKING, Any
 from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
@@ -57,6 +59,12 @@ def _syntax(text: str) -> object:
     from ...xml.elements import canonical, tree_of
 
     return canonical(tree_of(text))
+
+
+def _refusal(text: str, folder: Path) -> str:
+    from .process import refusal
+
+    return refusal(text, folder, by_itself=not _FILE.search(text))
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
@@ -180,6 +188,7 @@ FORMAT = Format(
     read=_read,
     facts=_facts,
     syntax=_syntax,
+    refusal=_refusal,
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,

@@ -32,6 +32,29 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 
 
+def load(mujoco: Any, text: str, folder: str) -> str:
+    """Return why MuJoCo refuses an MJCF that stands in a folder; empty if it loads it. A file is read to its end."""
+    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        try:
+            spec = mujoco.MjSpec.from_string(text)
+            spec.modelfiledir = folder
+            spec.compile()
+        except Exception as problem:
+            return str(problem) or type(problem).__name__
+        finally:
+            mujoco.set_mju_user_warning(None)
+    return ""
+
+
+def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
+    """Load the MJCF at ``path`` as if it stood in ``folder``; write why it is refused to the file ``answer``."""
+    _limit(cpu_seconds)
+    refused = load(import_module("mujoco"), Path(path).read_text(encoding="utf-8"), folder)
+    Path(answer).write_text(refused, encoding="utf-8")
+
+
 def _limit(cpu_seconds: int) -> None:
     """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
     try:

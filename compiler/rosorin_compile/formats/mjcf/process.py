@@ -13,6 +13,8 @@ import re
 import subprocess
 import sys
 import tempfile
+from importlib import import_module
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,6 +28,7 @@ _START = (
     "from rosorin_compile.formats.mjcf import engine;"
     "engine.main(sys.argv[2], sys.argv[3], int(sys.argv[4]))"
 )
+_START_LOAD = _START.replace("engine.main(", "engine.main_load(").replace("]))", "]), sys.argv[5])")
 
 
 class Answer(NamedTuple):
@@ -49,13 +52,9 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
         package = str(Path(__file__).resolve().parents[3])
         command = [sys.executable, "-c", _START, package, str(path.resolve()), str(answer), str(seconds)]
         try:
-            # MuJoCo writes a log into the working folder, and that should be nobody's.
-            done = subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
-                command, cwd=folder, capture_output=True, timeout=seconds, env=_environment()
-            )
+            done = _run(command, folder, seconds)
         except subprocess.TimeoutExpired:
-            message = f"MuJoCo did not come to an end with the file in {seconds} s"
-            return Answer(None, (), message, "make the model smaller", True)
+            return Answer(None, (), _endless(seconds), "make the model smaller", True)
         if not answer.is_file():
             return _fallen(done)
         made = json.loads(answer.read_text(encoding="utf-8"))
@@ -63,6 +62,50 @@ def ask(path: Path, seconds: int = SECONDS) -> Answer:
     if "refused" in made:
         return Answer(None, told, _without_folder(made["refused"], path), "correct it: MuJoCo does not load the file")
     return Answer(made, told)
+
+
+def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) -> str:
+    """Return why MuJoCo does not load an MJCF that stands in ``folder``; empty if it does, or is not installed.
+
+    A text of ours ``by_itself`` is loaded here; the meshes of others may do to a process what they like.
+    """
+    if find_spec("mujoco") is None:
+        return ""
+    if by_itself:
+        from . import engine
+
+        return _reason(engine.load(import_module("mujoco"), text, str(folder)), text)
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
+        model, answer = Path(own, "model.xml"), Path(own, "answer")
+        model.write_text(text, encoding="utf-8")
+        package = str(Path(__file__).resolve().parents[3])
+        command = [sys.executable, "-c", _START_LOAD, package, str(model), str(answer), str(seconds)]
+        try:
+            done = _run([*command, str(folder.resolve())], own, seconds)
+        except subprocess.TimeoutExpired:
+            return _endless(seconds)
+        if not answer.is_file():
+            return _fallen(done).refusal
+        return _reason(answer.read_text(encoding="utf-8"), text).replace(f"{folder.resolve()}{os.sep}", "")
+
+
+def _reason(refused: str, text: str) -> str:
+    """Return the words of MuJoCo in one line, without the heading of all its errors, and with the file of a mesh."""
+    reason = " ".join(refused.split()).removeprefix("Error: ")
+    named = re.search(r"Element name '([^']+)'", reason)
+    mesh = named and re.search(rf'<mesh\b[^<>]*\bname="{re.escape(named[1])}"[^<>]*\bfile="([^"]*)"', text)
+    return f"{mesh[1]}: {reason}" if mesh and mesh[1] not in reason else reason
+
+
+def _run(command: list[str], folder: str, seconds: int) -> subprocess.CompletedProcess[bytes]:
+    """Run a child; MuJoCo writes a log into the working folder, and that should be nobody's."""
+    return subprocess.run(  # noqa: S603 - this Python, and arguments that no shell reads
+        command, cwd=folder, capture_output=True, timeout=seconds, env=_environment()
+    )
+
+
+def _endless(seconds: int) -> str:
+    return f"MuJoCo did not come to an end with the file in {seconds} s"
 
 
 def _environment() -> dict[str, str]:

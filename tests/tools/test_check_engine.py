@@ -1,0 +1,106 @@
+"""check asks MuJoCo whether it loads each MJCF: what it refuses is an error at the place that it comes from."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.formats import FORMATS
+from support.commands import Shown, edit
+
+pytest.importorskip("mujoco", minversion="4")
+
+ROBOT = """\
+robot: cart
+links:
+  body:
+    inertial: {mass: 1 kg, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}
+    collision:
+      - box: {size: [0.1, 0.1, 0.1]}
+      - mesh: {file: cover.obj}
+outputs: {mjcf: {file: cart.xml}, urdf: {file: cart.urdf}}
+"""
+PROJECT = {"descriptions/cart/robot.yaml": ROBOT}
+
+OBJ = "v 0 0 0\nv 0.1 0 0\nv 0 0.1 0\nv 0 0 0.1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n"
+
+
+def said(capsys: Shown, code: int) -> list[str]:
+    """Return the lines of check that begin with a place, or are about the robot as a whole."""
+    capsys.readouterr()
+    assert main(["check"]) == code
+    return [line for line in capsys.readouterr().err.splitlines() if "engine-refuses" in line]
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (None, "Error opening file 'cover.obj'"),
+        ("v 0 0 zero", "cover.obj: at least 4 vertices required Element name 'cart_mesh_1'"),
+        ("", "cover.obj"),
+    ],
+    ids=["missing", "no corners", "empty"],
+)
+@pytest.mark.slow  # MuJoCo in a process of its own
+def test_a_mesh_that_mujoco_does_not_load_is_told_at_its_line(
+    project: Path, capsys: Shown, text: str | None, reason: str
+) -> None:
+    assert main(["all"]) == 0
+    if text is not None:
+        (project / "outputs/cart/cover.obj").write_text(text)
+    (line,) = said(capsys, 1)
+    place = "descriptions/cart/robot.yaml:7:22: error[engine-refuses]: cart.xml is not loaded by the engine"
+    assert line.startswith(place)
+    assert reason in line
+
+
+@pytest.mark.slow
+def test_a_flat_mesh_is_told_by_its_file(project: Path, capsys: Shown) -> None:
+    assert main(["all"]) == 0
+    (project / "outputs/cart/cover.obj").write_text(OBJ.replace("0 0 0.1", "0.1 0.1 0"))
+    (line,) = said(capsys, 1)
+    assert line.startswith("descriptions/cart/robot.yaml:7:22: error[engine-refuses]")
+    assert "cover.obj: mesh 'cart_mesh_1' has coplanar vertices" in line
+
+
+@pytest.mark.slow
+def test_a_mesh_that_mujoco_loads_is_nothing_to_say(project: Path) -> None:
+    (project / "outputs/cart").mkdir(parents=True)
+    (project / "outputs/cart/cover.obj").write_text(OBJ)
+    assert FORMATS["mjcf"].refusal is not None
+    asset = '<asset><mesh name="m" file="cover.obj"/></asset>'
+    text = f'<mujoco>{asset}<worldbody><geom type="mesh" mesh="m"/></worldbody></mujoco>'
+    assert FORMATS["mjcf"].refusal(text, Path("outputs/cart")) == ""
+
+
+def test_a_robot_without_meshes_is_loaded_in_this_process(project: Path, capsys: Shown) -> None:
+    edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
+    assert main(["all"]) == 0
+    assert said(capsys, 0) == []
+    assert FORMATS["mjcf"].refusal is not None
+    text = "<mujoco><worldbody><body><joint/></body></worldbody></mujoco>"
+    reason = "mass and inertia of moving bodies must be larger than mjMINVAL Element name '', id 1, line 1"
+    assert FORMATS["mjcf"].refusal(text, project) == reason
+
+
+def test_a_refusal_that_names_no_mesh_stands_at_the_output(
+    project: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    edit(project / "descriptions/cart/robot.yaml", "      - mesh: {file: cover.obj}\n", "")
+    assert main(["all"]) == 0
+    engine = sys.modules["rosorin_compile.formats.mjcf.engine"]
+    monkeypatch.setattr(engine, "load", lambda *_: "Error: no room\nline 3")
+    assert said(capsys, 1) == [
+        "descriptions/cart/robot.yaml:7:11: error[engine-refuses]: cart.xml is not loaded by the engine that it is for:"
+        " no room line 3"
+    ]
+
+
+@pytest.mark.usefixtures("project")
+def test_without_mujoco_nothing_is_asked(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert main(["all"]) == 0
+    monkeypatch.setattr("rosorin_compile.formats.mjcf.process.find_spec", lambda _: None)
+    assert said(capsys, 0) == []

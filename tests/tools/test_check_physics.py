@@ -1,0 +1,136 @@
+"""check --physics: each case in tests/data/physics says at its top what has to be said about it, word for word.
+
+The comments are those of tests/bad; a robot without any is sound, and nothing is said of it.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
+from rosorin_compile.project import Description
+from rosorin_compile.tools.extract.meshes import load_mesh
+from rosorin_compile.tools.physics import checking
+from rosorin_compile.tools.physics.scene import winding
+from rosorin_compile.tools.shared import Given, understood
+from support.cases import told
+from support.commands import Shown
+from support.paths import DATA, ROOT
+
+pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("trimesh")
+pytest.importorskip("scipy")
+
+pytestmark = pytest.mark.slow  # MuJoCo, and a second of simulation for each pose
+
+CASES = sorted((DATA / "physics").glob("*.yaml"))
+
+
+def looked_at(path: Path) -> list[Diagnostic]:
+    """Return what the check of the physics says of a description."""
+    description = Description("bad", path, Path("outputs"))
+    known = understood(Given({}, ()), description, Console("json"))
+    assert known is not None
+    return checking.look(known.case, description, {}).diagnostics
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_what_is_said_of_a_robot(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(case.parent)
+    lines = case.read_text("utf-8").splitlines()
+    expected = [line for line in lines if line.startswith(("# expect: ", "#   "))]
+    found = told(looked_at(Path(case.name)), case.name)
+    assert found == expected, "\n".join(["", *found])
+    assert "robot: good" in lines or expected
+
+
+def test_each_rule_of_physics_has_a_case() -> None:
+    said = {
+        line.split("[")[1].split("]")[0] for case in CASES for line in case.read_text().splitlines() if "expect" in line
+    }
+    declared = {rule.id for rule in every_rule().values() if rule.topic == PHYSICS}
+    assert said == declared | {"mesh-unreadable"}
+
+
+def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Path, capsys: Shown) -> None:
+    shutil.copytree(ROOT / "outputs", rosorin / "outputs")
+    assert main(["check", "--physics"]) == 0
+    shown = capsys.readouterr()
+    assert (
+        'poses.yaml:6:3: warning[parts-overlap]: link "link2" is 3.1 mm inside link "base_footprint" in pose "tuck":'
+        " its box in its height map (a stand-in)\n"
+    ) in shown.err
+    assert "checking the physics" not in shown.err  # the bar: this is no terminal
+    assert shown.out == (
+        "rosorin: 8 artifacts as committed in outputs/rosorin\n"
+        "rosorin: physics of 1 pose, zero and the ranges of 6 joints: 1 warning and 2 notes\n"
+    )
+
+
+def project_of(home: Path, case: str) -> None:
+    """Make a project of a case, with its artifacts."""
+    shutil.copytree(DATA / "physics", home / "descriptions/bad")
+    (home / "descriptions/bad" / f"{case}.yaml").rename(home / "descriptions/bad/robot.yaml")
+
+
+def test_an_error_fails_and_a_warning_does_not(home: Path, capsys: Shown) -> None:
+    project_of(home, "explodes")
+    assert main(["check", "--physics"]) == 1
+    assert "bad: physics of zero and the ranges of 1 joint: 1 error\n" in capsys.readouterr().out
+    shutil.rmtree(home / "descriptions")
+    project_of(home, "sinks")
+    assert main(["check", "--physics"]) == 0
+
+
+def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:
+    project_of(home, "overlap-at-zero")
+    assert main(["check", "--physics", "--format", "json"]) == 0
+    (found,) = [one for one in json.loads(capsys.readouterr().out) if one["rule"] == "parts-overlap"]
+    assert (found["line"], found["severity"]) == (8, "warning")
+
+
+def test_a_robot_in_another_format_is_checked_without_a_comparison(home: Path, capsys: Shown) -> None:
+    (home / "two.urdf").write_text("""<robot name="two">
+  <link name="a"><collision><geometry><sphere radius="0.1"/></geometry></collision></link>
+  <link name="b"><collision><geometry><box size="0.02 0.02 0.02"/></geometry></collision></link>
+  <joint name="turn" type="continuous"><parent link="a"/><child link="b"/><axis xyz="0 0 1"/></joint>
+</robot>
+""")
+    assert main(["check", "--physics", "two.urdf"]) == 0
+    shown = capsys.readouterr()
+    assert (
+        'two.urdf:4:16: warning[part-inside-part]: link "b" is inside link "a" with 100% of its volume at zero'
+        in shown.err
+    )
+    assert shown.out == "two: physics of zero and the ranges of 1 joint: 1 warning\n"
+
+
+@pytest.mark.usefixtures("rosorin")
+def test_what_is_not_installed_is_named_with_the_command(capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    known = checking.find_spec
+    absent = ("mujoco", "collada")
+    monkeypatch.setattr(checking, "find_spec", lambda name: None if name in absent else known(name))
+    assert main(["check", "--physics"]) == 2
+    said = "rosorin-compile: check --physics needs what is not installed: pip install 'mujoco>=4' pycollada\n"
+    assert capsys.readouterr().err == said
+
+
+@pytest.mark.usefixtures("rosorin")
+def test_it_does_not_go_with_other_comparisons(capsys: Shown) -> None:
+    assert main(["check", "--physics", "--every-argument"]) == 2
+    assert "--physics does not go with --every-argument or --deployed" in capsys.readouterr().err
+
+
+def test_a_surface_winds_once_around_what_is_inside() -> None:
+    cube = load_mesh(DATA / "physics" / "cube.obj").triangles
+    points = np.array([[0, 0, 0], [0.04, -0.04, 0.049], [0.06, 0, 0], [0, 0, -3]])
+    assert winding(cube, points) == pytest.approx([1, 1, 0, 0], abs=1e-9)
+    assert winding(cube[:, ::-1], points) == pytest.approx([1, 1, 0, 0], abs=1e-9)

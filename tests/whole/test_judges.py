@@ -1,0 +1,148 @@
+"""Two judges that are not ours look at every URDF and MJCF that is compiled here: simcheck and mjcf-doctor.
+
+Each of their remarks, notes too, is answered in tests/data/judges.yaml, with the reason why it stays. A remark without
+an answer fails, and so does an answer without a remark. They say other things in other versions: .ci/run makes an
+environment with those below, and names it in JUDGES.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import shutil
+import subprocess
+from collections.abc import Iterator
+from fnmatch import fnmatch
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import pytest
+import yaml
+
+from support.paths import DATA, ROOT, ROSORIN
+from support.robots import compiled
+
+VERSIONS = {"simcheck": "0.2.0", "mjcf-doctor": "0.2.1"}
+ANSWERS = yaml.safe_load((DATA / "judges.yaml").read_text("utf-8"))
+ROBOTS = [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]
+FOLDER = os.environ.get("JUDGES", "")
+ENDINGS = (".urdf", ".xml")
+
+needs_judges = pytest.mark.skipif(
+    not FOLDER and not os.environ.get("CI"), reason="JUDGES is not the bin folder of an environment with both judges"
+)
+
+
+class Remark(NamedTuple):
+    """What a judge says of a file; ``of`` are the names that it says it of."""
+
+    judge: str
+    file: str
+    check: str
+    severity: str
+    of: frozenset[str]
+    text: str
+
+
+def ask(judge: str, *words: str | Path) -> str:
+    ran = subprocess.run(
+        [Path(FOLDER, judge), *words], capture_output=True, text=True, check=False, env={**os.environ, "NO_COLOR": "1"}
+    )
+    assert ran.returncode in (0, 1), ran.stderr
+    return ran.stdout
+
+
+def by_simcheck(path: Path) -> Iterator[Remark]:
+    (report,) = json.loads(ask("simcheck", "check", "--engines", "mujoco", "--no-config", "--format", "json", path))
+    assert report["simcheck_version"] == VERSIONS["simcheck"]
+    for finding in (finding for result in report["results"] for finding in result["findings"]):
+        of = frozenset(finding["target"].split("|"))
+        yield Remark("simcheck", path.name, finding["check"], finding["severity"], of, finding["message"])
+
+
+def by_mjcf_doctor(path: Path) -> Iterator[Remark]:
+    printed = ask("mjcf-doctor", "check", "--json", path)
+    assert VERSIONS["mjcf-doctor"] in printed
+    (report,) = json.loads(printed[printed.index("\n[\n") : printed.index("\n]\n") + 2])
+    for finding in report["findings"]:
+        of = frozenset({finding["subject"]})
+        yield Remark("mjcf-doctor", path.name, finding["code"], finding["level"].lower(), of, finding["message"])
+
+
+@cache
+def remarks(folder: Path) -> list[Remark]:
+    """Return what both judges say of the robots, whose artifacts are written into a folder."""
+    found: list[Remark] = []
+    for description in ROBOTS:
+        for artifact in compiled(description).artifacts:
+            if artifact.file.endswith(ENDINGS):
+                path = folder / artifact.file
+                path.write_text(artifact.text, "utf-8")
+                found += by_simcheck(path)
+                found += by_mjcf_doctor(path) if path.suffix == ".xml" else ()
+    return found
+
+
+@pytest.fixture(scope="module")
+def told(tmp_path_factory: pytest.TempPathFactory) -> list[Remark]:
+    return remarks(tmp_path_factory.mktemp("judges"))
+
+
+def answers(answer: dict[str, object], remark: Remark) -> bool:
+    """Say whether an answer is about a remark: all that it names, or with ``of`` those names alone."""
+    same = all(answer[key] == getattr(remark, key) for key in ("judge", "check", "severity"))
+    of = answer.get("of")
+    return same and fnmatch(remark.file, str(answer["file"])) and (of is None or remark.of <= set(of))  # type: ignore[call-overload]
+
+
+@needs_judges
+@pytest.mark.slow
+def test_each_remark_is_answered(told: list[Remark]) -> None:
+    open_ones = [remark for remark in told if not any(answers(answer, remark) for answer in ANSWERS)]
+    assert open_ones == []
+
+
+@needs_judges
+@pytest.mark.slow
+def test_each_answer_is_needed(told: list[Remark]) -> None:
+    for answer in ANSWERS:
+        met = [remark for remark in told if answers(answer, remark)]
+        assert met, f"nothing is said that this answers: {answer}"
+        named = {name for remark in met for name in remark.of}
+        assert set(answer.get("of") or ()) <= named, f"of some of these nothing is said: {answer}"
+
+
+def test_an_answer_has_a_reason_and_errors_and_warnings_have_names() -> None:
+    files = {artifact for description in ROBOTS for artifact in named_by(description)}
+    for answer in ANSWERS:
+        assert set(answer) <= {"judge", "file", "check", "severity", "of", "why"}
+        assert answer["judge"] in VERSIONS
+        assert len(answer["why"]) > 20
+        assert answer["severity"] == "info" or answer["of"]
+        assert any(fnmatch(file, answer["file"]) for file in files), answer
+
+
+def named_by(description: Path) -> list[str]:
+    return re.findall(r"file: ([\w.]+)", description.read_text("utf-8"))
+
+
+def test_ci_installs_the_judges_in_these_versions() -> None:
+    run = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert all(f"{judge}=={version}" in run for judge, version in VERSIONS.items())
+    assert 'export JUDGES="$work/judges/bin"' in run
+
+
+@needs_judges
+@pytest.mark.slow
+def test_the_judges_see_what_is_wrong(tmp_path: Path) -> None:
+    """A mass in grams, planted by simcheck itself, is a remark that nobody answered."""
+    (urdf,) = [one for one in compiled(ROBOTS[-1]).artifacts if one.file.endswith(".urdf")]
+    good = tmp_path / urdf.file
+    good.write_text(urdf.text, "utf-8")
+    ask("simcheck", "mutate", good, "--defect", "mass_grams", "--out", tmp_path / "planted")
+    (bad,) = (tmp_path / "planted").iterdir()
+    shutil.copy(bad, good)
+    said = [remark for remark in by_simcheck(good) if not any(answers(answer, remark) for answer in ANSWERS)]
+    assert "inertia.density" in {remark.check for remark in said}

@@ -34,7 +34,8 @@ if TYPE_CHECKING:
 
 _FORMS = {"parts": "write NAME: {links: ..., joints: ...}", "use": "write NAME: {part: ...}"}
 _FORMS |= {"sensor_types": "write NAME: {params: ..., mjcf: ...}"}
-_NOT_EVALUATED = ("args", "parts", "sensor_types", "use", "modes")
+_TAKEN_APART = tuple(_FORMS)
+_NOT_EVALUATED = ("args", *_TAKEN_APART, "modes")
 
 
 class Expanded(NamedTuple):
@@ -90,7 +91,28 @@ def expand(
     check_names(root, scope)
     led = tuple(dict.fromkeys(reader.resolved))
     idle = unused(root, reader, scope) if tree is not None else []
-    return Expanded(tree, reader.diagnostics + ledger.diagnostics, tuple(reader.files), scope, led, tuple(idle))
+    told = ledger.diagnostics if tree is not None else _without_misnamed(root, ledger.diagnostics)
+    return Expanded(tree, reader.diagnostics + told, tuple(reader.files), scope, led, tuple(idle))
+
+
+def _without_misnamed(root: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what is wrong; of a section with another name than it should have that, not all that is missing by it."""
+    from ..schema import schema
+    from ..validate import validate
+
+    known = {*schema("description")["properties"], *_TAKEN_APART}
+    sections = Map(root.span)
+    for key, value in root.items():
+        if key not in known:
+            sections.put(key, value, root.key_spans[key], root.value_spans[key])
+    misnamed = [one for one in validate(sections, {}) if one.rule == "unknown-key"] if sections else []
+    return [*misnamed, *(one for one in diagnostics if not (misnamed and _is_missing(one)))]
+
+
+def _is_missing(diagnostic: Diagnostic) -> bool:
+    """Say whether a name is told that nothing stands behind."""
+    missing = diagnostic.message.startswith("there is no value named ")
+    return missing or diagnostic.rule in ("unknown-part", "unknown-sensor-type", "unknown-argument")
 
 
 def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None]) -> Map | None:
@@ -98,7 +120,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
     tree = Map(root.span)
     failed = None in robots
     for key, value in root.items():
-        if key in ("parts", "sensor_types", "use"):
+        if key in _TAKEN_APART:
             continue
         if key in ENTRIES and not check_controls("", root, (key,), scope):
             failed = True

@@ -107,7 +107,7 @@ def test_without_it_the_same_description_is_refused(machine: Machine):
     machine.describe("${width}", "accept: [{rule: axis-not-unitt, of: [wheel], reason: it is strong}]\n")
     code, printed = machine.run("all", "robot.yaml")
     assert 'error[wrong-value]: accept[0] rule cannot be "axis-not-unitt"' in printed
-    assert 'did you mean "axis-not-unit"? (one of angle-looks-like-degrees, axis-not-unit,' in printed
+    assert 'did you mean "axis-not-unit"? (one of angle-looks-like-degrees, axis-' in printed
 
 
 def test_it_is_listed(machine: Machine):
@@ -122,7 +122,8 @@ def test_it_is_listed(machine: Machine):
         "  A link may break it: accept: [{rule: wheel-too-heavy, of: [NAME], reason: WHY}]\n"
     )
     _, printed = machine.run("check", "robot.yaml", "--format", "sarif")
-    (told,) = json.loads(printed[printed.index("{") : printed.rindex("}") + 1])["runs"][0]["tool"]["driver"]["rules"]
+    rules = json.loads(printed[printed.index("{") : printed.rindex("}") + 1])["runs"][0]["tool"]["driver"]["rules"]
+    (told,) = [one for one in rules if one["id"] == "wheel-too-heavy"]
     assert told["shortDescription"]["text"] == "A wheel is heavier than a motor can turn."
 
 

@@ -49,6 +49,8 @@ def held(folder: Path, files: Mapping[str, bytes], record: Mapping[str, str]) ->
 
 
 def _why(old: bytes, new: bytes, known: str | None) -> str:
+    if not old.strip():  # nothing that could be lost
+        return ""
     if known is not None:
         return "" if digest(old) == known else EDITED
     if is_marked(old):
@@ -67,7 +69,7 @@ def judge(folder: Path, files: Collection[str]) -> Callable[[str, bytes, bytes],
     first = before is None and not any(map(is_marked, heads))
 
     def why(name: str, old: bytes, new: bytes) -> str:
-        if is_marked(old):
+        if is_marked(old) or not old.strip():
             return ""
         if is_marked(new):
             return FOREIGN

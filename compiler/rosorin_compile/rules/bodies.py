@@ -21,6 +21,7 @@ AFTER = "inertia"
 DENSEST = 22_590.0
 # Air has 1.2, aerogels that one can hold more than 3: nothing solid is lighter than this.
 LIGHTEST = 1.0
+HUGE = 1e9  # m; what is larger is told elsewhere, and its third power may be no number
 # Sizes are rounded, and a box around a part leaves out a flange: half as much again is let pass.
 ROUGHLY = 1.5
 # Of the inertia the third power of a root counts, and moments are often rounded to one digit.
@@ -118,14 +119,14 @@ def _is_usual(link: Link, inertial: Inertial, moments: Vector | None) -> bool:
         return False
     mass, centre = inertial.mass, inertial.pose.xyz
     largest = max(known, key=lambda ball: ball.volume)
-    most = max(math.dist(largest.middle, ball.middle) + ball.radius for ball in known)
+    most = min(HUGE, max(math.dist(largest.middle, ball.middle) + ball.radius for ball in known))
     if not LIGHTEST * 8 * most**3 <= mass <= DENSEST * largest.volume:
         return False
     if math.dist(centre, largest.middle) > OUTSIDE * 2 * largest.radius:
         return False
     if moments is None:
         return True
-    return moments[2] <= mass * (BEYOND * largest.radius) ** 2 and _densest(mass, *moments) <= DENSEST
+    return moments[2] <= mass * (BEYOND * min(HUGE, largest.radius)) ** 2 and _densest(mass, *moments) <= DENSEST
 
 
 def _bounds(link: Link) -> tuple[Bounds | None, bool]:

@@ -54,9 +54,9 @@ def child(folder: Path) -> None:
         if process == 0:
             if how == "at":
 
-                def dying(*arguments: Any, step: int = int(number)) -> Any:
+                def dying(*arguments: Any, step: int = int(number), **named: Any) -> Any:
                     die_at(step)
-                    return write_set(*arguments)
+                    return write_set(*arguments, **named)
 
                 output.write_set = dying
             sys.stderr = quiet
@@ -74,7 +74,7 @@ def state(target: Path, after: dict[str, str]) -> str:
     if not target.exists():
         return "nothing"
     there = {path.name: path.read_text("utf-8") for path in target.iterdir()}
-    notes = {name: BEFORE[name] for name in there if name == "notes.txt"}
+    notes = {name: BEFORE[name.removesuffix(".kept")] for name in there if name in ("notes.txt", "robot.yaml.kept")}
     if there == BEFORE:
         return "before"
     return "after" if there == {**after, **notes} else f"a mixture: {sorted(there)}"

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.output.ours import RECORD
 from rosorin_compile.tools.package import finding
 from support.launch import run
 from support.packages import LAUNCH, PACKAGE_XML, TEXTS, check, contents, deploy, package_of_people
@@ -29,7 +30,7 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert deploy(base) == 0
     after = contents(base)
     changed = {name for name in after if after[name] != before.get(name)}
-    assert changed == {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py"}
+    assert changed == {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", RECORD}
     assert after["urdf/rosorin.urdf"] == TEXTS["rosorin.urdf"]
     assert after["config/static_tf.json"] == TEXTS["static_tf.json"]
     out = capsys.readouterr().out

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ..model import Joint, Link, Pose, Robot, Transform, Vector
@@ -41,6 +42,8 @@ SIZES = {
 }
 # What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.
 ROTATION_ROUNDING = 1e-12
+
+_UPRIGHT = Transform().rows
 
 Six = tuple[float, float, float, float, float, float]
 
@@ -77,6 +80,9 @@ def is_exact(root: Element) -> bool:
     return False
 
 
+_tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
+
+
 class FactSheet:
     """Collects the facts of one XML artifact."""
 
@@ -84,10 +90,12 @@ class FactSheet:
         self.root = parse(text, tag)
         self.facts: Facts = {}
         self.exact = is_exact(self.root)
+        # How well a printed rotation is known (rad).
+        self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
     def tolerance(self, value: float) -> float:
         """Return how well a printed value is known: 0 where every digit was printed."""
-        return 0.0 if self.exact else SIX.tolerance(value)
+        return 0.0 if self.exact else _tolerance_of_six(value)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -130,18 +138,13 @@ class FactSheet:
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.add(Fact("frame", link, angle), value, "rad", self._turning)
 
-    @property
-    def _turning(self) -> float:
-        """How well a printed rotation is known (rad)."""
-        return ROTATION_ROUNDING + 4 * self.tolerance(1.0)
-
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
         self.add(Fact("link", link, "mass"), mass, "kg")
         for axis, value in zip(AXES, frame.xyz, strict=True):
             self.add(Fact("link", link, f"centre of mass {axis}"), value, "m")
-        rounding = _turned(inertia, 4 * self.tolerance(1.0))
-        if frame.rows != Transform().rows:
+        rounding = 0.0 if self.exact else _turned(inertia, 4 * self.tolerance(1.0))
+        if frame.rows != _UPRIGHT:
             rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
         for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
             tolerance = self.tolerance(value) + rounding
@@ -169,6 +172,8 @@ def angles(transform: Transform) -> Vector:
     Many triples mean one rotation; the one taken has its pitch within +-pi/2, and roll and yaw above -pi as far as
     rounding can tell, so that +pi and -pi are one angle.
     """
+    if transform.rows == _UPRIGHT:
+        return (0.0, 0.0, 0.0)
     roll, pitch, yaw = (a + math.tau if a < PI_CUT - math.pi else a + 0.0 for a in transform.rpy())
     return (roll, pitch, yaw)
 
@@ -185,7 +190,7 @@ def _turned(inertia: Six, angle: float) -> float:
 
 def along_link(inertia: Six, frame: Transform) -> Six:
     """Return an inertia (xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
-    if frame.rows == Transform().rows:
+    if frame.rows == _UPRIGHT:
         return inertia
     xx, yy, zz, xy, xz, yz = inertia
     a, b, c = (_times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), row) for row in frame.rows)

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ..model import Joint, Link, Pose, Robot, Transform, Vector
@@ -31,6 +32,9 @@ if TYPE_CHECKING:
 AXES = ("x", "y", "z")
 ANGLES = ("roll", "pitch", "yaw")
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
+_ORIGIN = tuple(f"origin {axis}" for axis in AXES)
+_CENTRE = tuple(f"centre of mass {axis}" for axis in AXES)
+_MOMENTS = tuple(f"inertia {name}" for name in INERTIA)
 # The names of the sizes of a shape: full extents and full lengths in metres, as in URDF; of a mesh a bare factor.
 SIZES = {
     "box": ("size x", "size y", "size z"),
@@ -41,6 +45,8 @@ SIZES = {
 }
 # What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.
 ROTATION_ROUNDING = 1e-12
+
+_UPRIGHT = Transform().rows
 
 Six = tuple[float, float, float, float, float, float]
 
@@ -61,20 +67,33 @@ def number_of(text: str) -> float:
     return value
 
 
+@lru_cache(maxsize=20_000)
+def _numbers_of(text: str) -> tuple[float, ...]:
+    """Return the numbers of an attribute; the same ones stand in many. Raises ValueError if one is none."""
+    return tuple(map(number_of, text.split()))
+
+
+# Six letters are six digits at most: nothing is left for ``six`` to shorten.
+_FEW = 6
+
+
 def is_exact(root: Element) -> bool:
     """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
-    for element in root.iter():
-        for name, text in element.items():
-            if name == "name":
-                continue
-            for token in text.split():
-                try:
-                    value = number_of(token)
-                except ValueError:
-                    continue
-                if float(six(value)) != value:
-                    return True
+    texts = {text for element in root.iter() for name, text in element.items() if name != "name"}
+    tokens = {token for text in texts for token in text.split()}
+    for token in tokens:
+        if len(token) <= _FEW:
+            continue
+        try:
+            value = number_of(token)
+        except ValueError:
+            continue
+        if float(six(value)) != value:
+            return True
     return False
+
+
+_tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
 
 
 class FactSheet:
@@ -84,10 +103,12 @@ class FactSheet:
         self.root = parse(text, tag)
         self.facts: Facts = {}
         self.exact = is_exact(self.root)
+        # How well a printed rotation is known (rad).
+        self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
     def tolerance(self, value: float) -> float:
         """Return how well a printed value is known: 0 where every digit was printed."""
-        return 0.0 if self.exact else SIX.tolerance(value)
+        return 0.0 if self.exact else _tolerance_of_six(value)
 
     def text(self, element: Element, attribute: str) -> str:
         """Return an attribute. Raises ValueError if it is not there."""
@@ -101,7 +122,7 @@ class FactSheet:
         text = element.get(attribute)
         if text is None:
             return tuple(default)
-        found = tuple(number_of(token) for token in text.split())
+        found = _numbers_of(text)
         if len(found) != length:
             raise ValueError(f'<{element.tag} {attribute}="{text}">: {length} numbers are needed')
         return found
@@ -125,27 +146,22 @@ class FactSheet:
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
         self.add(Fact("frame", link, "parent"), parent)
-        for axis, value in zip(AXES, transform.xyz, strict=True):
-            self.add(Fact("frame", link, f"origin {axis}"), value, "m")
+        for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
+            self.add(Fact("frame", link, axis), value, "m")
         for angle, value in zip(ANGLES, angles(transform), strict=True):
             self.add(Fact("frame", link, angle), value, "rad", self._turning)
-
-    @property
-    def _turning(self) -> float:
-        """How well a printed rotation is known (rad)."""
-        return ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
         self.add(Fact("link", link, "mass"), mass, "kg")
-        for axis, value in zip(AXES, frame.xyz, strict=True):
-            self.add(Fact("link", link, f"centre of mass {axis}"), value, "m")
-        rounding = _turned(inertia, 4 * self.tolerance(1.0))
-        if frame.rows != Transform().rows:
+        for axis, value in zip(_CENTRE, frame.xyz, strict=True):
+            self.add(Fact("link", link, axis), value, "m")
+        rounding = 0.0 if self.exact else _turned(inertia, 4 * self.tolerance(1.0))
+        if frame.rows != _UPRIGHT:
             rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
-        for name, value in zip(INERTIA, along_link(inertia, frame), strict=True):
+        for name, value in zip(_MOMENTS, along_link(inertia, frame), strict=True):
             tolerance = self.tolerance(value) + rounding
-            self.add(Fact("link", link, f"inertia {name}"), value, "kg*m^2", tolerance)
+            self.add(Fact("link", link, name), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
         """Take down a shape, such as "collision 3": its kind, where its middle is in the link, its full sizes (m)."""
@@ -169,6 +185,8 @@ def angles(transform: Transform) -> Vector:
     Many triples mean one rotation; the one taken has its pitch within +-pi/2, and roll and yaw above -pi as far as
     rounding can tell, so that +pi and -pi are one angle.
     """
+    if transform.rows == _UPRIGHT:
+        return (0.0, 0.0, 0.0)
     roll, pitch, yaw = (a + math.tau if a < PI_CUT - math.pi else a + 0.0 for a in transform.rpy())
     return (roll, pitch, yaw)
 
@@ -185,7 +203,7 @@ def _turned(inertia: Six, angle: float) -> float:
 
 def along_link(inertia: Six, frame: Transform) -> Six:
     """Return an inertia (xx yy zz xy xz yz along the axes of ``frame``) along the axes of the link: R I R^T."""
-    if frame.rows == Transform().rows:
+    if frame.rows == _UPRIGHT:
         return inertia
     xx, yy, zz, xy, xz, yz = inertia
     a, b, c = (_times(((xx, xy, xz), (xy, yy, yz), (xz, yz, zz)), row) for row in frame.rows)
@@ -207,14 +225,14 @@ def frame_facts(
 
     Angles are as they were written, if that is the form in which they are compared (see ``angles``).
     """
-    rpy = angles(pose.transform())
-    if all(abs(written - compared) < ROTATION_ROUNDING for written, compared in zip(pose.rpy, rpy, strict=True)):
-        rpy = pose.rpy
-    else:
+    rpy = pose.rpy
+    compared = rpy if rpy == (0.0, 0.0, 0.0) else angles(pose.transform())
+    if any(abs(one - other) >= ROTATION_ROUNDING for one, other in zip(rpy, compared, strict=True)):
+        rpy = compared
         radians = (ROTATION_ROUNDING + 4 * max(radians),) * 3
     facts: Facts = {Fact("frame", child, "parent"): Value(parent)}
-    for axis, value, tolerance in zip(AXES, pose.xyz, metres, strict=True):
-        facts[Fact("frame", child, f"origin {axis}")] = Value(float(value), "m", tolerance)
+    for axis, value, tolerance in zip(_ORIGIN, pose.xyz, metres, strict=True):
+        facts[Fact("frame", child, axis)] = Value(float(value), "m", tolerance)
     for angle, value, tolerance in zip(ANGLES, rpy, radians, strict=True):
         facts[Fact("frame", child, angle)] = Value(float(value), "rad", tolerance)
     return facts
@@ -258,8 +276,8 @@ def _mass_facts(link: Link) -> Facts:
     if inertial is None:
         return {}
     values = {"mass": Value(float(inertial.mass), "kg")}
-    values |= {f"centre of mass {axis}": Value(float(v), "m") for axis, v in zip(AXES, inertial.pose.xyz, strict=True)}
+    values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, inertial.pose.xyz, strict=True)}
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     along = along_link(six, inertial.pose.transform())
-    values |= {f"inertia {name}": Value(float(value), "kg*m^2") for name, value in zip(INERTIA, along, strict=True)}
+    values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, along, strict=True)}
     return {Fact("link", link.name, quantity): value for quantity, value in values.items()}

@@ -255,13 +255,16 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
     """Yield the rows of the table with these headers. Raises ValueError for a row of another length."""
     inside = False
     for line in text.splitlines():
-        cells = [cell.strip() for cell in re.split(_SEPARATOR, line)[1:-1]]
+        parts = re.split(_SEPARATOR, line) if "\\" in line else line.split("|")
+        cells = [cell.strip() for cell in parts[1:-1]]
         if not inside:
             inside = tuple(cells) == tuple(headers)
         elif not cells:
             return
         elif set("".join(cells)) != {"-"}:
-            yield {key: re.sub(_ESCAPED, r"\1", cell) for key, cell in zip(headers, cells, strict=True)}
+            if "\\" in line:
+                cells = [re.sub(_ESCAPED, r"\1", cell) for cell in cells]
+            yield dict(zip(headers, cells, strict=True))
 
 
 def carried(robot: Robot) -> list[str]:

@@ -8,14 +8,18 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import cached_property
 from hashlib import sha256
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from jinja2 import TemplateRuntimeError
 from jinja2 import __version__ as jinja_version
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from ..project import cache_folder, keep, recalled
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 MAX_SIZE = 10_000_000  # letters of a text, items of a list
 MAX_BITS = 1_000_000  # of a whole number
@@ -49,9 +53,14 @@ class Sandbox(ImmutableSandboxedEnvironment):
         """Begin a rendering."""
         self.rounds = 0
 
+    @cached_property
+    def folder(self) -> Path | None:
+        """The folder of the cache; whether others can write there is asked once for all templates."""
+        return cache_folder("templates")
+
     def compile(self, source: Any, name: str | None = None, filename: str | None = None, *_: Any, **__: Any) -> Any:
         """Return the code of a template. The Python that it was made into is kept in the cache, as text."""
-        folder = cache_folder("templates")
+        folder = self.folder
         if folder is None or not isinstance(source, str):
             return super().compile(source, name, filename)
         means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops))

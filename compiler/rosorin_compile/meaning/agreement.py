@@ -8,13 +8,13 @@ from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Format, Value
-from ..formats.facts import facts_of
+from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
+from ..formats.facts import ANGLES, facts_of
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
 from .solids import COLLISION, Solid, remainder, same_set, solid_from
 from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, view_of
+from .view import View, called, names_in, view_of, view_of_model
 from .wording import number_pair, subject, value_text
 
 RULES = (
@@ -62,29 +62,76 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
 
     Held against the model: the frames that an artifact carries, where they sit, their joints with axis, limits and
     mimic, masses, centres of mass and inertias, and collision shapes.
+
+    Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
+    for the words.
     """
+    model = facts_of(robot)
+    for artifact in artifacts:
+        try:
+            reading = _reading(robot, artifact, model)
+        except ValueError:
+            return _disagreements(robot, artifacts)
+        if reading is None:
+            continue
+        meant = view_of_model(model, reading.view.turns)
+        if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
+            return _disagreements(robot, artifacts)
+    return []
+
+
+def _reading(robot: Robot, artifact: Artifact, known: Facts) -> _Reading | None:
+    """Return an artifact and what it says beside what is known; None for one that is not read back. Raises ValueError.
+
+    Where each frame sits stays, and of a rotation that is not known all three angles.
+    """
+    read = FORMATS[artifact.backend].facts
+    if read is None:
+        return None
+    facts, names = read(artifact.text), called(robot, artifact)
+    if names or not known:
+        return _Reading(artifact, view_of(facts, names))
+    news = {
+        fact: value
+        for fact, value in facts.items()
+        if (meant := known.get(fact)) is None
+        or value[0] != meant[0]
+        or type(value[0]) is not type(meant[0])
+        or fact[2] == "parent"
+    }
+    turned = {fact[1] for fact in news if fact[0] == "frame" and fact[2] in ANGLES}
+    angles = (Fact("frame", name, angle) for name in turned for angle in ANGLES)
+    view = view_of(news | {fact: facts[fact] for fact in angles if fact in facts}, names)
+    return _Reading(artifact, view._replace(names=view.names | names_in(facts)))
+
+
+def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
+    """Return an error for each place where artifacts do not say what the model says, with those that do."""
     readings: list[_Reading] = []
     found: list[Diagnostic] = []
     for artifact in artifacts:
-        read = FORMATS[artifact.backend].facts
-        if read is None:
-            continue
         try:
-            facts = read(artifact.text)
+            reading = _reading(robot, artifact, {})
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
-            found += _misfits(artifact)
-            readings.append(_Reading(artifact, view_of(facts, called(robot, artifact))))
+            if reading:
+                found += _misfits(artifact)
+                readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
     model = view_of(facts_of(robot), {})
     for reading in readings:
-        found += _frames(robot, reading)
-        found += _others(robot, reading)
-        found += _values(robot, reading, model, readings)
-        found += _turns(reading, model, readings)
-        found += _shapes(robot, reading)
+        found += _wrong(robot, reading, model, readings)
     return found
+
+
+def _wrong(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+    """Yield an error for each place where one artifact does not say what the model says."""
+    yield from _frames(robot, reading)
+    yield from _others(robot, reading)
+    yield from _values(robot, reading, model, readings)
+    yield from _turns(reading, model, readings)
+    yield from _shapes(robot, reading)
 
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:

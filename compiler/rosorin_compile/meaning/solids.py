@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ..formats import Value
 from ..formats.facts import SIZES
 from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
-from ..model.geometry import Rows, angle_between, minus, norm, pose_of, rotation_of_rpy
+from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
 COLLISION = "collision"
@@ -106,8 +106,13 @@ def shape_of(solid: Solid) -> Shape | None:
 
 def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
     """Return a shape of the model as a solid; ``tolerance``: how well its numbers are known (m, rotation entries)."""
-    shape = shape.moved(Transform())
-    geometry, sizes = shape.geometry, tuple[float, ...]()
+    geometry, pose, sizes = shape.geometry, shape.pose, tuple[float, ...]()
+    if pose.rpy != (0.0, 0.0, 0.0):
+        shape = shape.moved(Transform())
+        geometry, pose = shape.geometry, shape.origin()
+    elif isinstance(geometry, Box):
+        box = Box(plus(geometry.lower, pose.xyz), plus(geometry.upper, pose.xyz))
+        return Solid("box", box.size, box.centre, _UPRIGHT, (), tolerance, tolerance)
     if isinstance(geometry, Box):
         sizes = geometry.size
     elif isinstance(geometry, (Cylinder, Capsule)):
@@ -116,8 +121,8 @@ def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
         sizes = (geometry.radius,)
     elif isinstance(geometry, Mesh):
         sizes = geometry.scale
-    place = shape.origin().transform()
-    return Solid(type(geometry).__name__.lower(), sizes, place.xyz, place.rows, (), tolerance, tolerance)
+    rows = rotation_of_rpy(pose.rpy)
+    return Solid(type(geometry).__name__.lower(), sizes, pose.xyz, rows, (), tolerance, tolerance)
 
 
 class Matched(NamedTuple):
@@ -172,7 +177,11 @@ def _delta(old: Sequence[Solid], new: Sequence[Solid], noise: float) -> Delta:
 
 def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
     """Say whether two writers mean the same solids, as far as they print them."""
-    return len(one) == len(other) and remainder(one, other) == Delta((), ())
+    if len(one) != len(other):
+        return False
+    if all(same(a, b, _NOISE) for a, b in zip(one, other, strict=True)):  # in one order, as a rule
+        return True
+    return remainder(one, other) == Delta((), ())
 
 
 def largest_step(difference: Delta) -> float | None:
@@ -272,7 +281,7 @@ def same(one: Solid, other: Solid, noise: float) -> bool:
     if one.kind != other.kind or one.words != other.words or len(one.sizes) != len(other.sizes):
         return False
     length = noise + joined(one.tolerance, other.tolerance)
-    if norm(minus(one.centre, other.centre)) > length:
+    if one.centre != other.centre and norm(minus(one.centre, other.centre)) > length:
         return False
     turn = noise + joined(one.turn_tolerance, other.turn_tolerance)
     if one.kind == "box":
@@ -291,6 +300,8 @@ def _axis(solid: Solid) -> Vector:
 
 
 def _same_rows(one: Solid, other: Solid, turn: float) -> bool:
+    if one.rows == other.rows:
+        return True
     return all(abs(a - b) <= turn for r, s in zip(one.rows, other.rows, strict=True) for a, b in zip(r, s, strict=True))
 
 

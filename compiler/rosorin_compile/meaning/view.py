@@ -6,9 +6,10 @@ means little; so do shapes, because their numbers in an artifact mean nothing, a
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
+from functools import lru_cache
+from math import isfinite
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
@@ -51,39 +52,80 @@ def view_of(facts: Facts, names: Mapping[str, str]) -> View:
 
     Raises ValueError if a name is no text, or a value neither text nor a finite number: the artifact is damaged.
     """
-    _check(facts)
     plain: Facts = {}
     turns: dict[str, dict[str, Value]] = {}
     shapes: dict[tuple[str, str, int], dict[str, Value]] = {}
     heights: dict[str, dict[tuple[int, int], float]] = {}
     for written, value in facts.items():
-        fact, value = _named(written, value, names)
-        kind, name, quantity = fact
-        shape, cell = _SHAPE.fullmatch(quantity), _CELL.fullmatch(quantity)
-        if kind == "frame" and quantity in ANGLES:
-            turns.setdefault(name, {})[quantity] = value
-        elif kind == "link" and quantity in ("collision shapes", "visual shapes"):
-            continue
-        elif kind == "link" and shape:
-            shapes.setdefault((name, shape[1], int(shape[2])), {})[shape[3]] = value
-        elif kind == "link" and quantity.startswith("box "):
-            shapes.setdefault((name, "collision", 1), {})[quantity] = value
-        elif kind == "height map" and cell and isinstance(value.value, float):
-            heights.setdefault(name, {})[int(cell[1]), int(cell[2])] = value.value
-        else:
+        _check(written, value)
+        kind, name, quantity = fact = written
+        part = _part(kind, quantity)
+        if names or (part is not None and part[0] == _ROWS):
+            fact, value = _named(written, value, names)
+            kind, name, quantity = fact
+            part = _part(kind, quantity)
+        if part is None:
             plain[fact] = value
-    solids: dict[tuple[str, str], tuple[Solid, ...]] = {}
+        elif part[0] == _TURN:
+            turns.setdefault(name, {})[quantity] = value
+        elif part[0] == _SOLID:
+            shapes.setdefault((name, part[1], part[2]), {})[part[3]] = value
+        elif part[0] == _HEIGHT and isinstance(value.value, float):
+            heights.setdefault(name, {})[part[2], int(part[3])] = value.value
+        elif part[0] != _COUNT:
+            plain[fact] = value
+    found: dict[tuple[str, str], list[Solid]] = {}
     for name, purpose, number in sorted(shapes):
-        solid = solid_of(shapes[name, purpose, number])
-        solids[name, purpose] = (*solids.get((name, purpose), ()), solid)
-    return View(plain, {name: _turn(found) for name, found in turns.items()}, solids, heights, _names(plain, solids))
+        found.setdefault((name, purpose), []).append(solid_of(shapes[name, purpose, number]))
+    solids = {key: tuple(several) for key, several in found.items()}
+    return View(plain, {name: _turn(angles) for name, angles in turns.items()}, solids, heights, _names(plain, solids))
 
 
-def _check(facts: Facts) -> None:
-    for fact, value in facts.items():
-        sound = isinstance(value.value, str) or (isinstance(value.value, float) and math.isfinite(value.value))
-        if not sound or not all(isinstance(part, str) for part in fact):
-            raise ValueError(f"{' '.join(map(str, fact))} is {value.value!r}")
+def view_of_model(facts: Facts, frames: Iterable[str]) -> View:
+    """Return the view of what the model says, with the rotations of some frames alone."""
+    turns = {
+        frame: _turn({angle: facts[Fact("frame", frame, angle)] for angle in ANGLES})
+        for frame in frames
+        if Fact("frame", frame, ANGLES[0]) in facts
+    }
+    return View(facts, turns, {}, {}, frozenset())
+
+
+def names_in(facts: Facts) -> frozenset[str]:
+    """Return the frames and links that facts speak of, under the names that an artifact has for them."""
+    names = {fact[1] for fact in facts if fact[0] in ("frame", "link")}
+    return frozenset(names.union(str(value[0]) for fact, value in facts.items() if fact[2] == "parent"))
+
+
+# What is not plain: an angle, a property of a shape, how many shapes there are, a cell, a frame of several rows.
+_TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
+
+
+# The same quantities are said of each frame and link.
+@lru_cache(maxsize=20_000)
+def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
+    """Return what a quantity is a part of, and which; None if it is plain."""
+    if kind == "frame":
+        if quantity in ANGLES:
+            return (_TURN, "", 0, "")
+        return (_ROWS, "", 0, "") if _ROW.fullmatch(quantity) else None
+    if kind == "link":
+        if quantity in ("collision shapes", "visual shapes"):
+            return (_COUNT, "", 0, "")
+        shape = _SHAPE.fullmatch(quantity)
+        if shape:
+            return (_SOLID, shape[1], int(shape[2]), shape[3])
+        return (_SOLID, "collision", 1, quantity) if quantity.startswith("box ") else None
+    cell = _CELL.fullmatch(quantity) if kind == "height map" else None
+    return (_HEIGHT, "", int(cell[1]), cell[2]) if cell else None
+
+
+def _check(fact: Fact, value: Value) -> None:
+    said = value.value
+    sound = isfinite(said) if isinstance(said, float) else isinstance(said, str)
+    kind, name, quantity = fact
+    if not (sound and isinstance(kind, str) and isinstance(name, str) and isinstance(quantity, str)):
+        raise ValueError(f"{' '.join(map(str, fact))} is {said!r}")
 
 
 def _named(fact: Fact, value: Value, names: Mapping[str, str]) -> tuple[Fact, Value]:

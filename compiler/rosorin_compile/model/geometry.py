@@ -38,6 +38,11 @@ def minus(one: Vector, other: Vector) -> Vector:
     return (one[0] - other[0], one[1] - other[1], one[2] - other[2])
 
 
+def plus(one: Vector, other: Vector) -> Vector:
+    """Return the sum of two vectors."""
+    return (one[0] + other[0], one[1] + other[1], one[2] + other[2])
+
+
 def unit(vector: Vector) -> Vector:
     """Return a vector at length 1; a zero vector as it is."""
     length = norm(vector) or 1.0

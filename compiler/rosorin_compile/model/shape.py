@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import count
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
@@ -80,6 +81,10 @@ class HeightMap:
 
     def boxes(self) -> tuple[Box, ...]:
         """Return the body as boxes on z = 0: one for each run of equal rounded heights within a row of constant x."""
+        return self._boxes
+
+    @cached_property  # each format asks for them, and the proof of what it wrote
+    def _boxes(self) -> tuple[Box, ...]:
         made: list[Box] = []
         x0, y0 = self.origin
         for i, row in enumerate(self.heights):
@@ -134,11 +139,13 @@ class Shape:
 
     def solids(self) -> tuple[Shape, ...]:
         """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself."""
-        if isinstance(self.geometry, HeightMap):
-            names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
-            boxes = self.geometry.boxes()
-            return tuple(replace(self, geometry=box, name=name) for box, name in zip(boxes, names, strict=False))
-        return (self,)
+        return self._pieces if isinstance(self.geometry, HeightMap) else (self,)
+
+    @cached_property
+    def _pieces(self) -> tuple[Shape, ...]:
+        names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
+        boxes = self.geometry.boxes() if isinstance(self.geometry, HeightMap) else ()
+        return tuple(replace(self, geometry=box, name=name) for box, name in zip(boxes, names, strict=False))
 
     def origin(self) -> Pose:
         """Return the pose of the middle of the geometry in the link's frame."""

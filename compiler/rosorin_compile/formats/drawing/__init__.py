@@ -8,6 +8,7 @@ for all.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from ...model import Robot
@@ -43,7 +44,9 @@ def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
     return _WRITERS[kind](robot.name, panels, colours(publishers(rows(robot))))
 
 
-def read(text: str) -> list[Shown]:
+# A picture is asked twice: for its facts, and for what only a picture can say wrongly.
+@lru_cache(maxsize=1)
+def read(text: str) -> Sequence[Shown]:
     """Return what a picture of any kind shows. Raises ValueError if it is damaged."""
     from .shown import read_graph, read_svg
 

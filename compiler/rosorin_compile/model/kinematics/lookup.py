@@ -11,6 +11,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from .. import Robot, Transform, Vector
+from ..geometry import plus
 from ..motion import motion
 from .graph import Graph, Move, Step
 from .quaternions import (
@@ -74,7 +75,7 @@ def lookup(graph: Graph, source: str, target: str, positions: Positions) -> Answ
         x, y, z = above[1]
         quaternion, translation = back, rotate(back, (-x, -y, -z))
         if from_top or target not in graph.parents:
-            translation = _plus(rotate(back, below[1]), translation)
+            translation = plus(rotate(back, below[1]), translation)
             quaternion = product(back, below[0])
     return Answer(source, target, translation, quaternion, way)
 
@@ -85,7 +86,7 @@ def _up(graph: Graph, steps: Iterable[Step], positions: Positions) -> _Accumulat
     for step in steps:
         transform = _published(step, graph.robot, positions)
         rotation = of_rows(transform.rows)
-        vector = _plus(rotate(rotation, vector), transform.xyz)
+        vector = plus(rotate(rotation, vector), transform.xyz)
         quaternion = product(rotation, quaternion)
     return quaternion, vector
 
@@ -103,7 +104,3 @@ def _published(step: Step, robot: Robot, positions: Positions) -> Transform:
     if joint is None or joint.is_fixed:
         return mount
     return mount.then(motion(joint.type, joint.axis, at(robot, joint, positions)))
-
-
-def _plus(a: Vector, b: Vector) -> Vector:
-    return (a[0] + b[0], a[1] + b[1], a[2] + b[2])

@@ -165,7 +165,8 @@ def _gathered(first: Diagnostic, others: Sequence[Diagnostic]) -> Diagnostic:
     """Return the first of several diagnostics that say nearly the same."""
     if not others:
         return first
-    places = and_here([other.span for other in others if other.span])
+    spans = (other.span for other in others if other.span)
+    places = and_here(sorted(spans, key=lambda span: (span.source.path, span.line, span.column)))
     message = f"{first.message},{and_more(len(others), 'of this kind')}"
     return first._replace(message=message, related=(*first.related, *places))
 

@@ -119,3 +119,17 @@ def surface(solid: Shape, rng: np.random.Generator) -> list[tuple[float, float, 
             z = 0.0
         made.append((float(x), float(y), float(z + math.copysign(half, z))))
     return made
+
+
+def test_specks_in_one_place_are_no_twins():
+    """A hand whose fingers are drawn as boxes of 2 mm has them all at its palm; wheels are no specks."""
+    for size, expected in ((0.002, set()), (0.05, {"two-in-one-place"})):
+        box = f"{{collision: [{{box: {{size: [{size}, {size}, {size}]}}}}]}}"
+        text = f"robot: made\nlinks: {{palm: {{}}, thumb: {box}, index: {box}}}\njoints:\n"
+        for name in ("thumb", "index"):
+            text += f"  {name}_joint: {{type: fixed, parent: palm, child: {name}, xyz: [0, 0.1, 0]}}\n"
+        tree = parse_yaml(Source("made.yaml", text))
+        lowered = lower(tree)
+        assert lowered.robot is not None, lowered.diagnostics
+        rules = {one.rule for one in check(lowered.robot, tree, lowered.places, FORMATS)}
+        assert rules & {"two-in-one-place"} == expected

@@ -11,12 +11,12 @@ person). ``bounded`` stands beside them: parsers of foreign JSON, Python and YAM
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .letters import difference, look
-from .wording import and_more, first_of, plural
+from .wording import and_more, counted, first_of, plural
 
 ERROR = "error"
 WARNING = "warning"
@@ -133,6 +133,42 @@ MAX_COMPARED = 60
 MAX_LISTED = 40
 
 _NAME = re.compile(r'"[^"]*"')
+_VARYING = re.compile(r'"[^"]*"|[-+]?\d[\d,.]*(e[-+]?\d+)?')
+_PLACES = 6  # places named of one thing
+_EACH = ("stand-in",)  # rules whose every case is told
+
+
+def and_here(spans: Sequence[Span]) -> tuple[Related, ...]:
+    """Return the further places of what is told once: the first of them, and the number of the others."""
+    places = [Related("and here", span) for span in spans[:_PLACES]]
+    left = len(spans) - _PLACES
+    return (*places, Related(f"and in {counted(left, 'more place')}", None)) if left > 0 else tuple(places)
+
+
+def gathered(diagnostics: Sequence[Diagnostic], most: int, severities: Iterable[str]) -> list[Diagnostic]:
+    """Return the diagnostics; what is said more than ``most`` times, but for names and numbers, is said once.
+
+    It is the first of them, with the number and the places of the others. Nothing is gathered that has no place, or
+    that is of no kind in ``severities``.
+    """
+    groups: dict[object, list[Diagnostic]] = {}
+    for index, one in enumerate(diagnostics):
+        alone = one.severity not in severities or one.span is None or one.rule in _EACH
+        key = index if alone else (one.rule, one.severity, _VARYING.sub("", one.message))
+        groups.setdefault(key, []).append(one)
+    once = {id(group[0]): group[1:] for group in groups.values() if len(group) > most}
+    said = {id(one) for others in once.values() for one in others}
+    return [_gathered(one, once.get(id(one), [])) for one in diagnostics if id(one) not in said]
+
+
+def _gathered(first: Diagnostic, others: Sequence[Diagnostic]) -> Diagnostic:
+    """Return the first of several diagnostics that say nearly the same."""
+    if not others:
+        return first
+    spans = (other.span for other in others if other.span)
+    places = and_here(sorted(spans, key=lambda span: (span.source.path, span.line, span.column)))
+    message = f"{first.message},{and_more(len(others), 'of this kind')}"
+    return first._replace(message=message, related=(*first.related, *places))
 
 
 def _together(same: list[Diagnostic]) -> Diagnostic:

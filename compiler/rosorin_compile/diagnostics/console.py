@@ -15,11 +15,13 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, TextIO
 
-from . import ERROR, TRUSTED, Diagnostic
+from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
 from .wording import and_more, counted, printable
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
+# More warnings or notes that say nearly the same are one with the places of the others; a program gets all.
+MANY = 5
 
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
@@ -100,6 +102,7 @@ class Console:
             return ""
         from . import report
 
+        diagnostics = gathered(diagnostics, MANY, [WARNING, NOTE])
         text = report.text(diagnostics[:MAX_SHOWN], colour())
         if len(diagnostics) > MAX_SHOWN:
             text += f"...{and_more(len(diagnostics) - MAX_SHOWN)}; --format json lists them all\n"

@@ -6,8 +6,7 @@ such things are accepted by an entry of ``accept``, and said. What no reader can
 
 from __future__ import annotations
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, has_errors
-from ..diagnostics.wording import and_more
+from ..diagnostics import ERROR, WARNING, Diagnostic, gathered, has_errors
 from ..frontend.accepting import settled
 from ..frontend.lower import lower
 from ..frontend.tree import Map, Seq
@@ -38,17 +37,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
         tree = _with_accept(tree, names)
         problems = _problems(tree)
     told = [_with_way_out(d, lenient) for d in settled(tree, problems, acceptable()).diagnostics if _is_told(d)]
-    return (None if has_errors(told) else tree), _joined(told)
-
-
-def _joined(diagnostics: list[Diagnostic]) -> list[Diagnostic]:
-    """Return the diagnostics, the warnings of one rule as the first of them with the number of the others."""
-    groups: dict[object, list[Diagnostic]] = {}
-    for index, diagnostic in enumerate(diagnostics):
-        groups.setdefault(diagnostic.rule if diagnostic.severity == WARNING else index, []).append(diagnostic)
-    more = (and_more(len(group) - 1, "of this kind") for group in groups.values())
-    pairs = zip(groups.values(), more, strict=True)
-    return [group[0]._replace(message=f"{group[0].message}{',' if rest else ''}{rest}") for group, rest in pairs]
+    return (None if has_errors(told) else tree), gathered(told, 1, [WARNING])
 
 
 def _problems(tree: Map) -> list[Diagnostic]:

@@ -11,9 +11,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, Related, Span
+from ..diagnostics import WARNING, Diagnostic, Span, and_here
 from ..diagnostics.registry import READING, Rule
-from ..diagnostics.wording import counted
 from ..frontend.tree import Map
 from ..frontend.tree import Path as TreePath
 
@@ -70,19 +69,13 @@ class Imported(NamedTuple):
     takes_arguments: bool = False
 
 
-_SHOWN = 6  # places named of one thing
-
-
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:
     """Return the warning about something that the tree does not carry; ``many`` if ``what`` is a plural.
 
     ``others`` are the further places where it stands: one warning, the first of them and their number.
     """
     message = f"{what} {'are' if many else 'is'} not carried over"
-    related = [Related("and here", other) for other in others[:_SHOWN]]
-    if len(others) > _SHOWN:
-        related.append(Related(f"and in {counted(len(others) - _SHOWN, 'more place')}", None))
-    return Diagnostic("import-cannot-carry", WARNING, message, span, tuple(related), help)
+    return Diagnostic("import-cannot-carry", WARNING, message, span, and_here(others), help)
 
 
 @dataclass(frozen=True)

@@ -23,9 +23,9 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
-from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span
+from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, and_here
 from ..diagnostics.registry import FORMATS, Rule
-from ..diagnostics.wording import counted, first_of
+from ..diagnostics.wording import first_of
 from ..frontend.tree import Map, Seq
 from ..model import Output
 from ..project import shown
@@ -50,7 +50,6 @@ RULES = (
 
 _PUT = "put the file beside the description, or correct the name"
 _SHOWN = 3  # files named of many
-_PLACES = 6  # places named of many
 _HERE, _NOT_THERE, _ODD = range(3)
 
 
@@ -236,10 +235,7 @@ def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) 
     """Return what there is to say of meshes for one reason, with the places of all of them."""
     names, spans = [one.name for one in many], [span for one in many for span in one.spans]
     which = f"mesh {names[0]} is" if len(names) == 1 else f"{len(names)} meshes ({first_of(names, _SHOWN)}) are"
-    related = [Related("and here", span) for span in spans[1 : _PLACES + 1]]
-    if len(spans) > _PLACES + 1:
-        related.append(Related(f"and in {counted(len(spans) - _PLACES - 1, 'more place')}", None))
-    return Diagnostic(rule, severity, f"{which} {what}", spans[0], tuple(related), help)
+    return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help)
 
 
 def _folder(output: Output) -> str:

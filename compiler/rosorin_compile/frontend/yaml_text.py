@@ -33,10 +33,13 @@ _SHORT |= {'"': '"', "\\": "\\", "\x85": "N", "\xa0": "_", "\u2028": "L", "\u202
 def escaped(text: str) -> str:
     """Return text that the expansion turns back into this one: ``${`` would begin an expression.
 
-    >>> escaped("${HOME}/meshes")
-    '$${HOME}/meshes'
+    So would ``$(`` for xacro: the expansion refuses it but in elements of XML.
+
+    >>> escaped("${HOME}/meshes"), escaped("$(arg folder)/meshes")
+    ('$${HOME}/meshes', "${'$'}(arg folder)/meshes")
     """
-    return text.replace("${", "$${")
+    made = text.replace("${", "$${")
+    return made if "<" in made else made.replace("$(", "${'$'}(")
 
 
 # The same keys and texts stand in a robot again and again.

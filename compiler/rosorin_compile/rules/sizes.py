@@ -190,6 +190,12 @@ def longest(shape: Shape) -> tuple[Path, float]:
     return (), 0.0
 
 
+def _is_speck(link: Link) -> bool:
+    """Say whether the shapes of a link are too small for a part: they keep the place of one that nobody drew."""
+    balls = [ball_of(shape) for shape in (*link.visual, *link.collision)]
+    return all(ball is not None and ball.radius <= TINY for ball in balls)
+
+
 @rule(
     "two-in-one-place",
     "A warning: two joints put links of the same shape into the same place.",
@@ -203,7 +209,7 @@ def twins(case: Case) -> Iterator[Diagnostic]:
     first: dict[Any, Joint] = {}
     for joint in case.robot.joints:
         link = case.robot.link.get(joint.child)
-        if link is None or not (link.visual or link.collision):
+        if link is None or not (link.visual or link.collision) or _is_speck(link):
             continue
         looks = tuple((shape.geometry, shape.pose) for shape in (*link.visual, *link.collision))
         axis = () if joint.is_fixed else joint.axis

@@ -45,6 +45,7 @@ def _arm(*limits: tuple[str, str], kind: str = "revolute") -> str:
         [("-100", "100"), ("-1000", "1000"), ("-1.57", "1.57")],
         [("-999999", "999999"), ("-1e+16", "1e+16")],
         [("-10.5236", "9.47639"), ("-3.0", "3.0")],
+        [("-50", "50"), ("-62.8318", "62.8318"), ("-200", "200"), ("-3.0", "3.0")],  # many turns
     ],
 )
 @pytest.mark.usefixtures("home")
@@ -56,6 +57,8 @@ def test_limits_in_radians(limits: list[tuple[str, str]]) -> None:
 def test_degrees_among_radians_are_told() -> None:
     assert _remarks(_arm(("-2.9", "2.9"), ("-180", "180"))) != []
     assert _remarks(_arm(("-40", "55"), ("-22.5", "130"))) != []
+    assert _remarks(_arm(("-2.9", "2.9"), ("-170", "170"))) != []
+    assert _remarks(_arm(("-2.9", "2.9"), ("-68.7549", "80.2141"))) != []  # -1.2 and 1.4 rad
 
 
 @pytest.mark.parametrize(

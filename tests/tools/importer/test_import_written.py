@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 from hypothesis import given, settings
 
+from rosorin_compile.cli import main
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.frontend.expand import expand
@@ -223,3 +224,15 @@ def test_digits_beyond_a_double_are_left_out_and_nothing_is_said_twice(
     assert f"      mass: {written}\n" in text or f"mass: {written}," in text
     assert "xyz: [0.05, -0.1, 1.50]" in text
     assert "inertia: {ixx: 1e-3, iyy: 0.001, izz: 0.00100000}" in text
+
+
+@pytest.mark.usefixtures("home")
+def test_what_xacro_left_over_comes_through():
+    names = ["$(arg folder)/base.stl", "$(find other)/$(cwd)/lid.stl", "$${arg}$(env HOME)${x}/d.stl"]
+    names += [f"$(arg a_folder_with_a_long_name)/one/{name}.stl" for name in "abc"]
+    shapes = "".join(f'<visual><geometry><mesh filename="{name}"/></geometry></visual>' for name in names)
+    Path("left.urdf").write_text(f'<robot name="left"><link name="base">{shapes}</link></robot>', "utf-8")
+    assert main(["import", "left.urdf", "-o", "left"]) == 0
+    made = compile_robot(Path("left/robot.yaml"))
+    text = next(one.text for one in made.artifacts if one.file.endswith(".urdf"))
+    assert [text.count(f'"{name}"') for name in names] == [1] * len(names)

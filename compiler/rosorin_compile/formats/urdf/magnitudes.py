@@ -20,6 +20,8 @@ ORIGIN, LIMIT, SIZE = "origin", "limit", "size"
 
 _LEAST, _MOST = 15.0, 721.0  # degrees: what somebody writes who thinks in them
 _LOW = 5.0  # degrees: no joint is given less, but for zero
+# 20 rad is the most of 600 public robots, but for what means "no limit"; 31 degrees are no limit that many joints have.
+_MANY_TURNS = 31.0  # rad
 _NEAR = 0.06  # degrees: 89.95 is 1.57 rad
 _SMALL = 1.0  # m: most lengths of a robot are below
 
@@ -75,12 +77,19 @@ def _is_degrees(found: _Found, limits: bool) -> bool:
     size = abs(found.value)
     if found.where == ORIGIN:
         return _is_round(size)
-    return limits or (size < 360 + _NEAR and _near(size, 45))
+    return limits or (size < 360 + _NEAR and (_near(size, 45) or (size > _MANY_TURNS and not _stands_for_many(size))))
 
 
 def _is_round(size: float) -> bool:
     """Say whether somebody who thinks in degrees would write this angle."""
     return _LEAST - _NEAR < size < _MOST and _near(size, 5)
+
+
+def _stands_for_many(size: float) -> bool:
+    """Say whether somebody writes this limit who means many turns: 1, 2 or 5 of a power of ten, or full turns."""
+    digits = size / 10 ** math.floor(math.log10(size))
+    turns = size / math.tau
+    return any(math.isclose(digits, one) for one in (1, 2, 5)) or abs(turns - round(turns)) < 1e-2
 
 
 def _means_none(size: float) -> bool:

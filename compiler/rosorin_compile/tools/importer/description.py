@@ -225,7 +225,7 @@ class Named(NamedTuple):
         """Return a mesh file as an expression with the name of its folder, None if that has none."""
         for key, folder in self.folders.items():
             rest = name.removeprefix(f"{folder}/")
-            if rest != name and "${" not in rest:
+            if rest != name and not _needs_escape(rest):
                 return f"${{{key}}}/{rest}"
         return None
 
@@ -282,7 +282,11 @@ def _common_folder(files: list[str]) -> str:
     folder = first[:length].rpartition("/")[0]
     saved = (len(folder) - len("${meshes}")) * len(files)
     worth = len(folder) >= _LONG and saved >= _WORTH and not folder.endswith((":", ":/"))
-    return folder if worth and "${" not in folder else ""
+    return folder if worth and not _needs_escape(folder) else ""
+
+
+def _needs_escape(text: str) -> bool:
+    return "${" in text or "$(" in text
 
 
 def _common_scale(meshes: list[Map]) -> Seq | None:

@@ -1,0 +1,75 @@
+"""What is said many times, but for names and numbers, is said once; nobody loses a place, an error or a stand-in."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Source, Span, gathered
+
+FILE = Source("robot.yaml", "robot: made\n")
+SPECK = "{inertial: {mass: 1 kg, inertia: {ixx: 1e-9, iyy: 1e-9, izz: 1e-9}}}"
+
+
+def _one(line: int, message: str, severity: str = WARNING, rule: str = "some-rule") -> Diagnostic:
+    return Diagnostic(rule, severity, message, Span(FILE, line, 3))
+
+
+def test_near_equal_ones_are_the_first_with_the_places_of_the_others():
+    said = [_one(line, f'link "l{line}" has {line}.5 kg in 1e-0{line} m') for line in range(1, 10)]
+    other = _one(20, "this is another thing")
+    (one, last) = gathered([*said, other], 5, [WARNING, NOTE])
+    assert one.message == 'link "l1" has 1.5 kg in 1e-01 m, and 8 more of this kind'
+    places = [(related.message, related.span and related.span.line) for related in one.related]
+    assert places == [*(("and here", line) for line in range(2, 8)), ("and in 2 more places", None)]
+    assert last == other
+
+
+def test_what_was_related_stays_first():
+    related = Related("the shape", Span(FILE, 1, 1))
+    said = [_one(line, f"{line} kg")._replace(related=(related,)) for line in (1, 2)]
+    (one,) = gathered(said, 1, [WARNING])
+    assert [item.message for item in one.related] == ["the shape", "and here"]
+
+
+@pytest.mark.parametrize(
+    "said",
+    [
+        [_one(line, f"{line} kg") for line in range(5)],
+        [_one(line, f"{line} kg", ERROR) for line in range(9)],
+        [_one(line, f"{line} kg", NOTE, "stand-in") for line in range(9)],
+        [_one(line, "the same words", WARNING, f"rule-{line}") for line in range(9)],
+        [_one(line, f"{'x' * line} differs") for line in range(1, 9)],
+        [Diagnostic("some-rule", WARNING, f"{line} s") for line in range(9)],  # of a recording: no place to go to
+    ],
+    ids=["few", "errors", "stand-ins", "rules", "words", "no place"],
+)
+def test_told_one_by_one(said: list[Diagnostic]):
+    assert gathered(said, 5, [WARNING, NOTE]) == said
+
+
+def _robot(count: int) -> None:
+    links = "".join(f"  l{index}: {SPECK}\n" for index in range(count))
+    joints = "".join(f"  j{index}: {{type: fixed, parent: base, child: l{index}}}\n" for index in range(count))
+    text = f"robot: made\nlinks:\n  base: {{}}\n{links}joints:\n{joints}outputs: {{urdf: {{file: made.urdf}}}}\n"
+    Path("made.yaml").write_text(text, "utf-8")
+
+
+@pytest.mark.usefixtures("home")
+@pytest.mark.parametrize(("count", "lines"), [(5, 5), (6, 1)])
+def test_all_says_it_once(capsys: pytest.CaptureFixture[str], count: int, lines: int):
+    _robot(count)
+    assert main(["all", "made.yaml"]) == 0
+    said = capsys.readouterr().err
+    assert said.count("warning[inertia-implausible]") == lines
+    assert (", and 5 more of this kind" in said, said.count(": and here\n")) == (lines == 1, 5 if lines == 1 else 0)
+
+
+@pytest.mark.usefixtures("home")
+def test_a_program_gets_all(capsys: pytest.CaptureFixture[str]):
+    _robot(9)
+    assert main(["all", "made.yaml", "--format", "json"]) == 0
+    assert [one["rule"] for one in json.loads(capsys.readouterr().out)] == ["inertia-implausible"] * 9

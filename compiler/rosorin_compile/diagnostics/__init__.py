@@ -16,7 +16,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .letters import difference, look
-from .wording import and_more, first_of, plural
+from .wording import and_more, first_of
 
 ERROR = "error"
 WARNING = "warning"
@@ -141,7 +141,7 @@ def _together(same: list[Diagnostic]) -> Diagnostic:
     others = len({diagnostic.message for diagnostic in same}) - 1
     if not others:
         return first
-    more = and_more(others, f"{plural('entry', others)} that use this value").strip()
+    more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
     return first._replace(related=(Related(more, None), *first.related))
 
 

@@ -19,7 +19,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
     ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
     """
     table = KEYS.get(kind, {})
-    told = _written_wrongly(key, entry, known) or way_out(key, table)
+    said, key = key, key.removeprefix("xacro:")
+    told = _written_wrongly(said, entry, known) or way_out(key, table)
     if told:
         return told
     close = synonym(key, table, known)

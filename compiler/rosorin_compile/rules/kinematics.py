@@ -74,8 +74,20 @@ def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str
         path, what = uses[0]
         also = [case.related(f"also used here: {other}", more, _is_key(more)) for more, other in uses[1:]]
         message = f'there is no {kind} "{name}", {what}'
-        help = suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
+        help = _namesake(case, kind, name) or suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
         yield case.problem(f"unknown-{kind}", message, path, help, related=also, key=_is_key(path))
+
+
+def _namesake(case: Case, kind: str, name: str) -> str:
+    """Return the way out for a name that is that of something else, which brings what is meant."""
+    robot = case.robot
+    if kind == "joint":
+        joint = robot.joint_to.get(name)
+        return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""
+    frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
+    if frame:
+        return f'"{name}" is a sensor; its frame is "{frame}"'
+    return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
 
 
 def _is_key(path: Path) -> bool:

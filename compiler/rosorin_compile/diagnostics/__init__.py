@@ -177,7 +177,7 @@ def _together(same: list[Diagnostic]) -> Diagnostic:
     others = len({diagnostic.message for diagnostic in same}) - 1
     if not others:
         return first
-    more = and_more(others, f"{plural('entry', others)} that use this value").strip()
+    more = and_more(others, "entry that uses this value" if others == 1 else "entries that use this value").strip()
     return first._replace(related=(Related(more, None), *first.related))
 
 

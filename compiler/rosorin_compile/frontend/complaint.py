@@ -117,8 +117,10 @@ class Complaint:
             return []  # it is there, under a name that is reported
         wanted = schema_at([*self.schema_path[:-1], "properties", key], self.schema)
         meaning = wanted.get("description") or resolve(wanted).get("description", "")
-        path = self.path
-        return [self._make("missing-key", f'{self.where} needs the key "{key}"', _sentence(meaning), path, key=True)]
+        help = _sentence(meaning)
+        if key == "inertia":
+            help = "give ixx, iyy and izz, or write of: collision: then it is calculated from the shapes"
+        return [self._make("missing-key", f'{self.where} needs the key "{key}"', help, self.path, key=True)]
 
     def _type(self) -> list[Diagnostic]:
         types = self.kind.types

@@ -10,13 +10,15 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..diagnostics import did_you_mean
+from ..diagnostics import did_you_mean, nearest
 from ..units import UNITS, Dimension, Quantity, parse_unit
 from .load import plain_scalar
 from .tree import Map, Seq, Text
 
 _NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 MAX_SHOWN = 60
+# A word of so many letters is no symbol of a unit: it may be the name of one, misspelt.
+SPELLED_OUT = 5
 
 # Units as people write them, by the word in small letters.
 _UNITS = {
@@ -75,6 +77,8 @@ def _factors(unit: str, others: Mapping[str, str]) -> str:
         small = word.casefold()
         alike = [name for name in UNITS if name.casefold() == small]
         name = others.get(small) or (word if word in UNITS else _UNITS.get(small) or (alike[0] if alike else ""))
+        close = nearest(small, _UNITS) if not name and len(small) >= SPELLED_OUT else None
+        name = _UNITS[close] if close else name
         if not name:
             return ""
         pieces += [sign, name, f"^{power}" if power else ""]

@@ -19,7 +19,8 @@ def key_meant(key: str, entry: Map, known: Mapping[str, Any], kind: str) -> str:
     ``known`` are the keys that it may have, with their fragments of the schema; ``kind`` is that of the entry.
     """
     table = KEYS.get(kind, {})
-    told = _written_wrongly(key, entry, known) or way_out(key, table)
+    said, key = key, key.removeprefix("xacro:")
+    told = _written_wrongly(said, entry, known) or way_out(key, table)
     if told:
         return told
     close = synonym(key, table, known)
@@ -37,6 +38,9 @@ def _written_wrongly(key: str, entry: Map, known: Mapping[str, Any]) -> str:
     if glued and glued[1] in known:
         name, sign, value = glued.groups()
         return f'a space is missing after the ":": {name}: {value}' if sign == ":" else f"write {name}: {value}"
+    colon = re.match(r"\s*([\w.-]+)\s+([{\[].*)", key, re.DOTALL)
+    if colon and colon[1] in known:
+        return f'a ":" is missing: {colon[1]}: {"{...}" if colon[2][0] == "{" else "[...]"}'
     keys = list(entry)
     before = keys[keys.index(key) - 1] if key in entry and keys.index(key) else ""
     if not before:

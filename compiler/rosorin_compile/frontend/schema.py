@@ -93,6 +93,7 @@ _ENTRIES = {
     "publishers": "publisher",
     "servos": "servo group",
     "poses": "pose",
+    "materials": "material",
     "outputs": "output",
     "args": "argument",
     "modes": "mode",

@@ -16,7 +16,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics import Diagnostic
+from ..diagnostics import ERROR, Diagnostic, Span
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, checks_of, find
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
@@ -109,7 +109,7 @@ def check(
     case = Case(robot, tree, places, collect(tree), formats, scope)
     diagnostics = [diagnostic for one in CHECKS for diagnostic in one(case)]
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
-    return _joined(tree, diagnostics)
+    return _causes(tree, _joined(tree, diagnostics))
 
 
 def _guarded(plugin: Plugin, check: Check, case: Case) -> Iterator[Diagnostic]:
@@ -140,3 +140,41 @@ def _joined(tree: Map, diagnostics: Iterable[Diagnostic]) -> list[Diagnostic]:
         last = max(index for index, related in enumerate(first) if related.message == USED) + 1
         found[key] = found[key]._replace(related=(*first[:last], *more, *first[last:]))
     return list(found.values())
+
+
+# What is said of a number because of another one: a size, a limit.
+_COMPARING = (
+    "centre-outside",
+    "collision-elsewhere",
+    "inertia-implausible",
+    "mass-implausible",
+    "mimic-beyond-limit",
+    "pose-beyond-limit",
+    "size-implausible",
+)
+
+
+def _causes(tree: Map, diagnostics: list[Diagnostic]) -> list[Diagnostic]:
+    """Return the diagnostics without remarks on numbers that are told to be wrong: who corrects those is done.
+
+    What is accepted hides nothing: it stays as it is.
+    """
+    wrong = [
+        one
+        for one in diagnostics
+        if (one.severity == ERROR or one.rule == "length-looks-like-millimetres")
+        and not accepted(tree, one, acceptable())
+    ]
+    refused = {one.span for one in wrong if one.severity == ERROR}
+    said = refused.union(*map(_spans, wrong))
+
+    def is_told(one: Diagnostic) -> bool:
+        return one.severity != ERROR and (
+            one.span in refused or (one.rule in _COMPARING and not said.isdisjoint(_spans(one)))
+        )
+
+    return [one for one in diagnostics if one.span is None or not is_told(one)]
+
+
+def _spans(diagnostic: Diagnostic) -> set[Span | None]:
+    return {diagnostic.span, *(related.span for related in diagnostic.related)} - {None}

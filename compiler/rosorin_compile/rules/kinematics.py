@@ -74,8 +74,20 @@ def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str
         path, what = uses[0]
         also = [case.related(f"also used here: {other}", more, _is_key(more)) for more, other in uses[1:]]
         message = f'there is no {kind} "{name}", {what}'
-        help = suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
+        help = _namesake(case, kind, name) or suggest(name, real, f'add "{name}" to {kind}s, or name one that is there')
         yield case.problem(f"unknown-{kind}", message, path, help, related=also, key=_is_key(path))
+
+
+def _namesake(case: Case, kind: str, name: str) -> str:
+    """Return the way out for a name that is that of something else, which brings what is meant."""
+    robot = case.robot
+    if kind == "joint":
+        joint = robot.joint_to.get(name)
+        return f'"{name}" is a link; its joint is "{joint.name}"' if joint else ""
+    frame = next((sensor.frame for sensor in robot.sensors if sensor.name == name), "")
+    if frame:
+        return f'"{name}" is a sensor; its frame is "{frame}"'
+    return f'"{name}" is a joint; its child is "{robot.joint[name].child}"' if name in robot.joint else ""
 
 
 def _is_key(path: Path) -> bool:
@@ -93,7 +105,12 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
         count = "two" if len(joints) == 2 else str(len(joints))
         message = f'link "{child}" is the child of {count} joints, {names}: a link has one parent'
         *first, last = joints
+        left = _left_out(case)
         path, help = case.end(last, "child"), "correct one child, or remove a joint"
+        if len(left) == 1:
+            help = f'correct one child: no joint reaches link "{left[0]}"'
+        elif left:
+            help = f"swap parent and child of one, or remove it: {quoted(left)} have no parent"
         ends = [case.end(joint, "child") for joint in joints]
         if any(end[0] == "sensors" for end in ends):
             message = f'the frame "{child}" is said {"twice" if len(ends) == 2 else f"{count} times"}: by '
@@ -101,6 +118,21 @@ def one_parent(case: Case) -> Iterator[Diagnostic]:
             help = "give each a frame of its own"
         related = [case.related(f'attached here by joint "{joint.name}"', case.end(joint, "child")) for joint in first]
         yield case.problem("two-parents", message, path, help, related=related)
+
+
+def _left_out(case: Case) -> list[str]:
+    """Return the links that have no parent because one link has two: one that carries nothing, or two roots.
+
+    Where more is wrong than one child, each is told by itself.
+    """
+    robot = case.robot
+    twice = [joints for joints in children(robot).values() if len(joints) > 1]
+    roots = [name for name in robot.link if name not in robot.joint_to and name not in WORLD_FRAMES]
+    if len(twice) != 1 or len(twice[0]) != 2 or len(roots) != 2:
+        return []
+    if any(case.joint(joint)[0] == "sensors" for joint in twice[0]):
+        return []
+    return [name for name in roots if name not in robot.joints_from] or roots
 
 
 @rule("joint-cycle", "Joints lead back to where they began.", "Let one of them begin at another link.", JOINTS)
@@ -133,6 +165,8 @@ def one_root(case: Case) -> Iterator[Diagnostic]:
         if meant is None:
             return
         roots.remove(meant)
+    left = _left_out(case)
+    roots = [name for name in roots if name not in left]
     parents = {joint.parent for joint in robot.joints}
     carrying = [name for name in roots if name in parents]
     alone = [name for name in roots if name not in parents]

@@ -198,7 +198,10 @@ def some_publisher(case: Case) -> Iterator[Diagnostic]:
     FRAMES,
 )
 def started(case: Case) -> Iterator[Diagnostic]:
-    """Joints whose publisher no artifact starts or feeds, and moving joints with a publisher for what stands still."""
+    """Joints whose publisher no artifact starts or feeds, and moving joints with a publisher for what stands still.
+
+    An output of no known format may be the one that is missing: that is told alone.
+    """
     robot = case.robot
     launched = bool(case.feeding(STATIC_TRANSFORM_PUBLISHER))
     statics = list(static_publishers(case))
@@ -207,6 +210,8 @@ def started(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher says what never moves'
             help = "let robot_state_publisher publish it"
             yield case.problem("static-tf-moves", message, path, help)
+    if any(output.backend not in case.formats for output in robot.outputs):
+        return
     for kind, is_there in (
         (STATIC_TRANSFORM_PUBLISHER, launched),
         (ROBOT_STATE_PUBLISHER, bool(fed(robot, ROBOT_STATE_PUBLISHER, case.formats))),

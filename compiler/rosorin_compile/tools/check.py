@@ -35,6 +35,7 @@ from .shared import (
     output_options,
     proven,
     robot_options,
+    telling,
     understood,
 )
 
@@ -291,10 +292,11 @@ def check_every(run: Run, description: Description) -> int:
     varied = choices(arguments, given)
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
-    tell: Tell = run.console.ahead
+    tell: Tell = telling(run.given, run.console)
     for combination in tried:
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        for diagnostic in proven(compile_robot(description.path, {**given, **texts}, tell)).diagnostics:
+        compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages)
+        for diagnostic in proven(compiled).diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)
         tell = _already_told

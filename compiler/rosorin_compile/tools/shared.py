@@ -14,6 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
@@ -234,7 +235,14 @@ def compile_one(given: Given, description: Description, console: Console, meshes
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(_search, given, description) if meshes else None
-    return compile_robot(description.path, arguments, console.ahead, given.packages, search)
+    return compile_robot(description.path, arguments, telling(given, console), given.packages, search)
+
+
+def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
+    """Return what takes a word of warning before something is run: it is counted alone where that is trusted."""
+    if not given.trust:
+        return console.ahead
+    return lambda warning: console.ahead(warning._replace(numbers=TRUSTED))
 
 
 def _search(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
@@ -346,7 +354,7 @@ def read(given: Given, description: Description, console: Console) -> Understood
         return understand_foreign(description.path, texts(arguments), given.packages, console.ahead, given.trust)
     from ..pipeline import understand
 
-    return understand(description.path, arguments, console.ahead)
+    return understand(description.path, arguments, telling(given, console), given.packages)
 
 
 def texts(arguments: Mapping[str, Any]) -> dict[str, str]:

@@ -116,17 +116,19 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
         return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in endings():
         raise NoDescription(f'there is no file "{word}"')
-    return _description(find([word], None)[0].path, word, arguments, packages)
+    return _description(find([word], None)[0].path, word, arguments, packages, trust)
 
 
-def _description(path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path]) -> Read:
+def _description(
+    path: Path, word: str, arguments: Mapping[str, Any], packages: Mapping[str, Path], trust: bool
+) -> Read:
     from ..pipeline import understand
 
     _, lowered, diagnostics, _ = understand(path, arguments, packages=packages)
     errors = [diagnostic for diagnostic in diagnostics if diagnostic.severity == ERROR]
     if errors or lowered is None or lowered.robot is None:
         return Read(None, errors)
-    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD]
+    said = [diagnostic for diagnostic in diagnostics if diagnostic.rule in _TOLD and not trust]
     return Read(Side(word, YAML, lowered.robot, folder=path.parent), said)
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 
 from ...diagnostics import Related, did_you_mean, error
 from ...diagnostics.registry import ARGUMENTS, Rule
+from ...diagnostics.wording import quoted
 from ...units import DIMENSIONS, NUMBER, Quantity
 from ..expression.functions import kind_of
 from ..tree import Map, Place, locate
@@ -86,13 +87,16 @@ def declare(
         if name not in known:
             help = did_you_mean(name, known) or "it has none"
             scope.report("unknown-argument", f'{owner} has no argument "{name}"', places[name], help)
+    missing = [parameter for name, parameter in known.items() if name not in given and not parameter.has_default]
+    scope.broken.update(parameter.name for parameter in missing)
+    # Of others the default may be there under a misspelt key, which is reported.
+    sound = [parameter for parameter in missing if parameter.sound]
+    for together in [sound] if asked and sound else [[parameter] for parameter in sound]:
+        _missing(scope, together, owner, way, asked)
     for name, parameter in known.items():
         if name in given:
             scope.bind(name, given[name], places[name])
         elif not parameter.has_default:
-            scope.broken.add(name)
-            if parameter.sound:  # else the default may be there under a misspelt key, which is reported
-                _missing(scope, parameter, owner, way, asked)
             continue
         elif scope.ledger.is_constant(parameter.default):
             scope.bind(name, parameter.default, parameter.place)
@@ -103,13 +107,18 @@ def declare(
             _check(scope, parameter, places.get(name, parameter.place), owner)
 
 
-def _missing(scope: Scope, parameter: Parameter, owner: str, way: str, asked: Place | None) -> None:
-    """Report a parameter without a value, where it should have been given."""
-    help = f"give it: {way.format(parameter.name)}" + (f"; {parameter.help}" if parameter.help else "")
-    place = asked or parameter.place
+def _missing(scope: Scope, missing: list[Parameter], owner: str, way: str, asked: Place | None) -> None:
+    """Report parameters without a value, where they should have been given."""
+    names = [parameter.name for parameter in missing]
+    if len(missing) == 1:
+        explained = f"; {missing[0].help}" if missing[0].help else ""
+        what, help = f'argument "{names[0]}"', f"give it: {way.format(names[0])}{explained}"
+    else:
+        what, help = f"arguments {quoted(names)}", f"give them: {way.format(': VALUE, '.join(names))}"
+    place = asked or missing[0].place
     stack = [note for note in (scope.via.stack() if scope.via else place.stack()) if note.span != place.span]
-    related = [Related("declared here", parameter.place.span)] if asked else []
-    message = f'{owner} needs the argument "{parameter.name}"'
+    related = [Related("declared here", missing[0].place.span)] if asked else []
+    message = f"{owner} needs the {what}"
     scope.ledger.diagnostics.append(error("missing-argument", message, place.span, help, [*related, *stack]))
 
 

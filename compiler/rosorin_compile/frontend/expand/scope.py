@@ -314,8 +314,24 @@ class Scope:
         """Report what is wrong with an expression, where in it, and where the names that it uses come from."""
         where, help = explained(problem, piece, text, place, self.known_names())
         names = [] if problem.unknown else [name for name in names_in(piece.text) if self.place_of(name)]
+        if not help:
+            values = {name: self.lookup(name) for name in names}
+            text_for = next((name for name, value in values.items() if _is_like_a_number(value)), "")
+            if text_for:  # a mistake in what the name stands for: told there, once for all that use it
+                self._tell_text(text_for, values[text_for], where)
+                return
+            empty = [name for name, value in values.items() if value is None]
+            help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
         related = [Related(f'"{name}" comes from here', self.place_of(name)) for name in names[:3]]
         self.report("expression", problem.message, where, help, related)
+
+    def _tell_text(self, name: str, text: str, used: Place) -> None:
+        """Report a name that stands for a text which was to be a number, at its own place."""
+        from ..meant import number_meant
+
+        place = Place(self.place_of(name) or used.span, None)
+        message = f'"{name}" is the text "{text}", and a number is calculated with it'
+        self.report("expression", message, place, number_meant(text, []), [Related("used here", used.span)])
 
     def place_of(self, name: str) -> Span | None:
         """Return where a name in scope was given its value."""
@@ -401,6 +417,10 @@ def explained(problem: ExpressionError, piece: Piece, text: str, place: Place, k
         column = where.span.column + indent + max(0, problem.column)
         where = Place(where.span._replace(column=column, length=1), where.via)
     return where, help
+
+
+def _is_like_a_number(value: Any) -> bool:
+    return isinstance(value, str) and bool(re.match(r"[-+~]?\.?\d", value))
 
 
 def short(value: Any) -> str:

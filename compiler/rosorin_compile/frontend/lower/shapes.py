@@ -165,7 +165,8 @@ def lower_inertial(entry: Mapping[str, Any], own: Mapping[str, Sequence[Shape]])
         raise ShapeProblem("missing-key", "shapes have either a mass or a density", (), "give one of the two")
     key = "mass" if "mass" in entry else "density"
     if not entry[key] > 0:
-        raise ShapeProblem("mass-not-positive", f"a {key} is above zero", (key,), "correct it")
+        help = "leave inertial out for a frame without mass"
+        raise ShapeProblem("mass-not-positive", f"a {key} is above zero", (key,), help)
     shapes = _shapes(entry["of"], own)
     try:
         return inertial_of(shapes, **{key: float(entry[key])})

@@ -17,6 +17,8 @@ from ..shared import (
     given_arguments,
     json_option,
     named_robot,
+    package_option,
+    telling,
 )
 
 if TYPE_CHECKING:
@@ -34,6 +36,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
     named_robot(command)
     json_option(command)
+    package_option(command)
     argument_options(command)
 
 
@@ -92,7 +95,7 @@ def _explained(
     except LoadError as problem:
         console.show([problem.diagnostic])
         return None
-    expanded, lowered, diagnostics, _ = understand(description.path, arguments, console.ahead)
+    expanded, lowered, diagnostics, _ = understand(description.path, arguments, telling(given, console), given.packages)
     if lowered is None or lowered.robot is None or has_errors(diagnostics):
         console.show([diagnostic for diagnostic in diagnostics if diagnostic.severity == "error"])
         console.warn(f"{description.name}: a description with errors has no meaning to explain")

@@ -106,7 +106,7 @@ def _described(word: str, options: ReadOptions) -> RobotSource:
         (description,) = find([word], None)
     except NoDescription as problem:
         raise missing("mesh-unreadable", str(problem), "or name mesh files, or a URDF") from None
-    understood = understand(description.path, options.arguments)
+    understood = understand(description.path, options.arguments, options.tell, options.packages)
     if understood.lowered is None or understood.lowered.robot is None or has_errors(understood.diagnostics):
         raise SourceProblem(understood.diagnostics)
     tree = understood.expanded.tree

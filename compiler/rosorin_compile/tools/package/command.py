@@ -9,7 +9,17 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
-from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, compiled_one, format_options, one_robot, place
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    compiled_one,
+    format_options,
+    one_robot,
+    package_option,
+    place,
+)
 
 if TYPE_CHECKING:
     from ...formats import Artifact
@@ -44,6 +54,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="where a sensor publishes, for the view in RViz",
     )
     format_options(command)
+    package_option(command)
     argument_options(command)
 
 

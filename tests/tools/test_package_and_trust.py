@@ -1,0 +1,57 @@
+"""``--package`` and ``--trust`` reach the xacro that a description includes, in each command that reads one."""
+
+from __future__ import annotations
+
+import pytest
+
+from rosorin_compile.cli import main
+
+pytest.importorskip("xacro")
+
+ROBOT = """\
+robot: cell
+include: [{file: gripper.xacro}]
+links: {tip: {}}
+joints: {tip: {type: fixed, parent: gripper, child: tip}}
+outputs: {urdf: {file: cell.urdf}}
+"""
+XACRO = """\
+<robot name="gripper" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:include filename="$(find gripper_description)/macros.xacro"/>
+  <link name="gripper"/>
+</robot>
+"""
+MACROS = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="a" value="1"/></robot>'
+PROJECT = {
+    "descriptions/cell/robot.yaml": ROBOT,
+    "descriptions/cell/gripper.xacro": XACRO,
+    "vendor/macros.xacro": MACROS,
+}
+COMMANDS = (
+    "all",
+    "check --every-argument",
+    "diff cell cell",
+    "explain cell tip",
+    "frames cell",
+    "package cell -o made --maintainer A<a@b.de> --license MIT",
+    "tf gripper tip cell",
+)
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("project")
+@pytest.mark.parametrize("command", COMMANDS)
+def test_package_and_trust(command, capsys):
+    code = main([*command.split(), "--package", "gripper_description=vendor", "--trust"])
+    said = capsys.readouterr()
+    assert (code, said.err) == (0, "")
+    assert "xacro-runs-code" not in said.out
+    main([*command.split(), "--package", "gripper_description=vendor"])
+    assert "xacro-runs-code" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_deploy(project, capsys):
+    (project / "mine").mkdir()
+    assert main(["deploy", "--to", "mine", "--package", "gripper_description=vendor", "--trust"]) == 0
+    assert "xacro-runs-code" not in capsys.readouterr().err

@@ -27,12 +27,14 @@ RULES = (
         "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
         "Nothing is to be done; colours and textures of such a file are not carried over.",
         FORMATS,
+        asked="meshes",
     ),
     Rule(
         "mesh-not-read",
         "A warning: a mesh cannot be read, or not by MuJoCo; it is left out of the MJCF.",
         "As the message says.",
         FORMATS,
+        asked="meshes",
     ),
 )
 

@@ -22,7 +22,7 @@ from .parser import Options
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
-    from ..formats.mesh_files import Found, Searched
+    from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
     from ..model import Edge, Output, Robot
     from ..pipeline import Compiled, Understood
@@ -251,14 +251,11 @@ def mesh_files(compiled: Compiled) -> Mapping[str, bytes]:
     return compiled.meshes.files if compiled.meshes else {}
 
 
-def found_meshes(compiled: Compiled) -> Sequence[Found]:
-    """Return the meshes that the artifacts open."""
-    return compiled.meshes.found if compiled.meshes else ()
-
-
-def is_searched(compiled: Compiled) -> bool:
-    """Say whether the next run may find other meshes, though no file that was read has changed."""
-    return compiled.meshes is not None and (compiled.meshes.searched or bool(compiled.meshes.missing))
+def lacks_meshes(compiled: Compiled) -> bool:
+    """Say whether a mesh that is there could not be read; what can be, depends on what is installed, too."""
+    return compiled.meshes is not None and any(
+        one.named.name in compiled.meshes.missing for one in compiled.meshes.found
+    )
 
 
 def compile_proven(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -11,6 +12,7 @@ from typing import NamedTuple
 from ...diagnostics import Diagnostic, arrange
 from ...diagnostics.console import Progress
 from ...diagnostics.wording import counted, listed
+from ...formats.mesh_files import Places, files_of
 from ...project import Description
 from ...rules.case import Case
 from . import meshes as mesh_facts
@@ -60,7 +62,8 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         progress(done, total)
 
     try:
-        meshes = Meshes(case, packages, description.path, description.outputs)
+        places = Places(description.path, description.outputs, packages, os.environ)
+        meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
         for one in named:
             meshes.read(one)
             tick()

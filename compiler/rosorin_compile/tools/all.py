@@ -87,7 +87,7 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.say(f"{summary}, unchanged")
             return FINE
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
-    compiled = compile_proven(run.given, description, run.console, meshes=True)
+    compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)

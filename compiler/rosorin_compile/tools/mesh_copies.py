@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -157,8 +158,9 @@ def _there(path: Path) -> bytes:
         return b""
 
 
+@lru_cache(maxsize=64)
 def _converted(path: Path, ending: str, mark: str) -> bytes:
-    """Return a mesh in another format. Raises _NotRead."""
+    """Return a mesh in another format, whose bytes the mark stands for. Raises _NotRead."""
     from .extract.meshes import load_mesh
 
     try:

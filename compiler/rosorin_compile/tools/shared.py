@@ -233,11 +233,11 @@ def compile_one(given: Given, description: Description, console: Console, meshes
         arguments = given.values()
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
-    search = partial(_search, given, description) if meshes else None
+    search = partial(search_meshes, given, description) if meshes else None
     return compile_robot(description.path, arguments, console.ahead, given.packages, search)
 
 
-def _search(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
+def search_meshes(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
     """Look for the meshes of a robot, and read those that belong to its artifacts."""
     from ..formats.mesh_files import Places, search
     from .mesh_copies import brought
@@ -258,9 +258,9 @@ def lacks_meshes(compiled: Compiled) -> bool:
     )
 
 
-def compile_proven(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
-    """Return what becomes of one description, without artifacts if they do not say what the model says."""
-    return proven(compile_one(given, description, console, meshes))
+def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+    """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
+    return proven(compile_one(given, description, console, meshes=True))
 
 
 def proven(compiled: Compiled) -> Compiled:

@@ -105,7 +105,7 @@ class _Robot:
 
     def _compile(self) -> Iterable[Path]:
         """Compile, and return the files that were read; after an error also those that were read before it."""
-        compiled = compile_proven(self.given, self.description, self.console, meshes=True)
+        compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         self._show(compiled.diagnostics)
         name = self.description.name

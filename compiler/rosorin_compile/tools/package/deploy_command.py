@@ -9,7 +9,17 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.registry import PACKAGES, Rule
-from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, compiled_one, format_options, one_robot, place
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    WrongUsage,
+    argument_options,
+    compiled_one,
+    format_options,
+    one_robot,
+    package_option,
+    place,
+)
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -48,6 +58,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--full", action="store_true", help="show text differences in full")
     format_options(command)
+    package_option(command)
     argument_options(command)
 
 

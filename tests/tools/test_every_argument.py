@@ -138,7 +138,7 @@ def test_choices():
 
 MESHED = """robot: m
 args:
-  arm: {type: string, default: short, one_of: [short, long]}
+  arm: {default: short, one_of: [short, long]}
 links:
   base: {collision: [{mesh: {file: "${arm}.stl"}}]}
 outputs: {urdf: {file: m.urdf}, mjcf: {file: m.xml}}

@@ -358,10 +358,10 @@ def test_a_deployed_mjcf_without_its_meshes_is_told(
 ) -> None:
     path, there = meshed(tmp_path, monkeypatch), tmp_path / "there"
     there.mkdir()
-    assert main(["deploy", str(path), "--to", str(there)]) == 0
+    assert main(["deploy", str(path), "--to", str(there), "--map", "mjcf=mjcf/"]) == 0
     said = capsys.readouterr().err
     assert "warning[mesh-not-found]: mesh package://other_robot/meshes/wheel.stl is not found: " in said
-    names = "arm.stl, meshes/body.stl"
+    names = "meshes/body.stl, arm.stl"
     what = f"2 files are named by mjcf/meshed.xml, but not in the package: {names}"
     assert f"warning[package-mesh]: {what}\n    put the files into mjcf/ of the package\n" in said
     for name in ("mjcf/meshes/body.stl", "mjcf/arm.stl"):

@@ -102,6 +102,30 @@ def test_only_this_check_knows_what_is_accepted_in_vain(home: Path, capsys: Show
     assert shown.out.endswith("bad: physics of 1 pose, zero and the ranges of 2 joints: 2 warnings\n")
 
 
+def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None:
+    """Beside an artifact that stands in a folder of its own, and in a package around the file that names the mesh."""
+    folder, (cube, package) = home / "descriptions/bad", (DATA / "physics/cube.obj", home / "descriptions/arm")
+    for place in (package / "urdf", package / "meshes", folder, home / "outputs/bad/sim"):
+        place.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>other_name</name></package>")
+    mesh = "links: {{{0}: {{collision: [{{mesh: {{file: {1}}}}}]}}}}\n"
+    (package / "urdf/arm.yaml").write_text(
+        mesh.format("arm", "package://other_name/meshes/cube.obj")
+        + "joints: {turn: {type: fixed, parent: base, child: arm, xyz: [1, 0, 0]}}\n"
+    )
+    (folder / "robot.yaml").write_text(
+        f"robot: bad\ninclude: [../arm/urdf/arm.yaml]\n{mesh.format('base', 'cube.obj')}"
+        "outputs: {urdf: {file: bad.urdf}, mjcf: {file: sim/bad.xml}}\n"
+    )
+    shutil.copy(cube, package / "meshes/cube.obj")
+    shutil.copy(cube, home / "outputs/bad/sim/cube.obj")
+    assert main(["all"]) == 0
+    assert main(["check", "--physics"]) == 0
+    shown = capsys.readouterr()
+    assert "mesh-" not in shown.err
+    assert shown.out.endswith("bad: physics of zero and 2 meshes: nothing to say\n")
+
+
 def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
     project_of(home, "explodes")
     path = home / "descriptions/bad/robot.yaml"

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.project import Description
+from rosorin_compile.tools import watch
+from rosorin_compile.tools.shared import Given
 
 ROBOT = """robot: r
 links:
@@ -401,3 +404,16 @@ def test_two_names_of_one_place_are_an_error(tmp_path: Path, capsys: pytest.Capt
     put(folder / "meshes/arm/part.stl", stl())
     assert main(["all", "--package", f"arm={tmp_path}/arm"]) == 0
     assert main(["all", "--package", f"arm={tmp_path}/arm"]) == 0
+
+
+@pytest.mark.parametrize("name", ["part.stl", "package://arm/part.stl"])
+def test_watch_sees_a_mesh_that_comes(name: str) -> None:
+    folder = describe(name)
+    (folder.parent / "arm").mkdir()
+    robot = watch._Robot(Description("r", folder / "robot.yaml", Path("outputs/r")), Given({}, ()))
+    robot.compile()
+    assert not robot.inputs.changed()
+    put((folder.parent / "arm" if "arm" in name else folder) / "part.stl", stl())
+    assert robot.inputs.changed()
+    robot.compile()
+    loads()

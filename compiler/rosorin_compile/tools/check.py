@@ -165,7 +165,7 @@ def refused(given: Given, description: Description, compiled: Compiled) -> list[
     told = []
     for artifact in compiled.artifacts:
         ask = FORMATS[artifact.backend].refusal
-        reason = ask(artifact.text, description.outputs) if ask else ""
+        reason = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else ""
         if reason:
             told += _refusal(given, description, artifact, reason)
     return told

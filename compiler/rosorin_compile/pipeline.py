@@ -42,7 +42,7 @@ class Compiled(NamedTuple):
     """What became of a description: the model and the artifacts (both only without errors), and all that is to say.
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
-    packages led. ``meshes`` are the mesh files that were looked for; None if none were.
+    packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
     """
 
     robot: Robot | None
@@ -241,9 +241,10 @@ def compile_robot(
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], acceptable())
     if has_errors(said):
         artifacts = ()
-    said += unused(expanded.tree, used | more, acceptable())
-    inputs = (*expanded.files, *templates)
-    return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, expanded.resolved, meshes)
+    said += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
+    inputs = (*expanded.files, *templates, *(meshes.inputs if meshes else ()))
+    led = (*expanded.resolved, *(meshes.resolved if meshes else ()))
+    return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, led, meshes)
 
 
 def _has_mesh(link: Link) -> bool:

@@ -143,10 +143,10 @@ def shown(path: Path) -> str:
 
 
 class Resolved(NamedTuple):
-    """Where a name led that was looked for: a ROS package as seen ``by`` a file, or a package of Python.
+    """Where a name led that was looked for: a ROS package as seen ``by`` a file, a package of Python, a mesh file.
 
     ``answer`` is an absolute path, empty if there was none. On another day, or in another environment, the same name
-    may lead elsewhere.
+    may lead elsewhere. The name of a mesh file is where it was looked for.
     """
 
     kind: str
@@ -155,7 +155,7 @@ class Resolved(NamedTuple):
     answer: str
 
 
-ROS_PACKAGE, PYTHON_PACKAGE = "ROS package", "Python package"
+ROS_PACKAGE, PYTHON_PACKAGE, MESH_FILE = "ROS package", "Python package", "mesh file"
 
 
 def resolved(kind: str, name: str, by: Path | str, answer: Path | None) -> Resolved:

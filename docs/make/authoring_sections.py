@@ -21,7 +21,7 @@ _BOUNDS = {
 # The topics of what is said of a robot while it is compiled.
 _COMPILING = (
     *(registry.FILES, registry.ARGUMENTS, registry.SHAPE, registry.JOINTS, registry.NUMBERS, registry.POSES),
-    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS),
+    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS, registry.PHYSICS),
 )
 _SOME = r"\$\{"
 _WHOLE = r"^\$\{[\s\S]*\}$"
@@ -121,8 +121,8 @@ def _include() -> Schema:
 def definitions(plain: Schema) -> Schema:
     """Return the definitions of the plain schema, with the ids of the rules that ``accept`` may name."""
     acceptance = plain["$defs"]["acceptance"]
-    ids = sorted(rule.id for rule in every_rule().values() if rule.accept or (rule.mild and rule.topic in _COMPILING))
-    ids = [id for id in ids if id not in STAYS]
+    told = [rule for rule in every_rule().values() if rule.asked or rule.topic in _COMPILING]
+    ids = sorted(rule.id for rule in told if (rule.accept or rule.mild) and rule.id not in STAYS)
     rule = {"enum": ids, "description": acceptance["properties"]["rule"]["description"]}
     return {**plain["$defs"], "acceptance": {**acceptance, "properties": {**acceptance["properties"], "rule": rule}}}
 

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pinocchio
 import pytest
 
 from rosorin_compile.diagnostics import NOTE, has_errors
+from rosorin_compile.formats.mesh_files import Places, search
 from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules import acceptable
 from support.robots import compiled_text
 
@@ -386,3 +390,29 @@ def test_a_point_mass_that_is_fixed_keeps_its_mass(tmp_path):
     model = mujoco.MjModel.from_xml_string(next(a.text for a in made.artifacts if a.backend == "mjcf"))
     assert model.body("hand").mass == pytest.approx(1.0)
     assert np.allclose(model.body("hand").inertia, 0)
+
+
+MESHED = """
+robot: a
+links: {base: {visual: [{mesh: {file: a.stl}}]}}
+accept:
+- {rule: parts-overlap, reason: one housing}
+- {rule: mesh-unreadable, reason: it is on another machine}
+- {rule: mesh-not-found, reason: it is on another machine}
+- {rule: mesh-not-read, of: [base], reason: it is huge}
+outputs: {urdf: {file: a.urdf}}
+"""
+
+
+@pytest.mark.parametrize("there", [False, True])
+def test_what_nobody_asked_for_is_not_accepted_in_vain(there: bool, tmp_path: Path) -> None:
+    (tmp_path / "robot.yaml").write_text(MESHED)
+    if there:
+        (tmp_path / "a.stl").write_bytes(b"solid")
+    assert compile_robot(tmp_path / "robot.yaml").diagnostics == []
+    searched = compile_robot(
+        tmp_path / "robot.yaml",
+        search=lambda tree, outputs: search(tree, outputs, Places(tmp_path / "robot.yaml", tmp_path / "out", {}, {})),
+    )
+    unused = [(one.rule, one.message.partition(" ")[0]) for one in searched.diagnostics]
+    assert unused == [("accept-unused", rule) for rule in (["mesh-not-found"] if there else []) + ["mesh-not-read"]]

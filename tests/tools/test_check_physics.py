@@ -57,7 +57,7 @@ def test_each_rule_of_physics_has_a_case() -> None:
         line.split("[")[1].split("]")[0] for case in CASES for line in case.read_text().splitlines() if "expect" in line
     }
     declared = {rule.id for rule in every_rule().values() if rule.topic == PHYSICS}
-    assert said == declared | {"mesh-unreadable"}
+    assert said == declared | {"mesh-unreadable", "accept-unused"}
 
 
 def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Path, capsys: Shown) -> None:
@@ -88,6 +88,50 @@ def test_an_error_fails_and_a_warning_does_not(home: Path, capsys: Shown) -> Non
     shutil.rmtree(home / "descriptions")
     project_of(home, "sinks")
     assert main(["check", "--physics"]) == 0
+
+
+def test_only_this_check_knows_what_is_accepted_in_vain(home: Path, capsys: Shown) -> None:
+    project_of(home, "accepted")
+    for command in (["all"], ["check"]):
+        assert main(command) == 0
+        assert "accept-unused" not in capsys.readouterr().err
+    assert main(["check", "--physics"]) == 0
+    shown = capsys.readouterr()
+    assert shown.err.count("warning[accept-unused]") == 2
+    assert shown.err.count("accept-unused") == 2
+    assert shown.out.endswith("bad: physics of 1 pose, zero and the ranges of 2 joints: 2 warnings\n")
+
+
+def test_it_finds_the_meshes_that_check_finds(home: Path, capsys: Shown) -> None:
+    """Beside an artifact that stands in a folder of its own, and in a package around the file that names the mesh."""
+    folder, (cube, package) = home / "descriptions/bad", (DATA / "physics/cube.obj", home / "descriptions/arm")
+    for place in (package / "urdf", package / "meshes", folder, home / "outputs/bad/sim"):
+        place.mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>other_name</name></package>")
+    mesh = "links: {{{0}: {{collision: [{{mesh: {{file: {1}}}}}]}}}}\n"
+    (package / "urdf/arm.yaml").write_text(
+        mesh.format("arm", "package://other_name/meshes/cube.obj")
+        + "joints: {turn: {type: fixed, parent: base, child: arm, xyz: [1, 0, 0]}}\n"
+    )
+    (folder / "robot.yaml").write_text(
+        f"robot: bad\ninclude: [../arm/urdf/arm.yaml]\n{mesh.format('base', 'cube.obj')}"
+        "outputs: {urdf: {file: bad.urdf}, mjcf: {file: sim/bad.xml}}\n"
+    )
+    shutil.copy(cube, package / "meshes/cube.obj")
+    shutil.copy(cube, home / "outputs/bad/sim/cube.obj")
+    assert main(["all"]) == 0
+    assert main(["check", "--physics"]) == 0
+    shown = capsys.readouterr()
+    assert "mesh-" not in shown.err
+    assert shown.out.endswith("bad: physics of zero and 2 meshes: nothing to say\n")
+
+
+def test_an_error_is_not_accepted(home: Path, capsys: Shown) -> None:
+    project_of(home, "explodes")
+    path = home / "descriptions/bad/robot.yaml"
+    path.write_text(path.read_text() + "accept: [{rule: explodes-at-rest, reason: why not}]\n")
+    assert main(["check", "--physics"]) == 1
+    assert "error[explodes-at-rest]" in capsys.readouterr().err
 
 
 def test_programs_get_it_as_json(home: Path, capsys: Shown) -> None:

@@ -135,3 +135,27 @@ def test_choices():
         Argument("e", "any", ("1", "2"), False, "1", "", SPAN, "2", SPAN),
     ]
     assert choices(arguments, {"d": "2"}) == [("a", ("y", "x")), ("b", ("true", "false"))]
+
+
+MESHED = """robot: m
+args:
+  arm: {default: short, one_of: [short, long]}
+links:
+  base: {collision: [{mesh: {file: "${arm}.stl"}}]}
+outputs: {urdf: {file: m.urdf}, mjcf: {file: m.xml}}
+"""
+
+
+def test_a_mesh_that_one_value_lacks_is_found(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = home / "descriptions/m"
+    folder.mkdir(parents=True)
+    (folder / "robot.yaml").write_text(MESHED)
+    (folder / "short.obj").write_text("v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 1 4 3\nf 2 3 4\n")
+    (folder / "robot.yaml").write_text(MESHED.replace(".stl", ".obj"))
+    assert main(["check", "--every-argument"]) == 1
+    shown = capsys.readouterr()
+    message = "error[mesh-not-found]: mesh long.obj is not there, neither as seen from the artifacts nor beside the"
+    assert f"{message} description (with arm=long)\n" in shown.err
+    assert shown.out == "m: 2 combinations of arm compiled, 1 with errors\n"
+    (folder / "long.obj").write_text((folder / "short.obj").read_text())
+    assert main(["check", "--every-argument"]) == 0

@@ -8,6 +8,9 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.project import Description
+from rosorin_compile.tools import watch
+from rosorin_compile.tools.shared import Given
 
 ROBOT = """robot: r
 links:
@@ -328,3 +331,89 @@ def test_what_is_converted_never_stands_outside_of_the_artifacts() -> None:
     assert 'file="meshes/vendor/part.dae.obj"' in ours()
     loads()
     assert sorted(path.name for path in Path("vendor").iterdir()) == ["part.dae"]
+
+
+def two_parts(first: bytes, second: bytes, more: str = MJCF) -> Path:
+    """Describe a robot whose links, each in a file of its own folder, both name wheel.stl."""
+    folder = describe("wheel.stl", more)
+    for name, data in (("left", first), ("right", second)):
+        links = f"links: {{{name}: {{visual: [{{mesh: {{file: wheel.stl}}}}]}}}}"
+        joint = f"joints: {{{name}_joint: {{type: fixed, parent: base, child: {name}}}}}"
+        put(folder / name / "part.yaml", f"{links}\n{joint}\n")
+        put(folder / name / "wheel.stl", data)
+    outputs = f"outputs: {{urdf: {{file: r.urdf}}{more}}}"
+    text = f"robot: r\ninclude: [left/part.yaml, right/part.yaml]\nlinks: {{base: {{}}}}\n{outputs}\n"
+    put(folder / "robot.yaml", text)
+    return folder
+
+
+def other() -> bytes:
+    return stl().replace(bytes(80), b"other".ljust(80))
+
+
+def test_two_files_of_one_name_are_an_error(capsys: pytest.CaptureFixture[str]) -> None:
+    folder = two_parts(stl(), other())
+    assert main(["all"]) == 1
+    said = capsys.readouterr().err
+    where = "descriptions/r/right/wheel.stl here, descriptions/r/left/wheel.stl elsewhere"
+    assert (
+        "descriptions/r/right/part.yaml:1:40: error[mesh-ambiguous]: mesh wheel.stl would be two files beside r.xml:"
+        f" {where}\n"
+    ) in said
+    assert "give one of the two files another name" in said
+    assert "descriptions/r/left/part.yaml:1:39: and here" in said
+    put(folder / "right/wheel.stl", stl())
+    assert main(["all"]) == 0
+    assert ", unchanged" not in capsys.readouterr().out
+    assert main(["all"]) == 0
+    assert ", unchanged" in capsys.readouterr().out
+    put(folder / "right/wheel.stl", other())  # the one that is not copied counts as well
+    assert main(["all"]) == 1
+    (folder / "right/wheel.stl").unlink()
+    assert main(["all"]) == 0
+
+
+def test_two_files_of_one_name_in_a_urdf_are_a_warning(capsys: pytest.CaptureFixture[str]) -> None:
+    two_parts(stl(), other(), "")
+    assert main(["all"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[mesh-ambiguous]: mesh wheel.stl is two files, and one name in r.urdf: " in said
+
+
+def test_a_file_that_nobody_names_is_not_meant(capsys: pytest.CaptureFixture[str]) -> None:
+    folder = two_parts(stl(), stl())
+    put(folder / "wheel.stl", other())
+    assert main(["all"]) == 0
+    assert "mesh-ambiguous" not in capsys.readouterr().err
+    assert Path("outputs/r/wheel.stl").read_bytes() == stl()
+
+
+def test_two_names_of_one_place_are_an_error(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    folder = describe("package://arm/part.stl")
+    text = (folder / "robot.yaml").read_text("utf-8")
+    shape = '{mesh: {file: "package://arm/part.stl"}}'
+    put(folder / "robot.yaml", text.replace(shape, f"{shape}, {{mesh: {{file: meshes/arm/part.stl}}}}"))
+    put(tmp_path / "arm/part.stl", stl())
+    put(folder / "meshes/arm/part.stl", other())
+    assert main(["all", "--package", f"arm={tmp_path}/arm"]) == 1
+    message = (
+        "error[mesh-ambiguous]: meshes package://arm/part.stl and meshes/arm/part.stl would both be"
+        " meshes/arm/part.stl beside the artifacts, and differ\n"
+    )
+    assert message in capsys.readouterr().err
+    put(folder / "meshes/arm/part.stl", stl())
+    assert main(["all", "--package", f"arm={tmp_path}/arm"]) == 0
+    assert main(["all", "--package", f"arm={tmp_path}/arm"]) == 0
+
+
+@pytest.mark.parametrize("name", ["part.stl", "package://arm/part.stl"])
+def test_watch_sees_a_mesh_that_comes(name: str) -> None:
+    folder = describe(name)
+    (folder.parent / "arm").mkdir()
+    robot = watch._Robot(Description("r", folder / "robot.yaml", Path("outputs/r")), Given({}, ()))
+    robot.compile()
+    assert not robot.inputs.changed()
+    put((folder.parent / "arm" if "arm" in name else folder) / "part.stl", stl())
+    assert robot.inputs.changed()
+    robot.compile()
+    loads()

@@ -5,14 +5,17 @@ from __future__ import annotations
 import importlib
 import json
 import shutil
+import struct
 import sys
 import time
 from pathlib import Path
+from unittest import mock
 
 import pytest
 
 from rosorin_compile import project
 from rosorin_compile.cli import main
+from rosorin_compile.tools import all as all_command
 
 URDF = """\
 <robot name="vendor"><link name="base_link"><visual><geometry><sphere radius="{}"/></geometry></visual></link></robot>
@@ -176,3 +179,105 @@ def test_no_place_of_this_machine_is_in_an_artifact(ros: Path, capsys: pytest.Ca
     assert json.loads(project.recalled(path) or b"")["resolved"] == [
         ["ROS package", "vendor", str(ros / "descriptions/mine/robot.yaml"), str(ros / "base/vendor")]
     ]
+
+
+MESHED = "robot: mine\nlinks: {base: {visual: [{mesh: {file: %s}}]}}\noutputs: {urdf: {file: mine.urdf}%s}\n"
+MJCF = ", mjcf: {file: mine.xml}"
+
+
+def stl(mark: bytes) -> bytes:
+    corners = (0, 0, 0, 1, 0, 0, 0, 1, 0), (0, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1, 1, 0, 0)
+    faces = b"".join(struct.pack("<12fH", 0, 0, 0, *face, 0) for face in (*corners, (1, 0, 0, 0, 0, 1, 0, 1, 0)))
+    return mark.ljust(80) + struct.pack("<I", 4) + faces
+
+
+def put(path: Path, data: bytes) -> None:
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_bytes(data)
+    time.sleep(0.03)
+
+
+def again(capsys: pytest.CaptureFixture[str], code: int = 0) -> bool:
+    """Compile; return whether nothing was compiled."""
+    with mock.patch.object(all_command, "compile_proven", wraps=all_command.compile_proven) as compiling:
+        assert main(["all"]) == code
+    assert compiling.called or capsys.readouterr().out.endswith(", unchanged\n")
+    capsys.readouterr()
+    return not compiling.called
+
+
+def copied() -> bytes:
+    return Path("outputs/mine/meshes/vendor/m.stl").read_bytes()[:4]
+
+
+def test_a_mesh_of_a_package_and_its_overlay(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    describe(home, MESHED % ("package://vendor/m.stl", MJCF))
+    vendor(home / "base", 1)
+    put(home / "base/vendor/m.stl", stl(b"base"))
+    (home / "overlay").mkdir()
+    monkeypatch.setenv("ROS_PACKAGE_PATH", f"{home / 'overlay'}:{home / 'base'}")
+    assert not again(capsys)
+    assert again(capsys)
+    assert copied() == b"base"
+    put(home / "base/vendor/m.stl", stl(b"new "))
+    assert not again(capsys)
+    assert again(capsys)
+    vendor(home / "overlay", 2)
+    put(home / "overlay/vendor/m.stl", stl(b"over"))
+    assert not again(capsys)
+    assert copied() == b"over"
+    assert again(capsys)
+    (home / "overlay/vendor/m.stl").unlink()  # the package is found still, and has no such file
+    assert not again(capsys)
+
+
+@pytest.mark.parametrize("more", ["", MJCF], ids=["urdf", "mjcf"])
+@pytest.mark.parametrize("name", ["package://vendor/m.stl", "package://vendor/../m.stl"])
+def test_a_mesh_that_is_missing_and_comes(
+    name: str, more: str, home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    describe(home, MESHED % (name, more))
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(home / "overlay"))
+    assert not again(capsys)
+    assert again(capsys)
+    vendor(home / "overlay", 2)  # what is told is another thing now: the package has no such file
+    assert not again(capsys)
+    assert again(capsys)
+    if ".." not in name:
+        put(home / "overlay/vendor/m.stl", stl(b"over"))
+        assert not again(capsys)
+        assert again(capsys)
+        assert not more or copied() == b"over"
+
+
+def test_a_mesh_of_a_urdf_that_comes_and_goes(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    describe(home, MESHED % ("m.stl", ""))
+    assert not again(capsys)
+    assert again(capsys)
+    put(home / "descriptions/mine/m.stl", stl(b""))
+    assert not again(capsys)
+    assert again(capsys)
+    put(home / "descriptions/mine/m.stl", stl(b"other"))
+    assert again(capsys)  # no artifact has it
+    (home / "descriptions/mine/m.stl").unlink()
+    assert not again(capsys)
+
+
+def test_a_nearer_file_than_the_one_beside_the_artifacts(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    describe(home, MESHED % ("m.stl", MJCF))
+    put(home / "outputs/mine/m.stl", stl(b"beside"))
+    assert not again(capsys)
+    assert again(capsys)
+    put(home / "descriptions/mine/m.stl", stl(b"nearer"))
+    assert not again(capsys)
+    assert (home / "outputs/mine/m.stl").read_bytes().startswith(b"nearer")
+
+
+def test_a_mesh_that_cannot_be_read_is_tried_anew(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Whether it can be, depends on what is installed."""
+    describe(home, MESHED % ("m.dae", MJCF))
+    put(home / "descriptions/mine/m.dae", b"<COLLADA")
+    assert not again(capsys)
+    assert not again(capsys)

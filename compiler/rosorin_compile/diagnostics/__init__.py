@@ -16,7 +16,7 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from .letters import difference, look
-from .wording import and_more, counted, first_of, plural
+from .wording import and_more, counted, first_of
 
 ERROR = "error"
 WARNING = "warning"

@@ -50,7 +50,8 @@ class Rule(NamedTuple):
     ``what`` is wrong, and the way out (``help``), are a sentence or three of Markdown, links as seen from ``docs``.
     ``topic`` is the heading under which it stands. ``accept`` is what a description may name that breaks the rule all
     the same: "link", "joint" or "link or joint"; empty if nothing may. ``imported`` says when a robot of others is
-    accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never.
+    accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never. ``asked``
+    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics"; empty for every run.
     """
 
     id: str
@@ -59,6 +60,7 @@ class Rule(NamedTuple):
     topic: str = ""
     accept: str = ""
     imported: str = ""
+    asked: str = ""
 
     @property
     def mild(self) -> bool:

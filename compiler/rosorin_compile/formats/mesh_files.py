@@ -18,6 +18,7 @@ import os
 import posixpath
 import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -28,7 +29,7 @@ from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import first_of
 from ..frontend.tree import Map, Seq
 from ..model import Output
-from ..project import shown
+from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from . import FORMATS as RECORDS
 from .packages import Packages
 
@@ -39,12 +40,22 @@ RULES = (
         "is left out of the MJCF, a note where the URDF alone names it: its readers may find it on their machine.",
         "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
         FORMATS,
+        asked="meshes",
     ),
     Rule(
         "mesh-not-a-file",
         "A mesh is a folder, a pipe or a device.",
         "Name a regular file.",
         FORMATS,
+        asked="meshes",
+    ),
+    Rule(
+        "mesh-ambiguous",
+        "Two files of a description would be one file beside its artifacts, and they are not the same. A warning where "
+        "the URDF alone names them.",
+        "Give one of them another name.",
+        FORMATS,
+        asked="meshes",
     ),
 )
 
@@ -74,15 +85,18 @@ class Found(NamedTuple):
 class Searched(NamedTuple):
     """What became of the meshes of a robot.
 
-    ``missing`` are the names of those that no artifact can open, ``searched`` says that packages were looked for where
-    the environment says: what is found may be another file the next time. ``files`` are those that belong to the set of
-    artifacts, bytes by name.
+    ``missing`` are the names of those that no artifact can open, ``by_name`` has the file of each that was found,
+    whoever opens it. ``inputs`` are the files whose contents say what becomes of the artifacts, ``resolved`` where
+    names led, also those that led nowhere: the next time another file may be there. ``files`` are those that belong to
+    the set of artifacts, bytes by name.
     """
 
     found: tuple[Found, ...]
     missing: frozenset[str]
     diagnostics: list[Diagnostic]
-    searched: bool = False
+    by_name: Mapping[str, Path] = MappingProxyType({})
+    inputs: tuple[Path, ...] = ()
+    resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
 
 
@@ -103,6 +117,13 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     if not named or not (opening or naming):
         return Searched((), frozenset(), [])
     return _Search(places, opening, naming).run(named)
+
+
+def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[str, Path]:
+    """Return the files of all meshes that are found, by their names in a description; also if no artifact has any."""
+    opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
+    naming = [output for output in outputs if RECORDS[output.backend].meshes]
+    return _Search(places, opening, naming).run(list(named_meshes(tree))).by_name
 
 
 def named_meshes(tree: Map) -> Iterator[Named]:
@@ -128,17 +149,21 @@ class _Search:
         self.places, self.opening, self.naming = places, opening, naming
         self.finders: dict[Path, Packages] = {}
         self.found: list[Found] = []
+        self.by_name: dict[str, Path] = {}
+        self.taken: dict[str, tuple[Named, Path]] = {}  # the meshes by their names beside the artifacts
+        self.inputs: dict[Path, None] = {}
+        self.resolved: dict[Resolved, None] = {}
         self.missing: list[str] = []
         self.diagnostics: list[Diagnostic] = []
         self.absent: dict[tuple[str, str, str], list[Named]] = {}  # by the message, the way out and the severity
-        self.searched = False
 
     def run(self, named: Sequence[Named]) -> Searched:
         for one in named:
             self._look(one)
         for (what, help, severity), many in self.absent.items():
             self.diagnostics.append(told("mesh-not-found", what, help, severity, many))
-        return Searched(tuple(self.found), frozenset(self.missing), self.diagnostics, self.searched)
+        missing, led = frozenset(self.missing), tuple(self.resolved)
+        return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, tuple(self.inputs), led)
 
     def _look(self, one: Named) -> None:
         wanted = {
@@ -147,57 +172,120 @@ class _Search:
         file = self._file(one, wanted)
         if file is None or (self.opening and not wanted):
             self.missing.append(one.name)
-        if file is not None and wanted:
+        if file is None:
+            return
+        self.by_name[one.name] = file
+        self._meant(one, file)
+        if wanted:
             inside = tuple(name for name in sorted(wanted) if not (name.startswith(("/", "../")) or name == ".."))
             self.found.append(Found(one, file, inside))
+            self.inputs[file] = None
+            for place in inside:
+                self._alone(place, one, file)
+
+    def _meant(self, one: Named, file: Path) -> None:
+        """Tell it where a name means another file in one file of the description than in the others."""
+        folders = dict.fromkeys(Path(span.source.path).parent for span in one.spans)
+        if len(folders) == 1 or one.name.startswith("/") or self._is_outside(one):
+            return
+        scheme, mark, rest = one.name.partition("://")
+        if mark and scheme not in ("package", "model"):
+            return
+        for folder in folders:
+            within = [folder, self.places.description.parent]
+            own = self._in_packages(within, rest) if mark else (place / one.name for place in within)
+            other = next((path for path in map(_plain, own) if self._is_here(path)), file)
+            if self._differ(file, other):
+                span = next(span for span in one.spans if Path(span.source.path).parent == folder)
+                made = ", ".join(output.file for output in self.opening or self.naming)
+                what = f"mesh {one.name} would be two files beside {made}" if self.opening else ""
+                what = what or f"mesh {one.name} is two files, and one name in {made}"
+                self._ambiguous(f"{what}: {shown(other)} here, {shown(file)} elsewhere", span, one)
+                return
+
+    def _alone(self, place: str, one: Named, file: Path) -> None:
+        """Tell it where two names of a description are one file beside the artifacts."""
+        first, other = self.taken.setdefault(place, (one, file))
+        beside = self.places.outputs / place
+        if _plain(beside) not in (_plain(file), _plain(other)) and self._differ(other, file):
+            what = f"meshes {first.name} and {one.name} would both be {place} beside the artifacts, and differ"
+            self._ambiguous(what, one.spans[0], first)
+
+    def _differ(self, one: Path, other: Path) -> bool:
+        """Say whether two files are not the same, by their bytes; from now on both count."""
+        if one == other:
+            return False
+        from filecmp import cmp
+
+        self.inputs.update({one: None, other: None})
+        try:
+            return not (os.path.samefile(one, other) or cmp(one, other, shallow=False))  # noqa: PTH121
+        except OSError:
+            return True
+
+    def _ambiguous(self, message: str, span: Span, first: Named) -> None:
+        severity, help = ERROR if self.opening else WARNING, "give one of the two files another name"
+        related = (Related("and here", first.spans[0]),)
+        self.diagnostics.append(Diagnostic("mesh-ambiguous", severity, message, span, related, help))
 
     def _file(self, one: Named, wanted: Collection[str]) -> Path | None:
         """Return the file of a mesh; None if there is none, and then that is told."""
         scheme, mark, rest = one.name.partition("://")
+        candidates: Iterator[Path]
         if mark and scheme in ("package", "model"):
-            candidates = [*self._in_packages(one, rest), *(self.places.outputs / name for name in sorted(wanted))]
+            beside = (self.places.outputs / name for name in sorted(wanted))
+            candidates = chain(self._in_packages(self._beside(one), rest), beside)
         elif mark and scheme != "file":
             if self.opening:
                 self._absent(one, f"no file{self._left()}", "name a file, or package://NAME/FILE", WARNING)
             return None
         elif mark or one.name.startswith("/"):
-            candidates = [Path(unquote(rest) if mark else one.name)]
+            candidates = iter([Path(unquote(rest) if mark else one.name)])
         else:
             # What was brought beside the artifacts may be older than what it was brought from. What they name outside
             # of their folder is never brought: there they have to find it themselves.
-            outside = posixpath.normpath(one.name).startswith("../") and bool(self.opening)
-            candidates = [] if outside else [folder / one.name for folder in self._beside(one)]
-            candidates += [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
-            candidates += [self.places.outputs / name for name in sorted(wanted)]
+            near = [] if self._is_outside(one) else [folder / one.name for folder in self._beside(one)]
+            near += [self.places.outputs / _folder(o) / one.name for o in (*self.opening, *self.naming)]
+            candidates = iter([*near, *(self.places.outputs / name for name in sorted(wanted))])
         odd = None
-        for candidate in candidates:
-            # The folder of the artifacts may not be there yet: ".." leads out of it all the same.
-            path = Path(os.path.normpath(candidate))
-            kind = _kind(path)
-            if kind == _HERE:
+        for path in map(_plain, candidates):
+            if self._is_here(path):
                 return path
-            odd = odd or (path if kind == _ODD else None)
+            odd = odd or (path if _kind(path) == _ODD else None)
         self._missing(one, scheme if mark else "", rest, odd)
         return None
+
+    def _is_outside(self, one: Named) -> bool:
+        return posixpath.normpath(one.name).startswith("../") and bool(self.opening)
+
+    def _is_here(self, path: Path) -> bool:
+        """Say whether there is a file. The next run has to find the same, or else to look anew."""
+        is_here = _kind(path) == _HERE
+        self.resolved[resolved(MESH_FILE, os.path.abspath(path), "", path if is_here else None)] = None
+        return is_here
 
     def _beside(self, one: Named) -> list[Path]:
         folders = [Path(span.source.path).parent for span in one.spans]
         return list(dict.fromkeys([*folders, self.places.description.parent]))
 
-    def _in_packages(self, one: Named, rest: str) -> Iterator[Path]:
+    def _in_packages(self, folders: Sequence[Path], rest: str) -> Iterator[Path]:
         name, _, path = rest.partition("/")
-        self.searched = self.searched or name not in self.places.packages
         if not path or ".." in path.split("/"):
             return
-        for folder in self._beside(one):
-            package = self._finder(folder).find(name)
+        for folder in folders:
+            package = self._package(folder, name)
             if package is not None:
                 yield package / path
 
-    def _finder(self, folder: Path) -> Packages:
+    def _package(self, folder: Path, name: str) -> Path | None:
+        """Return the folder of a package as seen from a folder of the description."""
+        by = folder / "robot.yaml"
         if folder not in self.finders:
-            self.finders[folder] = Packages(self.places.packages, self.places.environment, folder / "robot.yaml")
-        return self.finders[folder]
+            self.finders[folder] = Packages(self.places.packages, self.places.environment, by)
+        found = self.finders[folder].find(name)
+        if name not in self.places.packages:
+            self.resolved[resolved(ROS_PACKAGE, name, by, found)] = None
+        return found
 
     def _missing(self, one: Named, scheme: str, rest: str, odd: Path | None) -> None:
         """Say that a mesh is not found, or is no file."""
@@ -207,7 +295,7 @@ class _Search:
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), help))
         elif scheme in ("package", "model"):
             name = rest.partition("/")[0]
-            if any(self._finder(folder).find(name) is not None for folder in self._beside(one)):
+            if any(self._package(folder, name) is not None for folder in self._beside(one)):
                 self._absent(one, f"not in the package {name}{self._left()}", "correct the name", WARNING)
             else:
                 help = f"--package {name}=FOLDER says where it is; readers of the URDF look for it themselves"
@@ -236,6 +324,11 @@ def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) 
     names, spans = [one.name for one in many], [span for one in many for span in one.spans]
     which = f"mesh {names[0]} is" if len(names) == 1 else f"{len(names)} meshes ({first_of(names, _SHOWN)}) are"
     return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help)
+
+
+def _plain(path: Path) -> Path:
+    """Return a path without dots: ".." leads out of the folder of the artifacts also if that is not there yet."""
+    return Path(os.path.normpath(path))
 
 
 def _folder(output: Output) -> str:

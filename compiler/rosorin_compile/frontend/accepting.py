@@ -5,12 +5,12 @@ What a rule refuses becomes a note; what is a warning or a note is not told any 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Set
+from collections.abc import Collection, Iterable, Mapping, Set
 from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics import error as problem
-from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, Rule, find
+from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, Rule, find
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
 
@@ -147,12 +147,17 @@ def _note(tree: Map, group: list[Diagnostic], wanted: _Wanted, acceptable: Mappi
     return group[0]._replace(severity=NOTE, message=message, help="", related=())
 
 
-def unused(tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule]) -> list[Diagnostic]:
-    """Return a warning for each entry of ``accept`` that names something of which the rule says nothing."""
+def unused(
+    tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule], asked: Collection[str] = ("",)
+) -> list[Diagnostic]:
+    """Return a warning for each entry of ``accept`` that names something of which the rule says nothing.
+
+    ``asked`` is what was asked for (``Rule.asked``): of what nobody asked for, nobody knows whether it is so.
+    """
     diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):
         idle = [name for name in dict.fromkeys(entry.get("of", (_ALL,))) if (index, name) not in used]
-        if not idle:
+        if not idle or _asked(entry["rule"], acceptable) not in asked:
             continue
         rule, place, help = entry["rule"], locate(tree, ("accept", index, "rule")), "remove the entry"
         message = f"{rule} is accepted, but has nothing to say"
@@ -164,3 +169,11 @@ def unused(tree: Map, used: Set[Entry], acceptable: Mapping[str, Rule]) -> list[
             help = f"remove the entry, or name a {of} that the rule refuses"
         diagnostics.append(Diagnostic("accept-unused", WARNING, message, place.span, place.stack(), help))
     return diagnostics
+
+
+def _asked(id: str, acceptable: Mapping[str, Rule]) -> str:
+    """Return what a run has to ask for to tell a rule."""
+    rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
+    if rule is None or rule.topic == PHYSICS:
+        return "physics" if rule else ""
+    return rule.asked

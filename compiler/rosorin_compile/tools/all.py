@@ -5,13 +5,14 @@ from __future__ import annotations
 import argparse
 import os
 from collections.abc import Collection, Mapping
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import PYTHON_PACKAGE, Description, Resolved, python_folder, resolved
+from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
 from .shared import (
     FINE,
     PROBLEMS,
@@ -20,8 +21,7 @@ from .shared import (
     count,
     for_each,
     format_options,
-    found_meshes,
-    is_searched,
+    lacks_meshes,
     mesh_files,
     nothing_written,
     output_options,
@@ -30,6 +30,7 @@ from .shared import (
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
+    from ..formats.packages import Packages
     from ..output import Written
 
 RULES = (
@@ -78,7 +79,7 @@ def _write_one(run: Run, description: Description) -> int:
         "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
         "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
     }
-    remembered = stamp.recall(key, description.outputs, _leads) if run.console.for_people else None
+    remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary), int(stand_ins)]:
             run.console.again(said)
@@ -86,7 +87,7 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.say(f"{summary}, unchanged")
             return FINE
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
-    compiled = compile_proven(run.given, description, run.console, meshes=True)
+    compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -97,23 +98,26 @@ def _write_one(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    # What a xacro says depends on more than its files, and so does which file a mesh is.
-    if not written.kept and run.console.ran == ran and not is_searched(compiled):
-        inputs = [*compiled.inputs, *run.given.files, *(found.file for found in found_meshes(compiled))]
+    # What a xacro says depends on more than its files, and what can be made of a mesh on what is installed.
+    if not written.kept and run.console.ran == ran and not lacks_meshes(compiled):
+        written_too = {description.outputs / name for name in meshes}  # what stands there already, and is its own copy
+        inputs = [*(set(compiled.inputs) - written_too), *run.given.files]
         told = [said, summary, run.console.stand_ins - before]
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return FINE
 
 
-def _leads(asked: Resolved) -> str:
-    """Return where the name of a package leads now."""
+def _leads(finders: dict[str, Packages], asked: Resolved) -> str:
+    """Return where the name of a package or a mesh file leads now; ``finders`` are kept from one to the next."""
     if asked.kind == PYTHON_PACKAGE:
         return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
+    if asked.kind == MESH_FILE:
+        return asked.name if is_file(Path(asked.name)) else ""
     from ..formats.packages import Packages
 
-    found = Packages({}, os.environ, Path(asked.by)).find(asked.name)
-    return resolved(asked.kind, asked.name, asked.by, found).answer
+    finder = finders.setdefault(asked.by, Packages({}, os.environ, Path(asked.by)))
+    return resolved(asked.kind, asked.name, asked.by, finder.find(asked.name)).answer
 
 
 def _write(run: Run, description: Description, files: Mapping[str, str | bytes]) -> Written | None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import argparse
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from itertools import islice, product
 from math import prod
 from pathlib import Path, PurePosixPath
@@ -35,6 +36,7 @@ from .shared import (
     output_options,
     proven,
     robot_options,
+    search_meshes,
     telling,
     understood,
 )
@@ -118,7 +120,7 @@ def check_one(run: Run, description: Description) -> int:
     from ..meaning.golden import compare, lines
     from ..output import OutputError, read_set
 
-    compiled = compile_proven(run.given, description, run.console, meshes=True)
+    compiled = compile_proven(run.given, description, run.console)
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
@@ -164,7 +166,7 @@ def refused(given: Given, description: Description, compiled: Compiled) -> list[
     told = []
     for artifact in compiled.artifacts:
         ask = FORMATS[artifact.backend].refusal
-        reason = ask(artifact.text, description.outputs) if ask else ""
+        reason = ask(artifact.text, (description.outputs / artifact.file).parent) if ask else ""
         if reason:
             told += _refusal(given, description, artifact, reason)
     return told
@@ -293,9 +295,10 @@ def check_every(run: Run, description: Description) -> int:
     tried = list(islice(combinations(varied), MAX_COMBINATIONS))
     found: dict[Diagnostic, list[Combination]] = {}
     tell: Tell = telling(run.given, run.console)
+    search = partial(search_meshes, run.given, description)
     for combination in tried:
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
-        compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages)
+        compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
         for diagnostic in proven(compiled).diagnostics:
             if diagnostic.severity != "note":
                 found.setdefault(diagnostic, []).append(combination)

@@ -10,6 +10,7 @@ from __future__ import annotations
 import hashlib
 import struct
 from collections.abc import Callable, Mapping, Sequence
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,12 +28,14 @@ RULES = (
         "A note: a mesh is of a format that MuJoCo does not read; the MJCF names a copy in another one.",
         "Nothing is to be done; colours and textures of such a file are not carried over.",
         FORMATS,
+        asked="meshes",
     ),
     Rule(
         "mesh-not-read",
         "A warning: a mesh cannot be read, or not by MuJoCo; it is left out of the MJCF.",
         "As the message says.",
         FORMATS,
+        asked="meshes",
     ),
 )
 
@@ -155,8 +158,9 @@ def _there(path: Path) -> bytes:
         return b""
 
 
+@lru_cache(maxsize=64)
 def _converted(path: Path, ending: str, mark: str) -> bytes:
-    """Return a mesh in another format. Raises _NotRead."""
+    """Return a mesh in another format, whose bytes the mark stands for. Raises _NotRead."""
     from .extract.meshes import load_mesh
 
     try:

@@ -23,7 +23,7 @@ from .parser import Options
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
-    from ..formats.mesh_files import Found, Searched
+    from ..formats.mesh_files import Searched
     from ..frontend.tree import Map
     from ..model import Edge, Output, Robot
     from ..pipeline import Compiled, Understood
@@ -234,7 +234,7 @@ def compile_one(given: Given, description: Description, console: Console, meshes
         arguments = given.values()
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
-    search = partial(_search, given, description) if meshes else None
+    search = partial(search_meshes, given, description) if meshes else None
     return compile_robot(description.path, arguments, telling(given, console), given.packages, search)
 
 
@@ -245,7 +245,7 @@ def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
     return lambda warning: console.ahead(warning._replace(numbers=TRUSTED))
 
 
-def _search(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
+def search_meshes(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
     """Look for the meshes of a robot, and read those that belong to its artifacts."""
     from ..formats.mesh_files import Places, search
     from .mesh_copies import brought
@@ -259,19 +259,16 @@ def mesh_files(compiled: Compiled) -> Mapping[str, bytes]:
     return compiled.meshes.files if compiled.meshes else {}
 
 
-def found_meshes(compiled: Compiled) -> Sequence[Found]:
-    """Return the meshes that the artifacts open."""
-    return compiled.meshes.found if compiled.meshes else ()
+def lacks_meshes(compiled: Compiled) -> bool:
+    """Say whether a mesh that is there could not be read; what can be, depends on what is installed, too."""
+    return compiled.meshes is not None and any(
+        one.named.name in compiled.meshes.missing for one in compiled.meshes.found
+    )
 
 
-def is_searched(compiled: Compiled) -> bool:
-    """Say whether the next run may find other meshes, though no file that was read has changed."""
-    return compiled.meshes is not None and (compiled.meshes.searched or bool(compiled.meshes.missing))
-
-
-def compile_proven(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
-    """Return what becomes of one description, without artifacts if they do not say what the model says."""
-    return proven(compile_one(given, description, console, meshes))
+def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+    """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
+    return proven(compile_one(given, description, console, meshes=True))
 
 
 def proven(compiled: Compiled) -> Compiled:

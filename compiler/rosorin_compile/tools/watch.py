@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING
 from ..diagnostics.console import Console
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
-from ..project import Description, NoDescription, find
+from ..project import MESH_FILE, Description, NoDescription, find
 from .shared import (
     FINE,
     Given,
     compile_proven,
     count,
     descriptions,
-    found_meshes,
     given_arguments,
     mesh_files,
     output_options,
@@ -106,7 +105,7 @@ class _Robot:
 
     def _compile(self) -> Iterable[Path]:
         """Compile, and return the files that were read; after an error also those that were read before it."""
-        compiled = compile_proven(self.given, self.description, self.console, meshes=True)
+        compiled = compile_proven(self.given, self.description, self.console)
         errors = sum(diagnostic.severity == "error" for diagnostic in compiled.diagnostics)
         self._show(compiled.diagnostics)
         name = self.description.name
@@ -117,7 +116,9 @@ class _Robot:
         else:
             self._write(compiled)
         before = self.inputs.marks if errors else ()
-        meshes = [found.file for found in found_meshes(compiled)]
+        meshes = [
+            Path(one.name) for one in compiled.resolved if one.kind == MESH_FILE
+        ]  # one that is not there may come
         return [self.description.path, *self.given.files, *compiled.inputs, *meshes, *before]
 
     def _show(self, diagnostics: list[Diagnostic]) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import struct
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -175,11 +176,13 @@ def test_meshes(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
         "file:///opt/there.stl",
     ]
     assert "<exec_depend>other_robot</exec_depend>" in (package / "package.xml").read_text("utf-8")
-    assert "warning[package-mesh]: missing.stl is neither in the package nor beside the description\n" in said
+    what = "is not there, neither as seen from the artifacts nor beside the description"
+    assert f"robot.yaml:8:22: warning[mesh-not-found]: mesh missing.stl {what}\n" in said
+    assert said.count("missing.stl is") == 1
     assert "warning[package-mesh]: file:///opt/there.stl is found on machines that have this very file\n" in said
     (package / "meshes/missing.stl").write_bytes(b"put there by hand")
     assert main(["package", str(path), "-o", str(package)]) == 0
-    assert "missing.stl" not in capsys.readouterr().err
+    assert "package-mesh]: missing.stl" not in capsys.readouterr().err
     assert (package / "meshes/missing.stl").read_bytes() == b"put there by hand"
 
 
@@ -270,22 +273,100 @@ def test_the_fixed_frame_is_the_root_of_the_urdf(tmp_path: Path, folder: Path) -
     assert [link.get("name") for link in tree.getroot().findall("link") if link.get("name") not in children] == [frame]
 
 
-def test_many_missing_files_are_one_warning(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_many_missing_textures_are_one_warning(tmp_path: Path) -> None:
+    urdf = "".join(f'<texture filename="m/{number}.png"/>' for number in range(5))
+    (told,) = settle(urdf, "made", [tmp_path], tmp_path / "package").diagnostics
+    assert told.message == (
+        "5 files are neither in the package nor beside the description: m/0.png, m/1.png, m/2.png and 2 more"
+    )
+    assert told.help == "put the files into meshes/ of the package"
+
+
+def test_a_mesh_that_check_refuses_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     shapes = "".join(f"\n      - mesh: {{file: m/{number}.stl}}" for number in range(5))
     outputs = "outputs: {urdf: {file: r.urdf}, mjcf: {file: r.xml}}"
     path = describe(tmp_path, f"robot: many\nlinks:\n  base_link:\n    visual:{shapes}\n{outputs}\n")
-    assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 0
+    (tmp_path / "there").mkdir()
+    for command in (["package", "-o", str(tmp_path / "package")], ["deploy", "--to", str(tmp_path / "there")]):
+        assert main([*command, str(path)]) == 1
+        assert "error[mesh-not-found]: 5 meshes (m/0.stl, m/1.stl, m/2.stl and 2 more) are not there" in (
+            capsys.readouterr().err
+        )
+    assert not (tmp_path / "package").exists()
+    assert not names_in(tmp_path / "there")
+
+
+WITH_MJCF = """\
+robot: meshed
+include: [more/arm.yaml]
+links:
+  base_link:
+    visual:
+      - mesh: {file: meshes/body.stl}
+      - mesh: {file: package://other_robot/meshes/wheel.stl}
+outputs:
+  urdf: {file: urdf/meshed.urdf}
+  mjcf: {file: sim/meshed.xml}
+"""
+ARM = """\
+links: {arm: {visual: [{mesh: {file: arm.stl}}]}}
+joints: {arm_joint: {type: fixed, parent: base_link, child: arm}}
+"""
+
+
+def meshed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """Describe a robot with meshes beside the description, beside an included file, and in another package."""
+    path = describe(tmp_path, WITH_MJCF)
+    faces = ((0, 0, 0, 1, 0, 0, 0, 1, 0), (0, 0, 0, 0, 1, 0, 0, 0, 1), (0, 0, 0, 0, 0, 1, 1, 0, 0))
+    data = b"".join(struct.pack("<12fH", 0, 0, 0, *face, 0) for face in (*faces, (1, 0, 0, 0, 0, 1, 0, 1, 0)))
+    (path.parent / "more").mkdir()
+    (path.parent / "more/arm.yaml").write_text(ARM)
+    for place in ("meshes/body.stl", "more/arm.stl", "../../other/meshes/wheel.stl"):
+        (path.parent / place).parent.mkdir(parents=True, exist_ok=True)
+        (path.parent / place).write_bytes(place.encode().ljust(80) + struct.pack("<I", 4) + data)
+    monkeypatch.chdir(tmp_path)
+    for variable in ("ROS_PACKAGE_PATH", "AMENT_PREFIX_PATH"):
+        monkeypatch.delenv(variable, raising=False)
+    return path
+
+
+def test_the_mjcf_of_a_package_has_its_meshes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, package = meshed(tmp_path, monkeypatch), tmp_path / "package"
+    more = ["--package", f"other_robot={tmp_path / 'other'}"]
+    assert main(["package", str(path), "-o", str(package), *more]) == 0
     said = capsys.readouterr().err
-    assert said.count("warning[package-mesh]") == 2
-    names = "m/0.stl, m/1.stl, m/2.stl and 2 more"
-    what = "neither in the package nor beside the description"
-    assert f"5 files are {what}: {names}\n    put the files into meshes/ of the package\n" in said
-    what = "named by mjcf/r.xml, but not in the package"
-    assert f"5 files are {what}: {names}\n    put the files into mjcf/ of the package\n" in said
+    assert "package-mesh" not in said
+    assert "mesh-not-found" not in said
+    assert [name for name in names_in(package) if name.endswith(".stl")] == [
+        "meshes/arm.stl",
+        "meshes/body.stl",
+        "mjcf/arm.stl",
+        "mjcf/meshes/body.stl",
+        "mjcf/meshes/other_robot/meshes/wheel.stl",
+    ]
+    assert (package / "meshes/arm.stl").read_bytes() == (path.parent / "more/arm.stl").read_bytes()
+    assert main(["check", str(path), "--deployed", str(package), *more]) == 0
+    capsys.readouterr()
+    model = pytest.importorskip("mujoco").MjModel.from_xml_path(str(package / "mjcf/meshed.xml"))
+    assert model.nmesh == 3
 
 
-@pytest.mark.parametrize(("name", "view"), [("My Robot/2", "robot"), ("arm.2", "arm.2"), ("my robot", "robot")])
-def test_the_view_of_a_robot_of_any_name(tmp_path: Path, name: str, view: str) -> None:
-    path = describe(tmp_path, f"robot: {name}\nlinks: {{base_link: {{}}}}\noutputs: {{urdf: {{file: r.urdf}}}}\n")
-    assert main(["package", str(path), "-o", str(tmp_path / "package")]) == 0
-    assert names_in(tmp_path / "package/rviz") == [f"{view}.rviz"]
+def test_a_deployed_mjcf_without_its_meshes_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path, there = meshed(tmp_path, monkeypatch), tmp_path / "there"
+    there.mkdir()
+    assert main(["deploy", str(path), "--to", str(there), "--map", "mjcf=mjcf/"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[mesh-not-found]: mesh package://other_robot/meshes/wheel.stl is not found: " in said
+    names = "meshes/body.stl, arm.stl"
+    what = f"2 files are named by mjcf/meshed.xml, but not in the package: {names}"
+    assert f"warning[package-mesh]: {what}\n    put the files into mjcf/ of the package\n" in said
+    for name in ("mjcf/meshes/body.stl", "mjcf/arm.stl"):
+        (there / name).parent.mkdir(exist_ok=True)
+        (there / name).write_bytes(b"there")
+    assert main(["deploy", str(path), "--to", str(there)]) == 0
+    assert "package-mesh" not in capsys.readouterr().err
+    assert main(["check", str(path), "--deployed", str(there)]) == 0

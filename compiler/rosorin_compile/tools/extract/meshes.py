@@ -33,6 +33,7 @@ RULES = (
         "a robot names it.",
         "Export it anew; [which meshes](numbers-from-meshes.md#which-meshes).",
         MESHES,
+        asked="physics",
     ),
     Rule("mesh-empty", "A mesh, or a robot, has no triangle.", "Name one that has a surface.", MESHES),
     Rule(

@@ -22,8 +22,7 @@ from ..shared import (
 )
 
 if TYPE_CHECKING:
-    from ...formats import Artifact
-    from ...model import Robot
+    from ...pipeline import Compiled
     from ...project import Description
     from .package import Options
 
@@ -68,28 +67,24 @@ def run(options: argparse.Namespace) -> int:
         robot = compiled.robot
         asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
         try:
-            code = _write(console, asked, robot, compiled.artifacts, description, Path(options.output))
+            code = _write(console, asked, compiled, description, Path(options.output))
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()
     return code
 
 
-def _write(
-    console: Console,
-    asked: Options,
-    robot: Robot,
-    artifacts: tuple[Artifact, ...],
-    description: Description,
-    target: Path,
-) -> int:
+def _write(console: Console, asked: Options, compiled: Compiled, description: Description, target: Path) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
     from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
     from . import placing
     from .deploying import kept, refused
     from .package import make
 
-    package = make(robot, artifacts, asked, [description.path.parent, description.outputs], target)
+    robot, artifacts, sources = compiled.robot, compiled.artifacts, [description.path.parent, description.outputs]
+    if robot is None:
+        return PROBLEMS
+    package = make(robot, artifacts, asked, sources, target, compiled.meshes)
     problem = refused(target, package.files)
     console.show([*package.diagnostics, *([problem] if problem else [])])
     if problem or not package.files:

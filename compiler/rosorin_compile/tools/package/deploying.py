@@ -20,7 +20,7 @@ from ...xml.markup import Element, MarkupError, parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
-from .meshes import settle
+from .meshes import beside, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 
@@ -139,6 +139,9 @@ def plan(
     package = package_of(folder)
     if package is not None and package[0] == folder.resolve():
         going = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in going]
+    for artifact in going:
+        names = FORMATS[artifact.backend].beside
+        diagnostics += beside(artifact.file, names(artifact.text), folder) if names else ()
     left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"

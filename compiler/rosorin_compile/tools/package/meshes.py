@@ -8,16 +8,19 @@ be found is said, and stays as it was written.
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 from xml.sax.saxutils import unescape
 
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import PACKAGES, Rule
 from ...diagnostics.wording import first_of
 from .naming import is_legal
+
+if TYPE_CHECKING:
+    from ...formats.mesh_files import Searched
 
 RULES = (
     Rule(
@@ -48,11 +51,14 @@ def named(urdf: str) -> list[str]:
     return list(dict.fromkeys(unescape(match[3], _ENTITIES) for match in _FILE.finditer(urdf)))
 
 
-def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Meshes:
-    """Return a URDF with its meshes in a package; relative names are looked for in ``folders``, one after the other.
+def settle(urdf: str, package: str, folders: Sequence[Path], target: Path, searched: Searched | None = None) -> Meshes:
+    """Return a URDF with its meshes in a package.
 
-    ``target`` is the folder of the package, which may hold meshes already.
+    Meshes were ``searched``, and what was not found is told; textures, and meshes that nobody looked for, are looked
+    for in ``folders``, one after the other. ``target`` is the folder of the package, which may hold meshes already.
     """
+    known: Mapping[str, Path] = searched.by_name if searched else {}
+    told_before = searched.missing if searched else ()
     addresses: dict[str, str] = {}
     files: dict[str, Path] = {}
     packages: set[str] = set()
@@ -62,17 +68,17 @@ def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Me
         if match and match[1] != package:
             packages |= {match[1]} if is_legal(match[1]) else set()
         elif match:
-            if not _own(match[2], folders, target, files):
+            if not _own(match[2], known.get(name), folders, target, files) and name not in told_before:
                 missing.setdefault((_nowhere(folders), "put the file there"), []).append(name)
         elif "://" in name or name.startswith("/"):
             help = f"copy the file into a package and write package://{package}/{MESHES}/... in the description"
             missing.setdefault(("found on machines that have this very file", help), []).append(name)
         else:
             place = _inside(name)
-            source = _existing(name, folders)
+            source = known.get(name) or _existing(name, folders)
             if source is not None:
                 files[place] = source
-            elif not (target / place).is_file():
+            elif not (target / place).is_file() and name not in told_before:
                 help = f"put the file into {MESHES}/ of the package"
                 missing.setdefault((_nowhere(folders), help), []).append(name)
             addresses[name] = f"package://{package}/{place}"
@@ -81,9 +87,9 @@ def settle(urdf: str, package: str, folders: Sequence[Path], target: Path) -> Me
     return Meshes(text, files, tuple(sorted(packages)), diagnostics)
 
 
-def _own(inside: str, folders: Sequence[Path], target: Path, files: dict[str, Path]) -> bool:
+def _own(inside: str, known: Path | None, folders: Sequence[Path], target: Path, files: dict[str, Path]) -> bool:
     """Copy what a URDF names in the package itself; say whether it is, or will be, there."""
-    source = None if ".." in inside.split("/") else _existing(inside, folders)
+    source = None if ".." in inside.split("/") else known or _existing(inside, folders)
     if source is not None:
         files[inside] = source
         return True
@@ -107,6 +113,15 @@ def _existing(name: str, folders: Sequence[Path]) -> Path | None:
 def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
     name = addresses.get(unescape(match[3], _ENTITIES))
     return match[0] if name is None else f"{match[1]}{match[2]}{escape(name)}{match[2]}"
+
+
+def beside(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:
+    """Yield what an artifact at a place in a folder names beside it, and what is not there."""
+    inside = place.rpartition("/")[0]
+    missing = [name for name in names if not (folder / inside / name).is_file()]
+    if missing:
+        what = f"named by {place}, but not in the package"
+        yield told(missing, what, f"put the file into {inside}/ of the package")
 
 
 def told(names: Sequence[str], what: str, help: str) -> Diagnostic:

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import posixpath
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
@@ -23,6 +24,9 @@ from ...rules.case import feeding
 from ...rules.conditions import combinations, holds, modes_in
 from . import meshes
 from .naming import file_name
+
+if TYPE_CHECKING:
+    from ...formats.mesh_files import Searched
 
 RULES = (
     Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),
@@ -88,12 +92,17 @@ class Package(NamedTuple):
 
 
 def make(
-    robot: Robot, artifacts: Sequence[Artifact], options: Options, sources: Sequence[Path], target: Path
+    robot: Robot,
+    artifacts: Sequence[Artifact],
+    options: Options,
+    sources: Sequence[Path],
+    target: Path,
+    searched: Searched | None = None,
 ) -> Package:
-    """Return the package of a robot.
+    """Return the package of a robot, whose meshes were ``searched``.
 
-    ``sources`` are folders in which files are looked for that the description names; ``target`` is where the package
-    will stand, which may hold such files already.
+    ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
+    package will stand, which may hold such files already.
     """
     main = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
@@ -113,13 +122,17 @@ def make(
         text = artifact.text
         beside = FORMATS[artifact.backend].beside
         if names_meshes(artifact):
-            settled = meshes.settle(text, options.name, sources, target)
+            settled = meshes.settle(text, options.name, sources, target, searched)
             text = settled.text
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: path.read_bytes() for name, path in settled.files.items()})
         elif beside is not None:
-            diagnostics += _beside(place, beside(text), sources, target, files)
+            meshes_of = _meshes(artifact, searched)
+            names = [
+                name for name in dict.fromkeys(beside(text)) if not _copied(place, name, meshes_of, sources, files)
+            ]
+            diagnostics += meshes.beside(place, names, target)
         files[place] = text.encode()
     files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs))
     return Package(files, [*diagnostics, *_defaults(options)])
@@ -148,21 +161,25 @@ def folder_of(artifact: Artifact) -> str:
     return next(others, "") or next(formats, "config")
 
 
-def _beside(
-    place: str, names: Sequence[str], sources: Sequence[Path], target: Path, files: dict[str, bytes]
-) -> Iterable[Diagnostic]:
-    """Copy the files that an artifact names beside it; yield what cannot be found."""
-    missing = []
-    for name in dict.fromkeys(names):
-        folder = place.rpartition("/")[0]
+def _meshes(artifact: Artifact, searched: Searched | None) -> Mapping[str, bytes]:
+    """Return the mesh files that belong to an artifact, by their names as seen from it."""
+    folder = artifact.file.rpartition("/")[0]
+    return {posixpath.relpath(name, folder or "."): data for name, data in (searched.files if searched else {}).items()}
+
+
+def _copied(
+    place: str, name: str, found: Mapping[str, bytes], sources: Sequence[Path], files: dict[str, bytes]
+) -> bool:
+    """Copy a file that an artifact names beside it; say whether it is known."""
+    if name.startswith("/") or ".." in name.split("/"):
+        return False
+    data = found.get(posixpath.normpath(name))
+    if data is None:
         source = next((folder / name for folder in sources if (folder / name).is_file()), None)
-        if source is not None and not name.startswith("/") and ".." not in name.split("/"):
-            files[f"{folder}/{name}"] = source.read_bytes()
-        elif not (target / folder / name).is_file():
-            missing.append(name)
-    if missing:
-        what = f"named by {place}, but not in the package"
-        yield meshes.told(missing, what, f"put the file into {folder}/ of the package")
+        data = None if source is None else source.read_bytes()
+    if data is not None:
+        files[posixpath.join(posixpath.dirname(place), posixpath.normpath(name))] = data
+    return data is not None
 
 
 def _made(

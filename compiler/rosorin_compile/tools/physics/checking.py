@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import warnings
 from collections.abc import Mapping
 from importlib.util import find_spec
@@ -11,10 +12,12 @@ from typing import NamedTuple
 from ...diagnostics import Diagnostic, arrange
 from ...diagnostics.console import Progress
 from ...diagnostics.wording import counted, listed
+from ...formats.mesh_files import Places, files_of
 from ...project import Description
 from ...rules.case import Case
 from . import meshes as mesh_facts
 from . import overlaps, rest, sweeps
+from .accepted import settle
 from .files import Meshes, named_meshes
 from .overlaps import ZERO, State
 from .scene import Scene
@@ -60,11 +63,12 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
         progress(done, total)
 
     try:
-        meshes = Meshes(case, packages, description.path, description.outputs)
+        places = Places(description.path, description.outputs, packages, os.environ)
+        meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
         for one in named:
             meshes.read(one)
             tick()
-        found = [*overlaps.at_most(meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
+        found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
         scene = Scene(case.robot, meshes)
         states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
         starts = [_legal(scene), *states[1:]]
@@ -78,7 +82,7 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     at = [counted(len(poses) - 1, "pose"), "zero"]
     at += [f"the ranges of {counted(len(joints), 'joint')}"] if joints else []
     at += [counted(len({one.mesh.file for one in named}), "mesh")] if named else []
-    return Looked(arrange(found), listed(at if len(poses) > 1 else at[1:]))
+    return Looked(arrange(settle(case, found)), listed(at if len(poses) > 1 else at[1:]))
 
 
 def _legal(scene: Scene) -> State:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic
-from ...formats.packages import Packages
 from ...model import Mesh, Shape
-from ...rules.case import Case, written
+from ...rules.case import Case
 from ..extract.meshes import load_mesh
 from ..extract.problems import ExtractProblem
 
@@ -115,15 +113,11 @@ def named_meshes(case: Case) -> Iterator[Named]:
 
 
 class Meshes:
-    """Reads the meshes of a robot.
+    """Reads the meshes of a robot, whose ``files`` were found by their names in the description."""
 
-    A file is looked for in its package, or beside the file that names it, the description and the artifacts.
-    """
-
-    def __init__(self, case: Case, packages: Mapping[str, Path], description: Path, outputs: Path) -> None:
+    def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
         self.case = case
-        self.folders = (description.parent, outputs)
-        self.packages = Packages(packages, os.environ, description)
+        self.files = files
         self.told: list[Diagnostic] = []
         self._known: dict[Mesh, Loaded | None] = {}
 
@@ -139,9 +133,7 @@ class Meshes:
 
     def _read(self, named: Named) -> Loaded | None:
         path = (*self.case.link(named.link), named.purpose, named.number, "mesh", "file")
-        beside = Path(written(self.case.tree, path)[0].span.source.path).parent
-        found = [self.packages.resolve(named.mesh.file, folder) for folder in (beside, *self.folders)]
-        file = next((one for one in found if one is not None and one.is_file()), None)
+        file = self.files.get(named.mesh.file)
         help = "its shape is left out here; a package is named by --package NAME=PATH"
         if file is None:
             message = f'the mesh {named.mesh.file} of link "{named.link}" is not found'

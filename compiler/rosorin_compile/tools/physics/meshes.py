@@ -15,6 +15,7 @@ from ...diagnostics.registry import PHYSICS, Rule
 from ...diagnostics.wording import first_of
 from ...model import Inertial, Link, Mesh, Robot, Shape, principal_moments, volume_of
 from ...rules.case import Case, number
+from .accepted import apart
 from .files import PURPOSES, Meshes, Named, named_meshes
 from .overlaps import at_most
 from .scene import corners_of
@@ -87,7 +88,7 @@ def told(case: Case, meshes: Meshes) -> Iterator[Diagnostic]:
         for found in _sizes(case, meshes, one, named):
             strange.add(one.link)
             sizes.setdefault(one.mesh, found)
-    yield from at_most(list(sizes.values()), "of this kind")
+    yield from at_most(case, list(sizes.values()), "of this kind")
     top = _tops(case.robot)
     with_meshes = dict.fromkeys(one.link for one in named if meshes.of(one.mesh) is not None)
     for name in with_meshes:
@@ -313,12 +314,15 @@ def _open(case: Case, meshes: Meshes, named: Sequence[Named]) -> Iterator[Diagno
             holes.setdefault(file, one)
         elif loaded.surface.volume < 0:
             turned.setdefault(file, one)
-    for files, what in ((holes, "not closed"), (turned, "inside out")):
+    for every, what in ((holes, "not closed"), (turned, "inside out")):
+        taken, left = apart(case, "mesh-not-closed", every, lambda file: (every[file].link,))  # noqa: B023 - used at once
+        yield from taken
+        files = {file: every[file] for file in left}
         if files:
             one = next(iter(files.values()))
             names = first_of(list(files), _SHOWN)
             verb = "mesh is" if len(files) == 1 else "meshes are"
             message = f"{len(files)} collision {verb} {what}: {names}; simulators take the hull"
             path = case.link(one.link, one.purpose, one.number, "mesh", "file")
-            help = "close it in the program that made it" if files is holes else "turn its faces round"
+            help = "close it in the program that made it" if every is holes else "turn its faces round"
             yield case.problem("mesh-not-closed", message, path, help, severity=NOTE)._replace(related=(), of=())

@@ -7,7 +7,7 @@ corner is in the other one. Of the rest each pair is told, with the shapes, the 
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
+from collections.abc import Generator, Iterable, Iterator, Mapping, Sequence, Set
 from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Related
@@ -16,6 +16,7 @@ from ...diagnostics.wording import and_more, counted, first_of, listed, quoted
 from ...frontend.tree import Path
 from ...model import Joint, Mesh
 from ...rules.case import Case, at
+from .accepted import apart, is_accepted
 from .scene import Overlap, Pair, Scene, Solid
 
 RULES = (
@@ -95,7 +96,7 @@ def told(case: Case, scene: Scene, states: Sequence[State], always: Set[Pair]) -
             warnings.append((overlap.depth, _overlap(case, scene, pair, where, overlap)))
     warnings.sort(key=lambda one: -one[0])
     notes = (*_designs(case, designs), *_hulls(case, hulls), *_illegal(case, scene, illegal))
-    return [*at_most([one for _, one in warnings]), *notes]
+    return [*at_most(case, [one for _, one in warnings]), *notes]
 
 
 def _beyond(scene: Scene, pair: Pair) -> list[Joint]:
@@ -117,6 +118,7 @@ def nearest(joint: Joint) -> float:
 
 def _illegal(case: Case, scene: Scene, pairs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
     """Yield a note on the pairs that overlap at zero alone, where joints between them are beyond their limits."""
+    pairs = yield from _unaccepted(case, "parts-overlap", pairs)
     if not pairs:
         return
     joints = list(dict.fromkeys(joint for pair in pairs for joint in _beyond(scene, pair)))
@@ -193,6 +195,7 @@ def _where(states: Sequence[State]) -> str:
 
 def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
     """Yield a note on the pairs that overlap in every position."""
+    designs = yield from _unaccepted(case, "parts-always-overlap", designs)
     if not designs:
         return
     deepest = _deepest(designs)
@@ -210,6 +213,7 @@ def _designs(case: Case, designs: Mapping[Pair, Overlap]) -> Iterator[Diagnostic
 
 def _hulls(case: Case, hulls: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
     """Yield a note on the pairs whose meshes do not touch, though their hulls overlap."""
+    hulls = yield from _unaccepted(case, "hulls-overlap", hulls)
     if not hulls:
         return
     deepest = _deepest(hulls)
@@ -224,13 +228,27 @@ def _hulls(case: Case, hulls: Mapping[Pair, Overlap]) -> Iterator[Diagnostic]:
     yield found._replace(related=(), of=(), numbers=())
 
 
-def at_most(found: Sequence[Diagnostic], others: str = "of this kind, less deep") -> list[Diagnostic]:
-    """Return diagnostics that are sorted by their weight; of many the first, the last of them with how many others."""
+def _unaccepted(
+    case: Case, rule: str, pairs: Mapping[Pair, Overlap]
+) -> Generator[Diagnostic, None, Mapping[Pair, Overlap]]:
+    """Yield a diagnostic for each pair that the description accepts by name; return the others."""
+    taken, left = apart(case, rule, pairs, lambda pair: pair)
+    yield from taken
+    return {pair: pairs[pair] for pair in left}
+
+
+def at_most(case: Case, found: Sequence[Diagnostic], others: str = "of this kind, less deep") -> list[Diagnostic]:
+    """Return diagnostics that are sorted by their weight; of many the first, the last of them with how many others.
+
+    Those that the description accepts do not count.
+    """
+    taken = [one for one in found if is_accepted(case, one)]
+    found = [one for one in found if one not in taken]
     if len(found) <= MOST_TOLD:
-        return list(found)
+        return [*found, *taken]
     *first, last = found[:MOST_TOLD]
     more = and_more(len(found) - MOST_TOLD, others).strip()
-    return [*first, last._replace(related=(Related(more, None), *last.related))]
+    return [*first, last._replace(related=(Related(more, None), *last.related)), *taken]
 
 
 def mm(length: float) -> str:

@@ -23,8 +23,8 @@ from .overlaps import ZERO, State
 RULES = (
     Rule(
         "explodes-at-rest",
-        "Left to itself for a second in MuJoCo, the robot leaves the numbers (an error), or a joint gets faster than "
-        "any joint is, or is driven out of its limits (warnings).",
+        "Left to itself for a second in MuJoCo, the robot leaves the numbers. A warning where a joint gets faster than "
+        "any joint is, or is driven out of its limits.",
         "Look for parts that start inside each other, masses and inertias that are far too small, gains that are far "
         "too large.",
         PHYSICS,

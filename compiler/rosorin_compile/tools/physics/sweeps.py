@@ -18,6 +18,7 @@ from ...diagnostics.registry import PHYSICS, Rule
 from ...diagnostics.wording import and_more, counted
 from ...model import Joint, Robot
 from ...rules.case import Case, number
+from .accepted import apart
 from .overlaps import CORNER, ZERO, State, at_most, shape_path, shape_word
 from .scene import Overlap, Pair, Scene
 
@@ -212,7 +213,7 @@ def told(case: Case, scene: Scene, meetings: Sequence[Meeting]) -> list[Diagnost
     near = [one for one in meetings if scene.joint_of(one.pair) == one.joint]
     found = [_neighbour(case, one, _is_real(scene, one)) for one in near if one.inside >= CORNER]
     found.sort(key=lambda one: one.severity != WARNING)
-    return [*at_most(found), *_others(case, [one for one in meetings if one not in near])]
+    return [*at_most(case, found), *_others(case, [one for one in meetings if one not in near])]
 
 
 def _is_real(scene: Scene, met: Meeting) -> bool:
@@ -246,10 +247,11 @@ def _neighbour(case: Case, met: Meeting, is_real: bool) -> Diagnostic:
 
 
 def _others(case: Case, meetings: Sequence[Meeting]) -> list[Diagnostic]:
-    if not meetings:
-        return []
+    taken, left = apart(case, "joints-meet-parts", meetings, lambda one: (one.joint.name, *one.pair))
+    if not left:
+        return taken
     first: dict[str, Meeting] = {}
-    for one in meetings:
+    for one in left:
         first.setdefault(one.joint.name, one)
     named = [
         f"{name} {one.pair[1]} into {one.pair[0]} from {_position(one.joint, one.position)}{_start(one.start)}"
@@ -264,7 +266,7 @@ def _others(case: Case, meetings: Sequence[Meeting]) -> list[Diagnostic]:
     path = case.joint(one.joint, "limit", "upper" if one.upper else "lower")
     help = "a planner has to know; narrower limits, or disabled_contacts for a pair that is meant to touch"
     found = case.problem("joints-meet-parts", message, path, help, severity=NOTE)
-    return [found._replace(related=(), of=tuple(first))]
+    return [found._replace(related=(), of=tuple(first)), *taken]
 
 
 def _position(joint: Joint, position: float) -> str:

@@ -1,0 +1,43 @@
+"""What a description accepts of the findings about its physics: by the rule, and by the names of links and joints.
+
+A note that sums up many pairs or joints is made of those that nobody accepts by name; each of the others goes with it
+as a diagnostic of its own, which ``settle`` takes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TypeVar
+
+from ...diagnostics import NOTE, Diagnostic
+from ...frontend.accepting import accepted, settled, unused
+from ...rules import acceptable
+from ...rules.case import Case
+
+Member = TypeVar("Member")
+
+
+def is_accepted(case: Case, found: Diagnostic) -> bool:
+    """Say whether the description accepts a finding."""
+    return accepted(case.tree, found, acceptable())
+
+
+def apart(
+    case: Case, rule: str, members: Iterable[Member], names: Callable[[Member], Sequence[str]]
+) -> tuple[list[Diagnostic], list[Member]]:
+    """Return of what goes into one note a diagnostic for each that is accepted, and the others."""
+    taken: list[Diagnostic] = []
+    left: list[Member] = []
+    for member in members:
+        found = Diagnostic(rule, NOTE, "", of=tuple(names(member)))
+        if is_accepted(case, found):
+            taken.append(found)
+        else:
+            left.append(member)
+    return taken, left
+
+
+def settle(case: Case, found: Iterable[Diagnostic]) -> list[Diagnostic]:
+    """Return the findings without those that are accepted, and a warning for each entry that accepts nothing."""
+    left = settled(case.tree, found, acceptable())
+    return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), ("physics",))]

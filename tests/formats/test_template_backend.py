@@ -196,3 +196,13 @@ def test_a_template_with_a_name_that_no_file_can_have(tmp_path: Path) -> None:
     with pytest.raises(TemplateProblem) as raised:
         Templates(tmp_path).render("a" * 300 + ".jinja", {})
     assert raised.value.diagnostic.rule == "template-missing"
+
+
+def test_a_template_that_is_a_link_round_or_too_large(tmp_path: Path) -> None:
+    (tmp_path / "round").symlink_to("round")
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(3_000_000_000)
+    for name, rule in (("round", "template-missing"), ("large", "template-failed")):
+        with pytest.raises(TemplateProblem) as raised:
+            Templates(tmp_path).render(name, {})
+        assert raised.value.diagnostic.rule == rule

@@ -206,3 +206,10 @@ def test_a_template_that_is_a_link_round_or_too_large(tmp_path: Path) -> None:
         with pytest.raises(TemplateProblem) as raised:
             Templates(tmp_path).render(name, {})
         assert raised.value.diagnostic.rule == rule
+
+
+@pytest.mark.parametrize("operator", ["+", "~"])
+def test_a_text_that_is_doubled_ends(tmp_path: Path, operator: str) -> None:
+    text = "{% set one = namespace(x='a') %}{% for i in range(60) %}{% set one.x = one.x OP one.x %}{% endfor %}"
+    with pytest.raises(TemplateProblem, match="more than 10,000,000 letters"):
+        render(tmp_path, text.replace("OP", operator))

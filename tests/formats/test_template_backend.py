@@ -213,3 +213,8 @@ def test_a_text_that_is_doubled_ends(tmp_path: Path, operator: str) -> None:
     text = "{% set one = namespace(x='a') %}{% for i in range(60) %}{% set one.x = one.x OP one.x %}{% endfor %}"
     with pytest.raises(TemplateProblem, match="more than 10,000,000 letters"):
         render(tmp_path, text.replace("OP", operator))
+
+
+def test_chance_has_no_place_in_an_artifact(tmp_path: Path) -> None:
+    with pytest.raises(TemplateProblem, match="No filter named 'random'"):
+        render(tmp_path, "{{ [1, 2]|random }}")

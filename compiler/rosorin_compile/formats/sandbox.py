@@ -52,6 +52,7 @@ class Sandbox(ImmutableSandboxedEnvironment):
         self.rounds = 0
         self.globals["range"] = self.range
         del self.globals["lipsum"]  # text that nobody needs in an artifact, as much as is asked for
+        del self.filters["random"]  # an artifact is the same each time
         for name in _FILLING:
             self.filters[name] = _narrow(self.filters[name])
         self.filters["format"] = _format

@@ -6,6 +6,7 @@ Exit codes: 0 fine, 1 problems found, 2 wrong usage.
 from __future__ import annotations
 
 import argparse
+import errno
 import io
 import os
 import sys
@@ -121,9 +122,12 @@ def _run(words: list[str]) -> int:
 
 
 def _stopped(problem: Exception) -> int:
-    """Say that a plug-in stopped the run; whatever else was raised is ours, and goes on."""
+    """Say that a plug-in stopped the run, or a name that no file can have; whatever else was raised goes on."""
     from .plugins import PluginFailed
 
+    if isinstance(problem, OSError) and problem.errno == errno.ENAMETOOLONG:
+        sys.stderr.write(f"rosorin-compile: no file can have so long a name: {str(problem.filename)[:60]}...\n")
+        return USAGE
     if not isinstance(problem, PluginFailed):
         raise problem
     from .diagnostics.report import text

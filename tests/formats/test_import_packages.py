@@ -68,3 +68,12 @@ def test_links_that_lead_round_end(tmp_path):
     folder = package(tmp_path / "src" / "arm", "arm")
     (tmp_path / "src" / "loop").symlink_to(tmp_path / "src")
     assert found(folder / "arm.urdf", "none") is None
+
+
+def test_a_package_may_be_a_link(tmp_path):
+    """A checkout that is linked into a workspace, as rospack and colcon find it."""
+    real = package(tmp_path / "checkout" / "hand", "hand")
+    (tmp_path / "src").mkdir()
+    (tmp_path / "src" / "hand").symlink_to(real)
+    environment = {"ROS_PACKAGE_PATH": str(tmp_path / "src")}
+    assert found(tmp_path / "elsewhere" / "arm.urdf", "hand", environment) == tmp_path / "src" / "hand"

@@ -196,3 +196,25 @@ def test_a_template_with_a_name_that_no_file_can_have(tmp_path: Path) -> None:
     with pytest.raises(TemplateProblem) as raised:
         Templates(tmp_path).render("a" * 300 + ".jinja", {})
     assert raised.value.diagnostic.rule == "template-missing"
+
+
+def test_a_template_that_is_a_link_round_or_too_large(tmp_path: Path) -> None:
+    (tmp_path / "round").symlink_to("round")
+    with (tmp_path / "large").open("wb") as file:
+        file.truncate(3_000_000_000)
+    for name, rule in (("round", "template-missing"), ("large", "template-failed")):
+        with pytest.raises(TemplateProblem) as raised:
+            Templates(tmp_path).render(name, {})
+        assert raised.value.diagnostic.rule == rule
+
+
+@pytest.mark.parametrize("operator", ["+", "~"])
+def test_a_text_that_is_doubled_ends(tmp_path: Path, operator: str) -> None:
+    text = "{% set one = namespace(x='a') %}{% for i in range(60) %}{% set one.x = one.x OP one.x %}{% endfor %}"
+    with pytest.raises(TemplateProblem, match="more than 10,000,000 letters"):
+        render(tmp_path, text.replace("OP", operator))
+
+
+def test_chance_has_no_place_in_an_artifact(tmp_path: Path) -> None:
+    with pytest.raises(TemplateProblem, match="No filter named 'random'"):
+        render(tmp_path, "{{ [1, 2]|random }}")

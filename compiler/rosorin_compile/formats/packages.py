@@ -94,11 +94,14 @@ class Packages:
         """Return the packages in a folder by name; a package holds no further ones."""
         if top not in self._listed:
             folders: dict[str, Path] = {}
-            looked = 0
+            seen: set[str] = set()
             waiting = [(top, 0)]
-            while waiting and looked < _FOLDERS:
+            while waiting and len(seen) < _FOLDERS:
                 folder, depth = waiting.pop(0)
-                looked += 1
+                real = os.path.realpath(folder)
+                if real in seen:  # links that lead round
+                    continue
+                seen.add(real)
                 name = package_name(folder)
                 if name:
                     folders.setdefault(name, folder)
@@ -142,10 +145,10 @@ def _is_file(path: Path) -> bool:
 
 
 def _folders(folder: Path) -> list[Path]:
-    """Return the folders in a folder, in order; links are not followed."""
+    """Return the folders in a folder, in order; links are followed, as rospack does."""
     try:
         with os.scandir(folder) as entries:
-            names = [e.name for e in entries if e.is_dir(follow_symlinks=False) and not e.name.startswith(".")]
+            names = [e.name for e in entries if e.is_dir() and not e.name.startswith(".")]
     except OSError:
         return []
     return [folder / name for name in sorted(names) if name not in _SKIPPED]

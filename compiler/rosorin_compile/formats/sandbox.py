@@ -12,8 +12,9 @@ from functools import cached_property
 from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
-from jinja2 import TemplateRuntimeError
+from jinja2 import TemplateRuntimeError, nodes
 from jinja2 import __version__ as jinja_version
+from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
 from ..project import cache_folder, keep, recalled
@@ -30,6 +31,15 @@ _FILLING = ("batch", "center", "indent", "slice", "wordwrap")
 _MODEL = ("rosorin_compile.model.", "rosorin_compile.formats.")
 
 
+class _Code(CodeGenerator):
+    """Jinja's, with a bound on what ``~`` makes: a text that is doubled again and again."""
+
+    def visit_Concat(self, node: nodes.Concat, frame: Frame) -> None:  # noqa: N802 - a name of Jinja
+        self.write("environment.bounded(")
+        super().visit_Concat(node, frame)
+        self.write(")")
+
+
 class Sandbox(ImmutableSandboxedEnvironment):
     """The sandbox; ``begin`` is called before each rendering.
 
@@ -37,7 +47,8 @@ class Sandbox(ImmutableSandboxedEnvironment):
     spared; a name that begins with an underscore, and every other object, goes the long way.
     """
 
-    intercepted_binops = frozenset(("*", "**", "%"))
+    intercepted_binops = frozenset(("+", "*", "**", "%"))
+    code_generator_class = _Code
 
     def __init__(self, **options: Any) -> None:
         super().__init__(**options)
@@ -45,6 +56,7 @@ class Sandbox(ImmutableSandboxedEnvironment):
         self.rounds = 0
         self.globals["range"] = self.range
         del self.globals["lipsum"]  # text that nobody needs in an artifact, as much as is asked for
+        del self.filters["random"]  # an artifact is the same each time
         for name in _FILLING:
             self.filters[name] = _narrow(self.filters[name])
         self.filters["format"] = _format
@@ -63,7 +75,7 @@ class Sandbox(ImmutableSandboxedEnvironment):
         folder = self.folder
         if folder is None or not isinstance(source, str):
             return super().compile(source, name, filename)
-        means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops))
+        means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops), "~")
         kept = folder / f"{sha256(repr((means, name, source)).encode('utf-8', 'surrogatepass')).hexdigest()}.py"
         made = recalled(kept)
         if made is None:
@@ -94,7 +106,10 @@ class Sandbox(ImmutableSandboxedEnvironment):
 
     def call_binop(self, context: Any, operator: str, left: Any, right: Any) -> Any:
         """Return the value of an operator that could make something huge. Raises TemplateRuntimeError for that."""
-        if operator == "*":
+        if operator == "+":
+            if isinstance(left, (str, bytes, list, tuple)) and isinstance(right, type(left)):
+                _check_size(len(left) + len(right))
+        elif operator == "*":
             for many, times in ((left, right), (right, left)):
                 if isinstance(many, (str, bytes, list, tuple)) and isinstance(times, int):
                     _check_size(len(many) * times)
@@ -104,6 +119,11 @@ class Sandbox(ImmutableSandboxedEnvironment):
         elif operator == "%" and isinstance(left, str):
             return _format(left, right)
         return super().call_binop(context, operator, left, right)
+
+    def bounded(self, text: str) -> str:
+        """Return a joined text. Raises TemplateRuntimeError for one that is very long."""
+        _check_size(len(text))
+        return text
 
     def wrap_str_format(self, value: Any) -> Callable[..., str] | None:
         """Return a safe ``format`` for that of a text. Raises TemplateRuntimeError for a text that is very wide."""

@@ -38,6 +38,7 @@ RULES = (
 )
 
 BUILTIN = "rosorin_compile/"
+MAX_TEMPLATE = 10_000_000  # bytes
 
 # How Jinja names a value of the model: 'rosorin_compile.model.robot.Sensor object'.
 _INTERNAL = r"'rosorin_compile\.[\w.]*\.(\w+) object'"
@@ -78,6 +79,7 @@ class Templates:
         self.folder = folder
         self.named = named
         self.used: set[Path] = set()
+        self.asked: Span | None = None
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
@@ -95,6 +97,7 @@ class Templates:
         import jinja2
 
         self.environment.begin()
+        self.asked = asked
         try:
             return self.environment.get_template(name).render(values)
         except jinja2.TemplateSyntaxError as problem:
@@ -127,6 +130,9 @@ class Templates:
             path = self._path(name)
             if path is None or not path.is_file():
                 return None
+            if path.stat().st_size > MAX_TEMPLATE:
+                message = f"template {name} is larger than {MAX_TEMPLATE:,} bytes"
+                raise TemplateProblem(error("template-failed", message, self.asked, "name a template"))
             self.used.add(path)
             return path.read_text("utf-8"), None, lambda: True
         except (OSError, ValueError):  # a name that no file can have, or no UTF-8
@@ -137,7 +143,10 @@ class Templates:
         anchor = data_folder("templates") if name.startswith(BUILTIN) else self.folder
         if anchor is None:
             return None
-        path = (anchor / name.removeprefix(BUILTIN)).resolve()
+        try:
+            path = (anchor / name.removeprefix(BUILTIN)).resolve()
+        except (OSError, RuntimeError):  # links that lead round
+            return None
         return path if path.is_relative_to(anchor.resolve()) else None
 
 

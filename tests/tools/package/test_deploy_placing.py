@@ -200,6 +200,16 @@ def test_what_a_killed_run_left_is_mended(tmp_path: Path, name: str, rest: dict[
     assert not [path for path in tmp_path.iterdir() if path.name.startswith(".")]
 
 
+def test_the_rest_of_a_run_goes_where_nothing_is_to_be_written(tmp_path: Path) -> None:
+    """Killed while it cleared up: all files stand in their places, the folder of the run too."""
+    place(fill(tmp_path), NEW)
+    (tmp_path / STAGE).mkdir()
+    (tmp_path / STAGE / "old-0").write_text("x")
+    assert place(tmp_path, NEW) == ()
+    assert contents(tmp_path) == {**OLD, **NEW}
+    assert not (tmp_path / STAGE).exists()
+
+
 @pytest.mark.parametrize("name", [READY, STAGE])
 @pytest.mark.parametrize("what", ["file", "link to a folder", "link to nothing", "folder", "folder of a folder"])
 def test_what_no_run_has_made_is_put_aside(tmp_path: Path, name: str, what: str) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import re
 import shutil
 import subprocess
@@ -40,6 +41,15 @@ def clean(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """Return a short clean recording in both storages."""
     folder = tmp_path_factory.mktemp("clean")
     return {storage: bags.bag(folder / storage, storage, seconds=3.0) for storage in ("sqlite3", "mcap")}
+
+
+@pytest.mark.parametrize("option", ["--junit", "--picture"])
+def test_a_pipe_is_not_written_to(tmp_path: Path, option: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Nobody reads it: opening it would wait for ever."""
+    bag = bags.bag(tmp_path / "bag", seconds=2.0)
+    os.mkfifo(tmp_path / "out.svg")
+    assert main(["verify", str(bag), ROBOT, option, str(tmp_path / "out.svg")]) == 2
+    assert "it is no regular file" in capsys.readouterr().err
 
 
 def test_json_junit_and_picture(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

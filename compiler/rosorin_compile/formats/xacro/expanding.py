@@ -53,6 +53,8 @@ _CHILD = (
 )
 # Elements of xacro that make nothing by themselves.
 _DEFINING = ("arg", "include", "macro", "property")
+# Those that make something, where other names are macros.
+_MAKING = ("attribute", "call", "element", "if", "insert_block", "unless")
 _COMMENT = re.compile("<!--.*?-->", re.DOTALL)
 
 
@@ -72,21 +74,34 @@ def only_left_over(document: Document, path: Path) -> bool:
     """Say whether a file is called a URDF and is one, but for elements of xacro that somebody forgot.
 
     Readers of URDF pass over them. Where such a file has links, and nothing outside of those elements is to be
-    expanded, it is tried as what it is called first.
+    expanded, it is tried as what it is called first. A call of a macro that nothing can define makes nothing either;
+    without the prefix declared, xacro cannot even read the file.
     """
     if path.suffix.lower() != ".urdf" or not any(child.tag == "link" for child in document.root.children):
         return False
+    if "xmlns:xacro" not in document.source.text:
+        return True
     waiting = [document.root]
     while waiting:
         element = waiting.pop()
         if element.tag.startswith("xacro:"):
-            if element.tag.removeprefix("xacro:") not in _DEFINING:
+            word = element.tag.removeprefix("xacro:")
+            if word not in _DEFINING and (word in _MAKING or _may_define(document, word)):
                 return False
             continue
         if any("${" in one.raw or "$(" in one.raw for one in element.attributes.values()):
             return False
         waiting += element.children
     return True
+
+
+def _may_define(document: Document, name: str) -> bool:
+    """Say whether a macro of this name can come from a document: it defines it, or includes a file that may."""
+    return any(
+        element.tag == "xacro:include"
+        or (element.tag == "xacro:macro" and name in [one.raw for one in element.attributes.values()])
+        for element in document.root.iter()
+    )
 
 
 def read_xacro(document: Document, path: Path, options: ReadOptions) -> Imported:

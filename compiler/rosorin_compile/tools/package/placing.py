@@ -60,7 +60,9 @@ def place(folder: Path, files: Mapping[str, bytes]) -> tuple[str, ...]:
             for name in files:
                 check_way(root, name)
             fresh = [name for name in sorted(files) if not _holds(root / name, files[name])]
-            if fresh:
+            if not fresh:
+                _clear(root / STAGE)  # a run was killed while it cleared up
+            else:
                 _prepare(root, {name: files[name] for name in fresh})
                 _finish(root)
             return tuple(fresh)

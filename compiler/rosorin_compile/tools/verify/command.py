@@ -271,6 +271,8 @@ def _write(verdict: Verdict, options: argparse.Namespace) -> None:
 def _save(name: str, text: str, kind: str) -> None:
     """Write a file; what is there is replaced if it is of that kind, as the one of the last run. Raises WrongUsage."""
     try:
+        if Path(name).exists() and not Path(name).is_file():
+            raise WrongUsage(f"{name} cannot be written: it is no regular file")
         there = Path(name).read_bytes()[:1000] if Path(name).is_file() else b""
         if there and kind.encode() not in there:
             raise WrongUsage(f"{name} is there, and verify did not write it; name another file, or move it away")

@@ -238,7 +238,8 @@ def compile_robot(
         meshes = search(expanded.tree, robot.outputs)
         robot = replace(robot, missing_meshes=meshes.missing)
     artifacts, said, templates = _emit(robot, expanded.tree, path.parent)
-    said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], acceptable())
+    may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
+    said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
         artifacts = ()
     said += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))

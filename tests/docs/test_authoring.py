@@ -94,6 +94,7 @@ BEYOND = {
     "missing-key-robot": "an included file has none",
     "unknown-key-let-used-twice": "a named value may be anything",
     "wrong-unit-effort": "the unit depends on the type of the joint",
+    "wrong-unit-limit-and-pose": "the unit depends on the type of the joint",
     "wrong-unit-hinge": "the unit depends on the type of the joint",
     "wrong-unit-pose": "the unit depends on the type of the joint",
     "wrong-unit-slide": "the unit depends on the type of the joint",

@@ -293,3 +293,12 @@ def test_the_sentences_are_those_of_the_list_of_frames() -> None:
     ]
     assert len(said) == len(every)
     assert sum(line.startswith("nobody") for line in said) == 7
+
+
+def test_what_is_no_file_is_not_replaced(rosorin: Path, capsys: Shown) -> None:
+    os.mkfifo(rosorin / "pipe")
+    (rosorin / "pipe.svg").symlink_to("pipe")
+    for words in (["-o", "pipe.svg"], ["-o", "pipe.svg", "--force"]):
+        assert main(["frames", *words]) == 2
+        assert "pipe.svg cannot be written: it is no regular file" in capsys.readouterr().err
+    assert (rosorin / "pipe").is_fifo()

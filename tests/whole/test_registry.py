@@ -161,6 +161,7 @@ def test_rule_prints_json(capsys):
         "topic": "Links and joints",
         "accept": "",
         "imported": "",
+        "asked": "",
     }
 
 

@@ -24,9 +24,10 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 from urllib.parse import unquote
 
-from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Span, and_here
+from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
 from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import first_of
+from ..frontend.accepting import EVERYTHING
 from ..frontend.tree import Map, Seq
 from ..model import Output
 from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
@@ -40,6 +41,8 @@ RULES = (
         "is left out of the MJCF, a note where the URDF alone names it: its readers may find it on their machine.",
         "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
         FORMATS,
+        accept="robot",
+        imported="always",
         asked="meshes",
     ),
     Rule(
@@ -58,6 +61,9 @@ RULES = (
         asked="meshes",
     ),
 )
+
+# The errors about meshes that a description may accept, such as one that was imported away from its meshes.
+ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
 
 _PUT = "put the file beside the description, or correct the name"
 _SHOWN = 3  # files named of many
@@ -98,6 +104,7 @@ class Searched(NamedTuple):
     inputs: tuple[Path, ...] = ()
     resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
+    acceptable: Mapping[str, Rule] = ACCEPTABLE
 
 
 class Places(NamedTuple):
@@ -323,7 +330,7 @@ def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) 
     """Return what there is to say of meshes for one reason, with the places of all of them."""
     names, spans = [one.name for one in many], [span for one in many for span in one.spans]
     which = f"mesh {names[0]} is" if len(names) == 1 else f"{len(names)} meshes ({first_of(names, _SHOWN)}) are"
-    return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help)
+    return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help, (EVERYTHING,))
 
 
 def _plain(path: Path) -> Path:

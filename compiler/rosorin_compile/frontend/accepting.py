@@ -36,7 +36,8 @@ STAYS = {"stand-in": "a stand-in is told until its value is measured", "accept-u
 # rule and name.
 Entry = tuple[int, str]
 _Wanted = dict[tuple[str, str], list[Entry]]
-_ALL = ""
+# It is also what a diagnostic is ``of`` that is about the robot as a whole.
+EVERYTHING = ""
 
 
 class Settled(NamedTuple):
@@ -116,7 +117,7 @@ def _wanted(tree: Map) -> _Wanted:
     """Return the entries of ``accept`` by rule and name."""
     wanted: _Wanted = {}
     for index, entry in enumerate(tree.get("accept") or ()):
-        for name in entry.get("of", (_ALL,)):
+        for name in entry.get("of", (EVERYTHING,)):
             wanted.setdefault((entry["rule"], name), []).append((index, name))
     return wanted
 
@@ -126,13 +127,13 @@ def _entries(wanted: _Wanted, diagnostic: Diagnostic, acceptable: Mapping[str, R
     rule = diagnostic.rule
     if diagnostic.severity == ERROR and rule not in acceptable:
         return []
-    names = diagnostic.of if diagnostic.severity == ERROR else (*diagnostic.of, _ALL)
+    names = diagnostic.of if diagnostic.severity == ERROR else (*diagnostic.of, EVERYTHING)
     return [entry for name in names for entry in wanted.get((rule, name), ())]
 
 
 def _with_way_out(diagnostic: Diagnostic, wanted: _Wanted, acceptable: Mapping[str, Rule]) -> Diagnostic:
     """Return an error whose rule is accepted without a name with the name that it takes."""
-    if diagnostic.severity != ERROR or diagnostic.rule not in acceptable or (diagnostic.rule, _ALL) not in wanted:
+    if diagnostic.severity != ERROR or diagnostic.rule not in acceptable or (diagnostic.rule, EVERYTHING) not in wanted:
         return diagnostic
     help = f"an error is accepted by name: of: [{diagnostic.of[0]}]" if diagnostic.of else ""
     return diagnostic._replace(help="; ".join(filter(None, (diagnostic.help, help))))
@@ -156,7 +157,7 @@ def unused(
     """
     diagnostics = []
     for index, entry in enumerate(tree.get("accept") or ()):
-        idle = [name for name in dict.fromkeys(entry.get("of", (_ALL,))) if (index, name) not in used]
+        idle = [name for name in dict.fromkeys(entry.get("of", (EVERYTHING,))) if (index, name) not in used]
         if not idle or _asked(entry["rule"], acceptable) not in asked:
             continue
         rule, place, help = entry["rule"], locate(tree, ("accept", index, "rule")), "remove the entry"

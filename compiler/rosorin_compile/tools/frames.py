@@ -234,6 +234,9 @@ def _write(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespa
         files = {target: picture(robot, suffix(options.output), shown)}
     else:
         raise WrongUsage(f"{options.output} is no picture: name one that ends in {', '.join(SUFFIXES)}, or FOLDER/")
+    odd = [path for path in files if os.path.lexists(path) and not path.is_file()]
+    if odd:
+        raise WrongUsage(f"{odd[0]} cannot be written: it is no regular file")
     foreign = [path for path in files if not options.force and os.path.lexists(path) and not _is_ours(path)]
     if foreign:
         raise WrongUsage(f"{foreign[0]} is there, and frames did not make it; name another file, or add --force")

@@ -60,7 +60,8 @@ def entry(rule: Rule) -> list[str]:
     if rule.help:
         lines += _wrapped(f"What to do: {rule.help}")
     if rule.accept:
-        lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}, of: [NAME], reason: WHY}}]")
+        of = "" if rule.accept == "robot" else ", of: [NAME]"
+        lines += _wrapped(f"A {rule.accept} may break it: accept: [{{rule: {rule.id}{of}, reason: WHY}}]")
         lines += _wrapped(_IMPORTED[rule.imported])
     elif rule.mild and rule.id not in STAYS:
         lines += _wrapped(f"To end it: accept: [{{rule: {rule.id}, reason: WHY}}]")

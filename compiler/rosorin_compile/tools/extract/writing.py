@@ -148,6 +148,8 @@ def replace(path: Path, text: str) -> None:
     """
     target = Path(os.path.realpath(path))
     stage = target.with_name(f"{STAGE}{secrets.token_hex(8)}")
+    if target.exists() and not target.is_file():  # a device would be gone
+        raise fail("extract-file", f"cannot write {path}: it is no regular file", "name another file")
     try:
         target.parent.mkdir(parents=True, exist_ok=True)
         with cleared(target.parent):

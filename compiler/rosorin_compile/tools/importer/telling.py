@@ -17,7 +17,7 @@ from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of
 from ...frontend.expand.prefixing import moved, relative_files
 from ...frontend.tree import Map, Seq
-from ...project import DESCRIPTIONS, OUTPUTS
+from ...project import DESCRIPTIONS, OUTPUTS, is_file
 
 RULES = (
     Rule(
@@ -98,7 +98,30 @@ def renamed(tree: Map, source: Path, folder: Path, meshes: str | None) -> Rename
         message = f"{source.name} names no mesh or texture by a relative path: --meshes changes nothing"
         ignored = [] if files else [Diagnostic(_RULE, WARNING, message, span, (), "leave --meshes out")]
         return Renamed(moved(tree, meshes), ignored)
-    return Renamed(tree, [_warning(files, source, folder, span)] if files else [])
+    if not files:
+        return Renamed(tree, [])
+    return Renamed(_away_from_meshes(tree, source, folder), [_warning(files, source, folder, span)])
+
+
+def _away_from_meshes(tree: Map, source: Path, folder: Path) -> Map:
+    """Return the tree with a word on the meshes that are not where its artifacts are going to look for them."""
+    from ...formats.mesh_files import named_meshes
+
+    near = (folder, _artifacts(folder))
+    names = [one.name for one in named_meshes(tree) if "://" not in one.name and not one.name.startswith("/")]
+    if all(any(is_file(place / name) for place in near) for name in names):
+        return tree
+    made, entry, span = Map(tree.span, tree.via), Map(tree.span), tree.span
+    for key, value in tree.items():
+        made.put(key, value, tree.key_spans[key], tree.value_spans[key])
+    entries = Seq(span)
+    for one in tree.get("accept") or ():
+        entries.put(one, span)
+    entry.put("rule", "mesh-not-found", span, span)
+    entry.put("reason", f"its meshes are beside {source.name}", span, span)
+    entries.put(entry, span)
+    made.put("accept", entries, span, span)
+    return made
 
 
 def _warning(files: list[str], source: Path, folder: Path, span: Span) -> Diagnostic:

@@ -315,7 +315,7 @@ class Scope:
         where, help = explained(problem, piece, text, place, self.known_names())
         names = [] if problem.unknown else [name for name in names_in(piece.text) if self.place_of(name)]
         if not help:
-            values = {name: self.lookup(name) for name in names}
+            values = self._had(names)
             text_for = next((name for name, value in values.items() if _is_like_a_number(value)), "")
             if text_for:  # a mistake in what the name stands for: told there, once for all that use it
                 self._tell_text(text_for, values[text_for], where)
@@ -324,6 +324,17 @@ class Scope:
             help = f'"{empty[0]}" has no value: write one behind its name, or ask: != none' if empty else ""
         related = [Related(f'"{name}" comes from here', self.place_of(name)) for name in names[:3]]
         self.report("expression", problem.message, where, help, related)
+
+    def _had(self, names: Sequence[str]) -> dict[str, Any]:
+        """Return the values of those names that have one by now; nothing is evaluated for a message."""
+        values: dict[str, Any] = {}
+        for name in names:
+            scope: Scope | None = self
+            while scope is not None and name not in scope.places:
+                scope = scope.parent
+            if scope is not None and name in scope.values:
+                values[name] = scope.values[name]
+        return values
 
     def _tell_text(self, name: str, text: str, used: Place) -> None:
         """Report a name that stands for a text which was to be a number, at its own place."""

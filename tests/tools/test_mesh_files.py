@@ -313,11 +313,11 @@ def test_a_change_of_a_mesh_is_seen(capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_a_name_outside_of_the_artifacts_is_as_they_see_it(capsys: pytest.CaptureFixture[str]) -> None:
     describe("../common/part.stl")
-    put(Path("descriptions/shared/part.stl"), stl())
+    put(Path("descriptions/common/part.stl"), stl())
     assert main(["all"]) == 1
     message = "error[mesh-not-found]: mesh ../common/part.stl is not there, as seen from the artifacts\n"
     assert message in capsys.readouterr().err
-    put(Path("outputs/shared/part.stl"), stl())
+    put(Path("outputs/common/part.stl"), stl())
     assert main(["all"]) == 0
     loads()
 

@@ -246,9 +246,7 @@ def compile_robot(
     return emitted(understand(path, arguments, tell, packages, wanted), path, search, wanted)
 
 
-def emitted(
-    understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()
-) -> Compiled:
+def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
     """Return the artifacts of a robot that is understood; ``path`` is its first file.
 
     ``search`` looks for the files of meshes, by the tree and the outputs; without it each is taken to be where the
@@ -296,9 +294,12 @@ def _emit(
             text, said = FORMATS[output.backend].written(robot, output, templates)
         except TemplateProblem as problem:
             found = problem.diagnostic
-            diagnostics.append(found if found.span else error(found.rule, found.message, place.span, found.help))
+            there = error(found.rule, found.message, place.span, found.help, place.stack())
+            diagnostics.append(found if found.span else there)
             continue
-        diagnostics += [d if d.span else d._replace(span=place.span) for d in said]
+        diagnostics += [
+            d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
+        ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
     own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
     return tuple(artifacts), diagnostics, own

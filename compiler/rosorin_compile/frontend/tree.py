@@ -57,12 +57,6 @@ class Map(dict[str, Any]):
         self.value_spans[key] = value_span
 
 
-class Unwritten(Map):
-    """A mapping that nobody wrote: a command takes it for granted. Its places are those of what asks for it."""
-
-    __slots__ = ()
-
-
 class Seq(list[Any]):
     """A sequence with the spans of its items."""
 

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from ..diagnostics import Diagnostic, did_you_mean, error
 from ..diagnostics.registry import OUTPUTS, Rule
 from ..diagnostics.wording import first_of
-from .tree import Map, Unwritten
+from .tree import Instance, Map
 
 if TYPE_CHECKING:
     from ..formats import Format
@@ -30,6 +30,7 @@ RULES = (
 )
 
 _MOST_NAMED = 20
+_ASKED = "taken with the defaults of its format; an entry under outputs can say more"
 
 
 def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format]) -> tuple[Map, list[Diagnostic]]:
@@ -46,13 +47,18 @@ def with_wanted(tree: Map, wanted: Sequence[str], formats: Mapping[str, Format])
     section = _like(listed)
     span = tree.key_spans.get("robot", tree.span)
     for name in new:
-        entry = Unwritten(span, tree.via)
+        entry = Map(span, Instance(_ASKED, span, tree.via))
         entry.put("file", _file(formats[name], str(tree.get("robot", "robot")), section), span, span)
         section.put(name, entry, span, span)
     made = _like(tree)
     place = (tree.key_spans["outputs"], tree.value_spans["outputs"]) if "outputs" in tree else (span, span)
     made.put("outputs", section, *place)
     return made, []
+
+
+def is_listed(entry: object) -> bool:
+    """Say whether an entry of outputs was written, and not made for somebody who asks for it."""
+    return not (isinstance(entry, Map) and entry.via is not None and entry.via.message == _ASKED)
 
 
 def _like(whole: Map) -> Map:

@@ -97,12 +97,15 @@ class OutputError(Exception):
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
-def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> Written:
-    """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost."""
+def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False, whole: bool = True) -> Written:
+    """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost.
+
+    They are all that the robot has, or, without ``whole``, some of it.
+    """
     from . import ours
 
     written = write_set(folder, files, prune, None if prune else ours.judge(folder, files))
-    ours.remember(folder, files)
+    ours.remember(folder, files, whole)
     return written
 
 

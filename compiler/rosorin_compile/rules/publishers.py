@@ -8,7 +8,8 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
 from ..diagnostics.wording import first_of, listed, quoted
-from ..frontend.tree import Path, Seq, Unwritten
+from ..frontend.tree import Path, Seq
+from ..frontend.wanted import is_listed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from . import conditions
 from .case import Case, at, exists, fed
@@ -210,7 +211,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher says what never moves'
             help = "let robot_state_publisher publish it"
             yield case.problem("static-tf-moves", message, path, help)
-    if any(output.backend not in case.formats for output in robot.outputs) or not _listed(case):
+    if any(output.backend not in case.formats for output in robot.outputs) or not _lists_outputs(case):
         return
     for kind, is_there in (
         (STATIC_TRANSFORM_PUBLISHER, launched),
@@ -231,9 +232,9 @@ def started(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
 
 
-def _listed(case: Case) -> bool:
+def _lists_outputs(case: Case) -> bool:
     """Say whether a description lists what is to be made; one that somebody asks for alone says nothing of others."""
-    return any(not isinstance(entry, Unwritten) for entry in (case.tree.get("outputs") or {}).values())
+    return any(is_listed(entry) for entry in (case.tree.get("outputs") or {}).values())
 
 
 def static_publishers(case: Case) -> Iterator[tuple[Joint, Publisher, Path]]:

@@ -292,9 +292,7 @@ def lacks_meshes(compiled: Compiled) -> bool:
     )
 
 
-def compile_proven(
-    given: Given, description: Description, console: Console, wanted: Sequence[str] = ()
-) -> Compiled:
+def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
     return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
 

@@ -254,15 +254,18 @@ endmacro()
 
 # The command that holds the committed artifacts against the description.
 macro(_rosorin_compile_golden)
-  set(committed "")
-  if(arg_GOLDEN)
-    get_filename_component(place "${arg_GOLDEN}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
-    set(committed --outputs "${place}")
+  set(committed "${arg_GOLDEN}")
+  if(NOT committed)  # where the program writes when nobody says where
+    set(committed outputs)
+    if(source MATCHES "^(.*)/descriptions/[^/]+/[^/]+$")
+      set(committed "${CMAKE_MATCH_1}/outputs")
+    endif()
   endif()
+  get_filename_component(committed "${committed}" ABSOLUTE BASE_DIR "${CMAKE_CURRENT_SOURCE_DIR}")
   set(stamp "${folder}/golden.stamp")
   add_custom_command(
     OUTPUT "${stamp}"
-    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" ${committed}
+    COMMAND ${ROSORIN_COMPILE_EXECUTABLE} check "${source}" --outputs "${committed}"
       --depfile "${folder}/golden.d" --depfile-target "${stamp}" ${words}
     COMMAND "${CMAKE_COMMAND}" -E touch "${stamp}"
     ${forget}

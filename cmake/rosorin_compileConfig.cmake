@@ -1,7 +1,7 @@
 # find_package(rosorin_compile): the program rosorin-compile, and functions that call it.
 #
-#   ROSORIN_COMPILE_EXECUTABLE  the program; of this installation, if nobody says otherwise
-#   rosorin_compile_add_robot() compiles a robot as a part of the build; docs/build-with-cmake.md
+#   ROSORIN_COMPILE_EXECUTABLE   the program: that of this installation, unless somebody says otherwise
+#   rosorin_compile_add_robot()  compiles a robot as a part of the build; docs/build-with-cmake.md
 #
 # CMake 3.20 is the first that follows a dependency file with Ninja and with make.
 
@@ -13,13 +13,14 @@ find_program(ROSORIN_COMPILE_EXECUTABLE rosorin-compile
   DOC "the program rosorin-compile, as pip installs it"
   NO_CMAKE_FIND_ROOT_PATH
 )
-set(_rosorin_compile_program "${ROSORIN_COMPILE_EXECUTABLE}")
-list(GET _rosorin_compile_program 0 _rosorin_compile_program)  # a list is a program with words, as python;-m;module
+if(ROSORIN_COMPILE_EXECUTABLE)
+  # A list is a program with words, such as python3;-m;rosorin_compile.
+  list(GET ROSORIN_COMPILE_EXECUTABLE 0 _rosorin_compile_program)
+endif()
 if(NOT ROSORIN_COMPILE_EXECUTABLE OR NOT EXISTS "${_rosorin_compile_program}")
   set(rosorin_compile_FOUND FALSE)
   string(CONCAT rosorin_compile_NOT_FOUND_MESSAGE
-    "The program rosorin-compile is not there (ROSORIN_COMPILE_EXECUTABLE is ${ROSORIN_COMPILE_EXECUTABLE}).\n"
-    "Install it:\n"
+    "There is no program rosorin-compile (ROSORIN_COMPILE_EXECUTABLE is \"${ROSORIN_COMPILE_EXECUTABLE}\"). Install it:\n"
     "  pip install rosorin-compile\n"
     "or say where it is:\n"
     "  cmake -D ROSORIN_COMPILE_EXECUTABLE=/path/to/bin/rosorin-compile ...\n"

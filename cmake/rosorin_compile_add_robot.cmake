@@ -67,6 +67,11 @@ macro(_rosorin_compile_check_words)
       _rosorin_compile_wrong("${keyword} lacks its value")
     endif()
   endforeach()
+  list(LENGTH arg_GOLDEN count)
+  if(count GREATER 1)
+    list(JOIN arg_GOLDEN " " word)
+    _rosorin_compile_wrong("GOLDEN is one folder, not ${word}")
+  endif()
   if(NOT arg_DESCRIPTION)
     _rosorin_compile_wrong("say DESCRIPTION and a folder, a file, or a name in descriptions/")
   endif()
@@ -150,7 +155,7 @@ endmacro()
 
 # Set names, the outputs that are asked for, and files, what is made for them: the program knows how they are called.
 macro(_rosorin_compile_ask_for_outputs)
-  set(ask ${ROSORIN_COMPILE_EXECUTABLE} print --list --json "${source}" ${words})
+  set(ask "${ROSORIN_COMPILE_EXECUTABLE};print;--list;--json;${source};${words}")  # in quotes, or a\;b becomes a;b
   set(asked "${folder}/outputs.json")
   execute_process(COMMAND ${ask} WORKING_DIRECTORY "${CMAKE_CURRENT_SOURCE_DIR}"
     RESULT_VARIABLE failed OUTPUT_VARIABLE answer ERROR_VARIABLE said)

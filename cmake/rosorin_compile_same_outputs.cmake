@@ -1,8 +1,8 @@
 # Run before a robot is compiled: cmake -P THIS -- ASKED NAME COMMAND...
 #
 # ASKED is what COMMAND (print --list --json) answered when CMake ran. If it answers something else now, as an included
-# file may rename an output, CMake has to run again: it does with the next build, because ASKED is a file that it
-# depends on. What is wrong with the description is left to the compiler, which comes next.
+# file may rename an output, CMake has to run again: it does with the next build, because it depends on ASKED, which
+# gets the time of now. What is wrong with the description is left to the compiler, which comes next.
 
 cmake_minimum_required(VERSION 3.20...3.31)
 
@@ -28,6 +28,6 @@ if(EXISTS "${asked}")
   file(READ "${asked}" before)
 endif()
 if(NOT now STREQUAL before)
-  file(WRITE "${asked}" "${now}")
+  file(TOUCH "${asked}")
   message(FATAL_ERROR "The outputs of the robot ${name} are others than when CMake ran. Build again: CMake runs first.")
 endif()

@@ -24,6 +24,7 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
+from .project import homes
 from .rules import acceptable, check, plugged
 
 if TYPE_CHECKING:
@@ -263,7 +264,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
         opening = any(FORMATS[output.backend].opens is not None for output in outputs)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = replace(robot, missing_meshes=meshes.missing)
-    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
@@ -280,12 +281,12 @@ def _has_mesh(link: Link) -> bool:
 
 
 def _emit(
-    robot: Robot, outputs: Sequence[Output], tree: Map, folder: Path
+    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
 ) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
     """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
     from .formats.templating import TemplateProblem, Templates
 
-    templates = Templates(folder)
+    templates = Templates(path.parent, homes=homes(path))
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
     for output in outputs:
@@ -301,7 +302,7 @@ def _emit(
             d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
         ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
-    own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
+    own = tuple(sorted(file for file in templates.used if any(map(file.is_relative_to, templates.homes))))
     return tuple(artifacts), diagnostics, own
 
 

@@ -8,7 +8,7 @@ values and a few functions, no Python.
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -69,15 +69,21 @@ def comment(text: str) -> str:
 
 
 class Templates:
-    """Renders the templates of the tool and those in ``folder``, the folder of a description."""
+    """Renders the templates of the tool and those in ``folder``, the folder of a description.
 
-    def __init__(self, folder: Path | None = None, named: str = "the folder of the description") -> None:
+    ``homes`` are folders that a link in it may lead to (``project.homes``).
+    """
+
+    def __init__(
+        self, folder: Path | None = None, named: str = "the folder of the description", homes: Sequence[Path] = ()
+    ) -> None:
         import jinja2
 
         from .sandbox import Sandbox
 
         self.folder = folder
         self.named = named
+        self.homes = homes
         self.used: set[Path] = set()
         self.asked: Span | None = None
         loader = jinja2.FunctionLoader(self._load)
@@ -147,7 +153,8 @@ class Templates:
             path = (anchor / name.removeprefix(BUILTIN)).resolve()
         except (OSError, RuntimeError):  # links that lead round
             return None
-        return path if path.is_relative_to(anchor.resolve()) else None
+        places = (anchor.resolve(),) if name.startswith(BUILTIN) else (anchor.resolve(), *self.homes)
+        return path if any(path.is_relative_to(place) for place in places) else None
 
 
 def _is_xml(name: str | None) -> bool:

@@ -21,7 +21,7 @@ if(NOT ROSORIN_COMPILE_EXECUTABLE OR NOT EXISTS "${_rosorin_compile_program}")
   set(rosorin_compile_FOUND FALSE)
   string(CONCAT rosorin_compile_NOT_FOUND_MESSAGE
     "There is no program rosorin-compile (ROSORIN_COMPILE_EXECUTABLE is \"${ROSORIN_COMPILE_EXECUTABLE}\"). Install it:\n"
-    "  pip install rosorin-compile\n"
+    "  pip install path/to/rosorin-compile   (a clone of it, or a wheel)\n"
     "or say where it is:\n"
     "  cmake -D ROSORIN_COMPILE_EXECUTABLE=/path/to/bin/rosorin-compile ...\n"
   )

@@ -3,7 +3,7 @@
 find_program(ROSORIN_COMPILE_EXECUTABLE rosorin-compile DOC "the program rosorin-compile, as pip installs it")
 if(NOT ROSORIN_COMPILE_EXECUTABLE)
   message(FATAL_ERROR "The program rosorin-compile is not on PATH. Install it:\n"
-    "  pip install rosorin-compile\n"
+    "  pip install path/to/rosorin-compile   (a clone of it, or a wheel)\n"
     "or say where it is:\n"
     "  colcon build --cmake-args -D ROSORIN_COMPILE_EXECUTABLE=/path/to/bin/rosorin-compile\n")
 endif()
@@ -16,7 +16,7 @@ execute_process(COMMAND ${ROSORIN_COMPILE_EXECUTABLE} cmake-dir
 )
 if(_rosorin_compile_failed)
   message(FATAL_ERROR "${ROSORIN_COMPILE_EXECUTABLE} cmake-dir fails (${_rosorin_compile_failed}); is it an older one?\n"
-    "  pip install --upgrade rosorin-compile\n${_rosorin_compile_said}")
+    "  pip install --upgrade path/to/rosorin-compile\n${_rosorin_compile_said}")
 endif()
 
 find_package(rosorin_compile REQUIRED PATHS "${_rosorin_compile_folder}" NO_DEFAULT_PATH)

@@ -39,7 +39,12 @@ def project(folder: Path, calls: str) -> Path:
 
 def configure(source: Path, *options: str, program: str = str(PROGRAM), generator: str = GENERATORS[0]) -> str:
     """Run CMake and return what it prints, its lines joined as it has wrapped them. Raises Built."""
-    words = ["-G", generator, f"-Drosorin_compile_DIR={data_folder('cmake')}", f"-DROSORIN_COMPILE_EXECUTABLE={program}"]
+    words = [
+        "-G",
+        generator,
+        f"-Drosorin_compile_DIR={data_folder('cmake')}",
+        f"-DROSORIN_COMPILE_EXECUTABLE={program}",
+    ]
     return _run(["cmake", "-S", str(source), "-B", str(source / "build"), *words, *options], source)
 
 
@@ -56,7 +61,13 @@ def ran(printed: str) -> list[str]:
 
 def _run(words: Sequence[str], folder: Path) -> str:
     done = subprocess.run(
-        words, cwd=folder, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False, env=environment(folder)
+        words,
+        cwd=folder,
+        text=True,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        check=False,
+        env=environment(folder),
     )
     if done.returncode:
         raise Built(done.stdout)

@@ -82,7 +82,7 @@ def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:
     """``colcon build --symlink-install`` makes folders of links to the files of the source."""
     rover = project / "descriptions" / "rover"
     with (rover / "robot.yaml").open("a") as file:
-        file.write('let: {loaded: "${load(\'../common/table.yaml\').a}"}\nsensors: {}\n')
+        file.write("let: {loaded: \"${load('../common/table.yaml').a}\"}\nsensors: {}\n")
     text = (rover / "robot.yaml").read_text()
     (rover / "robot.yaml").write_text(
         text.replace("outputs: {", "outputs: {note: {file: note.txt, template: note.jinja}, ").replace(

@@ -24,8 +24,8 @@ from .shared import (
     Given,
     Run,
     WrongUsage,
-    compile_proven,
     check_depfile,
+    compile_proven,
     count,
     depfile_options,
     for_each,
@@ -125,7 +125,9 @@ def _check_depfile(options: argparse.Namespace) -> None:
     if options.depfile is None:
         return
     if options.physics or options.every_argument or options.deployed is not None:
-        raise WrongUsage("--depfile is about what is committed: it does not go with --deployed, --every-argument, --physics")
+        raise WrongUsage(
+            "--depfile is about what is committed: it does not go with --deployed, --every-argument, --physics"
+        )
     if options.depfile_target is None:
         raise WrongUsage("a depfile needs a target: --depfile-target NAME")
 

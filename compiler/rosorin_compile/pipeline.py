@@ -24,7 +24,6 @@ from .frontend.validate import validate
 from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
-from .project import homes
 from .rules import acceptable, check, plugged
 
 if TYPE_CHECKING:
@@ -286,7 +285,7 @@ def _emit(
     """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
     from .formats.templating import TemplateProblem, Templates
 
-    templates = Templates(path.parent, homes=homes(path))
+    templates = Templates(path.parent, first=path)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
     for output in outputs:
@@ -302,8 +301,7 @@ def _emit(
             d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
         ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
-    own = tuple(sorted(file for file in templates.used if any(map(file.is_relative_to, templates.homes))))
-    return tuple(artifacts), diagnostics, own
+    return tuple(artifacts), diagnostics, templates.own()
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

@@ -390,6 +390,14 @@ def test_a_call_that_the_program_knows_is_wrong(tmp_path: Path, words: str, mess
     assert message in plainly(str(failed.value))
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(("place", "warns"), [("urdf", True), ("share/plain/urdf", False), ("/opt/there", False)])
+def test_a_destination_as_xacro_add_files_has_it(tmp_path: Path, place: str, warns: bool) -> None:
+    calls = f"function(ament_package)\nendfunction()\nrosorin_compile_add_robot(DESCRIPTION arm DESTINATION {place})"
+    said = plainly(configure(project(tmp_path, calls)))
+    assert ("Write share/plain/urdf" in said) == warns
+
+
 @pytest.mark.parametrize("program", ["", "/nowhere/rosorin-compile", "ROSORIN_COMPILE_EXECUTABLE-NOTFOUND"])
 def test_a_program_that_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str) -> None:
     source = project(tmp_path, BOTH)

@@ -1,7 +1,7 @@
 """Wanted: outputs that somebody asks for by name, also those that the description does not list.
 
-What is no name under ``outputs`` may be the name of a format: then an entry for it stands in the tree, with the defaults
-of that format, and everything that is checked of an output is checked of this one.
+What is no name under ``outputs`` may be the name of a format: then an entry for it stands in the tree, with the
+defaults of that format, and everything that is checked of an output is checked of this one.
 """
 
 from __future__ import annotations

@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..formats.packages import Packages
     from ..output import Written
+    from ..pipeline import Compiled
 
 RULES = (
     Rule(

@@ -76,7 +76,7 @@ def write_depfile(path: Path, target: str, inputs: Iterable[Path | str]) -> None
 def escaped(name: str) -> str:
     r"""Return the name of a file as it stands in a depfile. Raises OutputError for one that cannot.
 
-    Backslashes count only before a space and a number sign, where each of them is doubled, as GCC does it.
+    As GCC does it: a backslash is an ordinary letter, but before a space, where each of them is doubled.
 
     >>> print(escaped("my robot/$x#1.yaml"))
     my\ robot/$$x\#1.yaml
@@ -85,7 +85,7 @@ def escaped(name: str) -> str:
         help = "a depfile has no way to write it: give the file another name"
         raise OutputError("depfile-name", f"the name of {name} has a line break", help)
     name = re.sub(r"(\\*)([ \t])", r"\1\1\\\2", name)
-    return name.replace("#", "\\#").replace("$", "$$")
+    return re.sub("[#:]", r"\\\g<0>", name).replace("$", "$$")
 
 
 def _status(path: Path) -> os.stat_result | None:

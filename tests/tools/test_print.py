@@ -9,6 +9,7 @@ import shutil
 import stat
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -18,6 +19,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.formats import FORMATS
 from support.commands import Shown, ask
 from support.paths import OUTPUTS, ROOT, ROSORIN, ROUND_TRIP, XACRO
+from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
 
 PROGRAM = [sys.executable, "-m", "rosorin_compile"]
 LISTED = {
@@ -186,6 +188,35 @@ def test_what_cannot_be_printed_in_full_is_a_problem(tmp_path: Path) -> None:
         ["bash", "-c", f"{' '.join(PROGRAM)} print urdf rosorin >&-"], capture_output=True, cwd=ROOT, check=False
     )
     assert (closed.returncode, closed.stderr) == (1, b"cannot write to standard output: it is closed\n")
+
+
+@pytest.mark.parametrize("make", [rosorin_alone, ur5e, packaged, foreign, meshes])
+def test_each_output_is_what_all_writes(make: Callable[[], None], home: Path, capfdbinary: Shown) -> None:
+    """Also where meshes are found, converted, or missing, and before any of them is copied."""
+    make()
+    more = ["--package", "p=p", "-a", "x=2"] if make is meshes else []
+    listed = json.loads(print_bytes(capfdbinary, "--list", "--json", *more))
+    alone = {entry["file"]: print_bytes(capfdbinary, entry["name"], *more) for entry in listed}
+    assert main(["all", "r", "-q", *more]) == 0
+    capfdbinary.readouterr()
+    folder = home / "outputs" / "r"
+    assert alone == {file: (folder / file).read_bytes() for file in alone}
+    assert alone == {entry["file"]: print_bytes(capfdbinary, entry["name"], *more) for entry in listed}
+
+
+def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
+    assert main(["print", *words[:1], "r", *words[1:]]) == 0
+    out, err = capfdbinary.readouterr()
+    assert err == b""
+    return bytes(out)
+
+
+def test_a_cache_that_others_could_change_is_no_word_worth(tmp_path: Path) -> None:
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o777)
+    environment = {"ROSORIN_COMPILE_CACHE": str(tmp_path / "cache")}
+    printed("urdf", "rosorin", **environment)
+    assert b"note[cache-not-private]" in run("print", "urdf", "rosorin", "-v", **environment).stderr
 
 
 # -o FILE

@@ -123,10 +123,11 @@ def _compiled(given: Given, description: Description, console: Console, output: 
     """Return what becomes of one output of a robot in any format."""
     from ..frontend.load import LoadError
     from ..pipeline import Compiled
-    from .foreign import emit_foreign
 
     if not is_foreign(description.path):
         return compile_one(given, description, console, meshes=True, wanted=(output,))
+    from .foreign import emit_foreign
+
     try:
         arguments = texts(given.values())
     except LoadError as problem:
@@ -210,7 +211,6 @@ def _understood(given: Given, description: Description, console: Console) -> Und
     from ..frontend.expand import Expanded
     from ..frontend.load import LoadError
     from ..pipeline import Understood, understand
-    from .foreign import listed_foreign
 
     try:
         arguments = given.values()
@@ -218,6 +218,8 @@ def _understood(given: Given, description: Description, console: Console) -> Und
         return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
     tell = telling(given, console)
     if is_foreign(description.path):
+        from .foreign import listed_foreign
+
         return listed_foreign(description.path, texts(arguments), given.packages, tell, given.trust)
     return understand(description.path, arguments, tell, given.packages)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -120,17 +121,32 @@ def test_a_name_is_escaped_as_ninja_and_make_take_it(name: str, home: Path) -> N
     assert "touch made" in run("make", "made")
 
 
+@pytest.mark.parametrize("name", ["a b", "$HOME", "#1", "x\\ y", "é", "a:b", "back\\slash"])
+def test_a_target_is_escaped_as_ninja_takes_it(name: str, home: Path) -> None:
+    (home / "read").write_text("")
+    (home / "made.d").write_text(f"{escaped(name)}: read\n")
+    target = re.sub("[$: ]", r"$\g<0>", name)
+    rule = "rule r\n  command = cp made.d made2.d; touch $out\n  depfile = made2.d\n  deps = gcc\n"
+    (home / "build.ninja").write_text(f"{rule}build {target}: r\n")
+    run("ninja")
+    assert "no work to do" in run("ninja")
+    touched(home / "read")
+    assert "no work to do" not in run("ninja")
+    assert "no work to do" in run("ninja")
+
+
 def test_a_name_that_no_depfile_can_hold() -> None:
     with pytest.raises(OutputError, match="has a line break"):
         escaped("a\nb")
 
 
-def run(*words: str) -> str:
-    """Return what a build tool prints, which has to go well."""
-    if shutil.which(words[0]) is None:
+def run(*words: str, code: int = 0) -> str:
+    """Return what a build tool prints."""
+    program = shutil.which(words[0], path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
+    if program is None:
         pytest.skip(f"{words[0]} is not installed")
-    done = subprocess.run(words, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = subprocess.run([program, *words[1:]], capture_output=True, text=True, check=False)
+    assert done.returncode == code, done.stdout + done.stderr
     return done.stdout
 
 
@@ -183,9 +199,7 @@ def test_ninja_runs_what_depends_on_a_file_and_then_nothing(home: Path, deps: st
     run("ninja")
     assert '<sphere radius="2"/>' in (home / "sub" / "right.urdf").read_text()
     (home / "r.yaml").write_text("r: 1 kg\n")
-    broken = subprocess.run(["ninja"], capture_output=True, text=True, check=False)
-    assert broken.returncode == 1
-    assert "error[wrong-unit]" in broken.stdout
+    assert "error[wrong-unit]" in run("ninja", code=1)
     assert '<sphere radius="2"/>' in (home / "sub" / "right.urdf").read_text()
     (home / "r.yaml").write_text("r: 3\n")
     run("ninja")

@@ -275,6 +275,20 @@ def test_the_target_is_what_the_caller_calls_it(rosorin: Path, capsys: Shown) ->
     assert target("print", "urdf", "--depfile-target", "mine") == "mine"
 
 
+def test_a_depfile_goes_over_nothing_that_it_tells_of(home: Path, capsys: Shown) -> None:
+    (home / "r.yaml").write_text("robot: r\nlinks: {a: {}}\n")
+    for words in (
+        ["print", "urdf", "r.yaml", "-o", "r.urdf", "--depfile", "r.urdf"],
+        ["print", "urdf", "r.yaml", "-o", "r.urdf", "--depfile", "./r.yaml"],
+        ["all", "r.yaml", "--only", "urdf", "--depfile", "r.yaml"],
+        ["all", "r.yaml", "--only", "urdf", "--depfile", "outputs/r/r.urdf"],
+    ):
+        main(words)
+        assert "is what the depfile would tell of" in capsys.readouterr().err
+    assert (home / "r.yaml").read_text().startswith("robot: r")
+    assert (home / "r.urdf").read_text().startswith("<?xml")
+
+
 def test_an_error_leaves_no_depfile(rosorin: Path) -> None:
     (rosorin / "descriptions/rosorin/arm.yaml").write_text("links: {a: {}\n")
     for words in (["all", "--depfile", "made.d"], ["print", "urdf", "-o", "r.urdf", "--depfile", "made.d"]):

@@ -285,6 +285,7 @@ def test_which_robot_is_meant(home: Path, capsys: Shown) -> None:
     for word in ("left", "descriptions/left", "descriptions/left/robot.yaml"):
         assert '<robot name="left">' in ask(capsys, "print", "urdf", word)
     assert "print what?" in ask(capsys, "print", code=2)
+    assert "a name is empty" in ask(capsys, "print", "urdf", "", code=2)
     assert "print takes one OUTPUT and one ROBOT" in ask(capsys, "print", "urdf", "left", "right", code=2)
     shutil.rmtree("descriptions/right")
     assert '<robot name="left">' in ask(capsys, "print", "urdf")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -66,10 +66,15 @@ def touch(files: Iterable[Path]) -> None:
             raise explained(problem, file, "write", "output file") from None
 
 
-def write_depfile(path: Path, target: str, inputs: Iterable[Path | str]) -> None:
-    """Write what a target was made of, as Make and Ninja read it: one rule with one target. Raises OutputError."""
+def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterable[Path]) -> None:
+    """Write what a target was made of, as Make and Ninja read it: one rule with one target.
+
+    ``made`` are the artifacts. Raises OutputError, also where the depfile would be one of them, or of the inputs.
+    """
     names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
+        raise OutputError("output-is-input", f"{path} is what the depfile would tell of", "name another file")
     write_file(path, os.fsencode(text))
 
 

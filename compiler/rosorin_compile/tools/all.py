@@ -197,7 +197,7 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
     try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs)
+        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
         touch(file for file in made if os.path.realpath(file) not in read)
     except OutputError as problem:
         run.console.show([problem.diagnostic])

@@ -79,6 +79,8 @@ def run(options: argparse.Namespace) -> int:
         return _list(options, given, words, console)
     if not words:
         raise WrongUsage(f"print what? {_CALL} OUTPUT [ROBOT]{_outputs_here(given)}")
+    if "" in words:
+        raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
     if options.json:
@@ -152,7 +154,7 @@ def _put(
         if options.output is not None:
             write_file(Path(options.output), data, inputs)
         if options.depfile is not None and target is not None:
-            write_depfile(Path(options.depfile), target, inputs)
+            write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import TRUSTED
-from ..diagnostics.console import Console
+from ..diagnostics.console import MARKDOWN, Console
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import ENDINGS, Description, NoDescription, cache_refused, find, narrowed
@@ -47,7 +47,7 @@ RULES = (
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2
-FORMAT_NAMES = ("text", "json", "github", "sarif")
+FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -215,10 +215,28 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     """Do something with each description that is asked for; return the worst exit code."""
     given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
-    run = Run(options, Console(options.format, options.quiet), given)
-    code = max(one(run, description) for description in found)
+    summary = getattr(options, "summary", None)
+    run = Run(options, Console(options.format, options.quiet, summary is not None), given)
+    code = FINE
+    for description in found:
+        run.console.begin(description.name)
+        result = one(run, description)
+        run.console.end(result != FINE)
+        code = max(code, result)
     run.console.finish()
+    if summary is not None:
+        _append(Path(summary), run.console.summary())
     return code
+
+
+def _append(file: Path, text: str) -> None:
+    """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
+    try:
+        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
+            opened.write(text)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
 
 
 def compile_one(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
@@ -325,6 +343,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
     console = Console(options.format, options.quiet)
+    console.begin(description.name)
     compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):

@@ -29,6 +29,7 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    hook_option,
     is_foreign,
     mesh_files,
     nothing_written,
@@ -78,6 +79,7 @@ RULES = (
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
+    hook_option(command)
     command.add_argument(
         "--deployed", metavar="FOLDER", help="compare with the copies in a package, an install space or any folder"
     )

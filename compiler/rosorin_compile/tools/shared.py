@@ -18,7 +18,7 @@ from ..diagnostics import TRUSTED
 from ..diagnostics.console import MARKDOWN, Console
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, cache_refused, find, narrowed
+from ..project import ENDINGS, Description, NoDescription, all_with, cache_refused, find, narrowed
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -182,6 +182,15 @@ def format_options(command: argparse.ArgumentParser) -> None:
     how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
 
 
+def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option for pre-commit."""
+    command.add_argument(
+        "--hook",
+        action="store_true",
+        help=f"for pre-commit: the words are files that changed, the robots all those of their projects{more}",
+    )
+
+
 def console_of(options: argparse.Namespace) -> Console:
     """Return where a command prints that has the options of ``format_options``."""
     return Console(options.format, options.quiet, options.verbose, getattr(options, "summary", None) is not None)
@@ -230,11 +239,13 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
 
 def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]) -> int:
     """Do something with each description that is asked for; return the worst exit code."""
-    given, names = given_arguments(options, options.words)
-    found = descriptions(names, getattr(options, "outputs", None))
+    hook = getattr(options, "hook", False)
+    given, found = _of_changed(options) if hook and options.words else _asked_for(options)
     summary = getattr(options, "summary", None)
     run = Run(options, console_of(options), given)
     code = FINE
+    if not found:
+        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
     for description in found:
         run.console.begin(description.name)
         result = one(run, description)
@@ -244,6 +255,23 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     if summary is not None:
         _append(Path(summary), run.console.summary())
     return code
+
+
+def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+    """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
+    given, names = given_arguments(options, options.words)
+    return given, descriptions(names, getattr(options, "outputs", None))
+
+
+def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+    """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
+    # What is a file sets no argument, whatever its name.
+    files = [word for word in options.words if os.path.lexists(word)]
+    given, names = given_arguments(options, [word for word in options.words if word not in files])
+    if names:
+        raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
+    paths = [str(path) for path in all_with(files)]
+    return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
 
 
 def _append(file: Path, text: str) -> None:

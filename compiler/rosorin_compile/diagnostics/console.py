@@ -181,7 +181,7 @@ class Console:
         """Print a line about the run as a whole."""
         if self.quiet:
             return
-        print(line, file=sys.stdout if self.for_people else sys.stderr)
+        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
@@ -193,7 +193,11 @@ class Console:
 
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""
-        sys.stderr.write(f"{line}\n")
+        sys.stderr.write(f"{self._inert(line)}\n")
+
+    def _inert(self, line: str) -> str:
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
 
     def summary(self) -> str:
         """Return what was said as Markdown."""

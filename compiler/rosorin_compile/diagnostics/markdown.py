@@ -222,7 +222,9 @@ def _diff(diff: Diff, most: int) -> str:
     left = diff.left + len(diff.lines) - len(lines)
     if left:
         lines.append(f"... {counted(left, 'more line')}")
-    title = f"<code>{_escaped(diff.name)}</code>: {_escaped(diff.remark or 'different text')}"
+    remark = diff.remark or "different text"
+    said = remark if prose(remark) == remark else f"<code>{_escaped(remark)}</code>"
+    title = f"<code>{_escaped(diff.name)}</code>: {said}"
     longest = max((len(run) for line in lines for run in re.findall("`+", line)), default=0)
     fence = "`" * max(3, longest + 1)
     return _folded(title, "\n".join([f"{fence}diff", *lines, fence]))

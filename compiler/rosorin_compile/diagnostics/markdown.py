@@ -279,5 +279,6 @@ def code(text: str) -> str:
     shown = _cut(printable(text), _MAX_CODE)
     if not re.search(r"[`|]|\\$|^\s|\s$|^$", shown):
         return f"`{shown}`"
-    made = "".join(c if c.isalnum() else " " if c == " " else f"&#{ord(c)};" for c in shown)
-    return f"<code>{made}</code>"
+    made = "".join(c if c.isalnum() or c == " " else f"&#{ord(c)};" for c in shown)
+    apart = made.replace("&#64;", "&#64;<!-- -->")  # within an element of HTML an address becomes a link
+    return f"<code>{apart}</code>"

@@ -21,7 +21,7 @@ from .wording import counted, listed, plural, printable
 
 # In bytes of UTF-8, which are not fewer than characters: it fits into a comment, and leaves room for words beside it.
 MAX_BYTES = 60_000
-_MAX_CODE = 120  # letters of one name or number
+_MAX_CODE = 200  # letters of one name or number
 _MAX_TEXT = 1000  # letters of one message
 
 

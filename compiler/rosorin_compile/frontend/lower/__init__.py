@@ -178,8 +178,17 @@ class _Lowering:
             ),
             source=source_of(tree.get("source")),
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
-            urdf_elements=texts_of(tree),
+            urdf_elements=self.top_elements(),
         )
+
+    def top_elements(self) -> tuple[str, ...]:
+        """Return the elements of XML at the top of the robot, those of its sensors behind its own."""
+        texts = list(texts_of(self.tree))
+        for name, entry in self.section("sensors").items():
+            for index, text in enumerate(texts_of(entry)):
+                self.places["urdf_element", str(len(texts))] = ("sensors", name, "urdf_elements", index)
+                texts.append(text)
+        return tuple(texts)
 
     def link(self, name: str, entry: dict[str, Any]) -> Link:
         path: Path = ("links", name)

@@ -268,6 +268,7 @@ def _defined(element: Found) -> Iterator[str]:
 def own_names(case: Case) -> Iterator[Diagnostic]:
     """Elements that a part brings with each use, and that are called the same each time."""
     first: dict[tuple[str, ...], Path] = {}
+    ours = _brought(case)
     for path, text in _kept(case):
         if not any(f"<{tag}" in text for tag in _ONCE):
             continue
@@ -277,6 +278,11 @@ def own_names(case: Case) -> Iterator[Diagnostic]:
             continue
         for element in elements:
             for what, name, *key in _names_of(element):
+                if what == "<sensor>" and name in ours:
+                    help = "remove this one, or leave out ours: gazebo: [] in the sensor"
+                    message = f'an output has a {what} "{name}" for Gazebo without it'
+                    yield case.problem("duplicate-element", message, path, help, severity=WARNING)
+                    continue
                 before = first.setdefault((what, name, *key), path)
                 if before is path:
                     continue
@@ -289,6 +295,12 @@ def own_names(case: Case) -> Iterator[Diagnostic]:
                     help = "one is enough, or their settings differ"
                 related = [_other(case, before, path)]
                 yield case.problem("duplicate-element", message, path, help, related=related, severity=WARNING)
+
+
+def _brought(case: Case) -> set[str]:
+    """Return the sensors that outputs have for Gazebo, by the names that they have there."""
+    asked = any(output.options.get("gazebo") for output in case.robot.outputs)
+    return {one.name for sensor in case.robot.sensors for one in sensor.gazebo} if asked else set()
 
 
 def _other(case: Case, before: Path, path: Path) -> Related:

@@ -89,6 +89,10 @@ FORMAT = Format(
             "enum": ["1.0", "1.2", 1.0, 1.2],
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
         },
+        "gazebo": {
+            "enum": [True, False, "harmonic", "fortress"],
+            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress; default false.",
+        },
     },
     file="{}.urdf",
     endings=(".urdf",),

@@ -55,7 +55,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules).
+    default all), ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     elements = output.options.get("elements", ELEMENTS)
@@ -83,8 +83,28 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
-    values["elements"] = form.kept(robot.urdf_elements, "  ")
+    kept = form.kept(robot.urdf_elements, "  ")
+    if output.options.get("gazebo"):
+        blocks, told = _gazebo(robot, output, form, carried)
+        kept += blocks
+        diagnostics += told
+    values["elements"] = kept
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
+
+
+def _gazebo(
+    robot: Robot, output: Output, form: _Format, carried: frozenset[str]
+) -> tuple[list[Markup], list[Diagnostic]]:
+    """Return what Gazebo has of the sensors, and what it will not see of them."""
+    from .gazebo import Carried, distribution, kept_joints, sensors
+
+    def collisions(link: str) -> list[str]:
+        shapes = robot.shapes_at(link, carried, "collision")[0] if "collision" in form.elements else []
+        return [shape.name for shape in shapes]
+
+    kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
+    there = Carried(carried, robot.in_urdf(), "inertial" in form.elements, collisions, kept)
+    return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:

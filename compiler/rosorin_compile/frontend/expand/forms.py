@@ -27,7 +27,7 @@ ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
-_SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", KEPT, "publisher", "source")
+_SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 _USE_TEXTS = ("part", "prefix", "parent")
 _POSE: dict[str, Dimension] = {"xyz": LENGTH, "rpy": ANGLE}
 

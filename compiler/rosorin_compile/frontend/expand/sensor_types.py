@@ -27,7 +27,7 @@ RULES = (
     ),
 )
 
-_BROUGHT = ("optical", "mjcf", KEPT, "publisher", "source")
+_BROUGHT = ("optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:

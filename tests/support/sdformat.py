@@ -53,6 +53,9 @@ def known(file: str) -> dict[str, dict]:
 def _table(element: ET.Element) -> dict[str, dict]:
     found = {one.get("name"): _table(one) for one in element.findall("element") if one.get("name")}
     for one in element.findall("include"):
-        root = ET.parse(_TABLES / one.get("filename")).getroot()
-        found[root.get("name")] = _table(root)
+        path = _TABLES / one.get("filename")
+        found[path.stem] = {}  # Debian's package lacks one of the files that it names
+        if path.is_file():
+            root = ET.parse(path).getroot()
+            found[root.get("name")] = _table(root)
     return found

@@ -259,7 +259,7 @@ def _defined(element: Found) -> Iterator[str]:
 
 
 @rule(
-    "duplicate-element",
+    "duplicate-xml",
     "A warning: two elements of `urdf_elements` have one name where their reader takes one: a `<ros2_control>`, a "
     "`<transmission>`, a plug-in, a sensor.",
     "Give each a name of its own; in a part `${prefix}` makes it so.",
@@ -281,7 +281,7 @@ def own_names(case: Case) -> Iterator[Diagnostic]:
                 if what == "<sensor>" and name in ours:
                     help = "remove this one, or leave out ours: gazebo: [] in the sensor"
                     message = f'an output has a {what} "{name}" for Gazebo without it'
-                    yield case.problem("duplicate-element", message, path, help, severity=WARNING)
+                    yield case.problem("duplicate-xml", message, path, help, severity=WARNING)
                     continue
                 before = first.setdefault((what, name, *key), path)
                 if before is path:
@@ -294,7 +294,7 @@ def own_names(case: Case) -> Iterator[Diagnostic]:
                     message = f'the same {what} "{name}" stands twice'
                     help = "one is enough, or their settings differ"
                 related = [_other(case, before, path)]
-                yield case.problem("duplicate-element", message, path, help, related=related, severity=WARNING)
+                yield case.problem("duplicate-xml", message, path, help, related=related, severity=WARNING)
 
 
 def _brought(case: Case) -> set[str]:

@@ -14,6 +14,7 @@ from markupsafe import Markup
 
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
+from ...diagnostics.wording import quoted
 from ...model import IDENTITY, GazeboSensor, Joint, Pose, Robot, SdfElement, Sensor, pose_of
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
@@ -56,7 +57,13 @@ def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) ->
     # The joints that are measured at are no joints of a merged link: that comes before all else.
     writer.merged.kept.update(one.link for sensor in robot.sensors for one in sensor.gazebo if writer.measures(one))
     blocks = [block for sensor in robot.sensors for one in sensor.gazebo for block in writer.block(sensor, one)]
-    return blocks, writer.diagnostics
+    return blocks, [_not_seen(names, *why) for why, names in writer.unseen.items()]
+
+
+def _not_seen(names: Sequence[str], why: str, way: str) -> Diagnostic:
+    which = f"{'sensors' if len(names) > 1 else 'sensor'} {quoted(names, 3)} {'are' if len(names) > 1 else 'is'}"
+    help = f"{way}; or leave the sensor out: gazebo: []"
+    return Diagnostic("gazebo-cannot-see", WARNING, f"{which} not seen by Gazebo: {why}", help=help)
 
 
 def kept_joints(elements: Iterable[str]) -> frozenset[str]:
@@ -103,21 +110,23 @@ class _Merged:
 
     def dropped(self, link: str) -> str:
         """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
+        link = self.top(link)
         while True:
-            top = self.top(link)
-            inertials = (self.robot.link[piece].inertial for piece in self.pieces(top))
+            inertials = (self.robot.link[piece].inertial for piece in self.pieces(link))
             if not self.carried.inertials or not any(one is not None and one.mass > 0 for one in inertials):
-                return top
-            if top not in self.above:
+                return link
+            if link not in self.above:
                 return ""
-            link = self.above[top].parent
+            link = self.above[link].parent  # also one that is merged: what moves on it is dropped if it has no mass
 
     def collisions(self, link: str) -> list[str]:
         """Return what Gazebo calls the collisions of a link."""
         top, found, index = self.top(link), [], 0
         for piece in self.pieces(top):
             for own in self.carried.collisions(piece):
-                base = f"{top}_fixed_joint_lump__{own or piece}" if own or piece != top else top
+                base = own or piece
+                # It takes every name that begins like the link for one of the link's own.
+                base = base if base.startswith(top) else f"{top}_fixed_joint_lump__{base}"
                 found += [f"{base}_collision{f'_{index}' if index else ''}"] if piece == link else []
                 index += 1
         return found
@@ -130,7 +139,7 @@ class _Writer:
         self.frame_id = frame_id
         self.number = number
         self.merged = _Merged(robot, carried)
-        self.diagnostics: list[Diagnostic] = []
+        self.unseen: dict[tuple[str, str], list[str]] = {}
 
     def measures(self, one: GazeboSensor) -> bool:
         """Say whether a sensor measures at a joint of the URDF that has mass on both of its ends."""
@@ -167,14 +176,15 @@ class _Writer:
         return f'the URDF has no link "{link}"', "let robot_state_publisher publish it"
 
     def _massless(self, link: str) -> tuple[str, str]:
-        why = f'Gazebo drops link "{link}", which has no mass in this URDF'
-        if self.carried.inertials:
-            return why, "give it an inertial, or what is fixed to it"
-        return why, "add inertial to elements of the output: without it no link has any"
+        if not self.carried.inertials:
+            return "it drops links without mass, and no link of this URDF has one", "add inertial to elements"
+        why = f'it drops link "{link}", which has no mass in this URDF'
+        return why, "give it an inertial, or what is fixed to it"
 
     def _tell(self, sensor: Sensor, why: str, way: str) -> None:
-        message, help = f'sensor "{sensor.name}" is not seen: {why}', f"{way}; or leave the sensor out: gazebo: []"
-        self.diagnostics.append(Diagnostic("gazebo-cannot-see", WARNING, message, help=help))
+        names = self.unseen.setdefault((why, way), [])
+        if sensor.name not in names:
+            names.append(sensor.name)
 
     def _carrier(self, link: str, pose: Pose) -> tuple[str, Pose]:
         """Return the link of the URDF that carries a frame, empty if no fixed joint leads there, and the pose in it."""

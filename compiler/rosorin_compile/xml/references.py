@@ -63,7 +63,7 @@ def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) 
         yield Reference(text, kind, "", f"the text of <{tag}> in <{top}>", sure=False)
 
 
-def references_in(text: str) -> Iterator[Reference]:
+def named_in(text: str) -> Iterator[Reference]:
     """Yield the names in some elements; none of what is no XML."""
     for element in found_in(text):
         yield from references(element.tags, element.attributes, element.text)

@@ -11,7 +11,7 @@ from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...units import ANGLE, LENGTH, Dimension, Quantity
-from ...xml.references import references_in, renamed
+from ...xml.references import named_in, renamed
 from ..tree import Instance, Kept, Map, Seq
 from .forms import KEPT, is_number
 
@@ -42,7 +42,7 @@ def mentions_mount(fragment: Map) -> bool:
     if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
         return True
     texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
-    return any(found.name == MOUNT and found.sure for text in texts for found in references_in(text))
+    return any(found.name == MOUNT and found.sure for text in texts for found in named_in(text))
 
 
 def placed(

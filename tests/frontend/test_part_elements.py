@@ -122,6 +122,23 @@ outputs: {urdf: {file: r.urdf}}
     assert [one.get("x") for one in robot.iter("inner")] == ["1", "1"]
 
 
+def test_what_is_for_another_program_stays(tmp_path):
+    text = """robot: r
+links: {base_link: {}}
+parts:
+  part:
+    urdf_elements:
+      - <a file="$(find pkg)/x.yaml" cost="$5">$${later} $$ $(arg x)</a>
+      - <b file="$(find pkg)/${name}.yaml"/>
+use: {p: {part: part}}
+outputs: {urdf: {file: r.urdf}}
+"""
+    robot = urdf(tmp_path, text)
+    kept, mixed = robot.find("a"), robot.find("b")
+    assert (kept.get("file"), kept.get("cost"), kept.text) == ("$(find pkg)/x.yaml", "$5", "${later} $$ $(arg x)")
+    assert mixed.get("file") == "$(find pkg)/p.yaml"
+
+
 def test_sensors_and_their_types_bring_elements(tmp_path):
     text = """robot: r
 links: {base_link: {}}

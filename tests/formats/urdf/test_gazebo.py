@@ -12,6 +12,7 @@ from rosorin_compile.diagnostics import NOTE
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.urdf.gazebo import DISTRIBUTIONS
 from support import sdformat
+from support.comparing import compared, told
 from support.paths import ROSORIN
 from support.robots import compiled, compiled_text
 
@@ -290,11 +291,11 @@ UNSEEN = [
 
 @pytest.mark.parametrize(("text", "count", "first"), [case[1:] for case in UNSEEN], ids=[case[0] for case in UNSEEN])
 def test_what_gazebo_cannot_see_is_told(tmp_path, text, count, first):
-    made, told = urdf(tmp_path, text, quiet=False)
-    told = [one for one in told if "not seen" in one]
-    assert len(told) == count
-    assert not first or told[0] == first
-    names = {name for one in told for name in one.split(": ")[0].split('"')[1::2]}
+    made, said = urdf(tmp_path, text, quiet=False)
+    said = [one for one in said if "not seen" in one]
+    assert len(said) == count
+    assert not first or said[0] == first
+    names = {name for one in said for name in one.split(": ")[0].split('"')[1::2]}
     assert not names & set(sensors(made))
 
 
@@ -309,6 +310,16 @@ def test_readers_of_urdf_pass_over_it(tmp_path):
     assert set(yourdfpy.URDF.load(str(path)).link_map) == {one.get("name") for one in ET.fromstring(text).iter("link")}
     fused = text.replace("</robot>", '<mujoco><compiler fusestatic="false"/></mujoco></robot>')
     assert mujoco.MjModel.from_xml_string(fused).nbody > 5
+
+
+def test_a_description_and_its_urdf_are_the_same_robot(home):
+    artifact = home / "r.urdf"
+    artifact.write_text(urdf(home, EVERY)[0], "utf-8")
+    for sides in (("robot.yaml", "r.urdf"), ("r.urdf", "robot.yaml")):
+        assert compared(*sides)["differences"] == []
+    (home / "robot.yaml").write_text(EVERY.replace("frame: lidar_2d}", "frame: lidar_2d, with: {rays: 7}}"), "utf-8")
+    (said,) = told("robot.yaml", "r.urdf")
+    assert said.startswith("URDF elements of the robot: 1 new")
 
 
 @pytest.mark.slow

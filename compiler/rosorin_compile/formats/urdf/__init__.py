@@ -53,6 +53,12 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
     return solids(robot, link, output, carried)
 
 
+def _brings(robot: Robot, output: Output) -> Sequence[str]:
+    from .write import brought
+
+    return brought(robot, output)
+
+
 def _leaves_out(robot: Robot, link: str) -> bool:
     carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
     return bool(carried) and link not in carried
@@ -106,6 +112,7 @@ FORMAT = Format(
     all_solids=True,
     lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
     leaves_out=_leaves_out,
+    brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",
     feeds=(ROBOT_STATE_PUBLISHER,),
     folder="urdf",

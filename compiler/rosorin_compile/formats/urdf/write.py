@@ -57,9 +57,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
     default all), ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
     """
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    elements = output.options.get("elements", ELEMENTS)
-    form = _Format(number, elements, _version(output))
+    form = _form(output)
+    number, elements = form.number, form.elements
     groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
     capsules: dict[str, int] = {}
@@ -105,6 +104,19 @@ def _gazebo(
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
     there = Carried(carried, robot.in_urdf(), "inertial" in form.elements, collisions, kept)
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+
+
+def brought(robot: Robot, output: Output) -> list[str]:
+    """Return the elements that an output has for Gazebo, and the description in its own words."""
+    if not output.options.get("gazebo"):
+        return []
+    carried = frozenset(name for names, _ in link_groups(robot, robot.in_urdf()) for name in names)
+    return [str(block) for block in _gazebo(robot, output, _form(output), carried)[0]]
+
+
+def _form(output: Output) -> _Format:
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    return _Format(number, output.options.get("elements", ELEMENTS), _version(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -232,7 +244,7 @@ def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
     return attributes(**{key: number(value) for key, value in values.items() if value is not None})
 
 
-def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:
+def _left_out(robot: Robot, carried: frozenset[str], elements: Sequence[str]) -> list[Diagnostic]:
     """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
     lost = []
     for link in robot.walk():

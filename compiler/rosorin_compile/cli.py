@@ -45,6 +45,9 @@ GROUPS = {
         "deploy": "write the artifacts into a ROS 2 package that you have",
         "verify": "hold a recording of the robot against its description",
     },
+    "set up": {
+        "completion": "print the script that completes a line in bash, zsh or fish",
+    },
 }
 COMMANDS = {name: help for group in GROUPS.values() for name, help in group.items()}
 
@@ -66,6 +69,7 @@ WORDS = {
     "package": "[ROBOT] -o FOLDER",
     "deploy": "[ROBOT] --to FOLDER",
     "verify": "SOURCE [ROBOT]",
+    "completion": "SHELL",
 }
 
 # Where the module of a command stands in ``tools``, where that is not its name.
@@ -78,7 +82,11 @@ MODULES = {
     "package": "package.command",
     "deploy": "package.deploy_command",
     "verify": "verify.command",
+    "completion": "completion.command",
 }
+
+# No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
+ASKED_BY_SHELLS = "complete"
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
 _MORE = """rosorin-compile COMMAND --help says more about one.
@@ -102,6 +110,10 @@ def _run(words: list[str]) -> int:
     if not words:
         sys.stderr.write(parser(words).format_help())
         return USAGE
+    if words[0] == ASKED_BY_SHELLS:
+        from .tools.completion.candidates import answer
+
+        return answer(words[1:])
     try:
         options = parse(words)
         code: int = options.run(options)

@@ -100,7 +100,7 @@ def understand(
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included.
     """
-    expanded = expand(path, arguments or {}, _Readers(), tell, packages)
+    expanded = expand(path, arguments or {}, Readers(), tell, packages)
     said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
@@ -120,7 +120,7 @@ def understand(
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 
-class _Readers:
+class Readers:
     """Reads the foreign robots that descriptions include (``expand.included_robots.ForeignReader``)."""
 
     def endings(self) -> tuple[str, ...]:

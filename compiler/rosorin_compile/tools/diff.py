@@ -36,6 +36,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="A B",
+        completes="ROBOT ROBOT",
         help=f"two robots: each the name, folder or file of a description, or a {', '.join(others)} or {last} file",
     )
     for side in _SIDES:

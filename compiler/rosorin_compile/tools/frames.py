@@ -40,8 +40,8 @@ _LINES = "└├│─╌"
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     one_robot(command)
-    command.add_argument("--frame", metavar="NAME", help="only the way to a frame, and who publishes each step")
-    command.add_argument("--publisher", metavar="NAME", help="only the edges of a publisher; nobody is one, too")
+    command.add_argument("--frame", metavar="FRAME", help="only the way to a frame, and who publishes each step")
+    command.add_argument("--publisher", metavar="NODE", help="only the edges of a publisher; nobody is one, too")
     mode_option(command, "on and off, each in a tree")
     command.add_argument(
         "-o",

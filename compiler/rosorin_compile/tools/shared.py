@@ -407,7 +407,7 @@ def mode_option(command: Options, unnamed: str) -> None:
         "--mode",
         action="append",
         default=[],
-        metavar="NAME",
+        metavar="MODE",
         dest="modes",
         help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
     )

@@ -31,9 +31,10 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="[ROBOT] NAME",
+        completes="[ROBOT] THING ...",
         help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
-    command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
+    command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
     named_robot(command)
     json_option(command)
     package_option(command)

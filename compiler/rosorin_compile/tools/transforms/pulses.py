@@ -47,13 +47,14 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="[ROBOT] JOINT=VALUE",
+        completes="[ROBOT] SERVO=VALUE ...",
         help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
     )
     named_robot(command)
     plain = command.add_mutually_exclusive_group()
     plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
     plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")
-    command.add_argument("--pose", default="", metavar="NAME", help="all joints of a named pose")
+    command.add_argument("--pose", default="", metavar="POSE", help="all joints of a named pose")
     command.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
     command.add_argument(
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"

@@ -78,11 +78,12 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="SOURCE TARGET [ROBOT]",
+        completes="FRAME FRAME [ROBOT]",
         help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
     )
     named_robot(command)
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
+    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")

@@ -41,14 +41,14 @@ class Typed(NamedTuple):
     """What stands before the cursor, as the parser of the command sees it.
 
     ``words`` are those that are no options; ``values`` those of options, by the destination of the option. ``open`` is
-    the option whose value is next, ``index`` its number of several; ``ended`` says that ``--`` came.
+    the option whose value is next, ``turn`` its number of several; ``ended`` says that ``--`` came.
     """
 
     words: list[str]
     values: dict[str, list[str]]
     used: list[argparse.Action]
     open: argparse.Action | None
-    index: int
+    turn: int
     ended: bool
 
 
@@ -58,7 +58,8 @@ def candidates(words: Sequence[str], current: str) -> list[Candidate]:
 
     command = next((word for word in words if not word.startswith("-")), "")
     if not command:
-        found = _options(parser([]), current, []) if current.startswith("-") else map(Candidate, *zip(*COMMANDS.items()))
+        of_all = [Candidate(name, help) for name, help in COMMANDS.items()]
+        found = _options(parser([]), current, []) if current.startswith("-") else of_all
         return _beginning(found, current)
     if command not in COMMANDS:
         return []
@@ -75,7 +76,7 @@ def candidates(words: Sequence[str], current: str) -> list[Candidate]:
 def _of_command(command: Parser, typed: Typed, current: str) -> list[Candidate]:
     """Return what may stand at the cursor behind the name of a command."""
     if typed.open is not None:
-        return _values(command, typed, typed.open, typed.index, current, "")
+        return _values(command, typed, typed.open, typed.turn, current, "")
     if not typed.ended and current.startswith("-"):
         name, equals, value = current.partition("=")
         action = _named(command, name)
@@ -127,7 +128,7 @@ def following(places: Sequence[Slot], count: int) -> list[Slot]:
     """Return the places that may be next after ``count`` words."""
     at = _reached(places, {0})
     for _ in range(count):
-        at = _reached(places, {next for i in at for next in ((i, i + 1) if places[i].repeats else (i + 1,))})
+        at = _reached(places, {after for i in at for after in ((i, i + 1) if places[i].repeats else (i + 1,))})
     return [places[index] for index in sorted(at)]
 
 
@@ -147,7 +148,7 @@ def _typed(command: Parser, words: Iterable[str]) -> Typed:
         if typed.open is not None:
             typed.values.setdefault(typed.open.dest, []).append(word)
             left -= 1
-            typed = typed._replace(open=typed.open if left else None, index=typed.index + 1)
+            typed = typed._replace(open=typed.open if left else None, turn=typed.turn + 1)
         elif typed.ended or not word.startswith("-") or word == "-" or re.match(r"-\.?\d", word):
             typed.words.append(word)
         elif word == "--":
@@ -162,7 +163,7 @@ def _typed(command: Parser, words: Iterable[str]) -> Typed:
             if equals:
                 typed.values.setdefault(action.dest, []).append(value)
             elif left:
-                typed = typed._replace(open=action, index=0)
+                typed = typed._replace(open=action, turn=0)
     return typed
 
 

@@ -32,23 +32,24 @@ _ZSH = r"""#compdef rosorin-compile
 _rosorin_compile() {
     local -a ends ends_shown more more_shown
     local line word shown program=${(Q)words[1]}
+    local -a how
+    [[ -z $compstate[quote] && $PREFIX == '~'* ]] && how=(-Q)  # a tilde stays one; all else is quoted as it has to be
     while IFS= read -r line; do
         word=${line%%$'\t'*}
         shown=$word
         [[ $line == *$'\t'?* ]] && shown="${(r:26:)word}  -- ${line#*$'\t'}"
         (( $#word > 26 )) && [[ $line == *$'\t'?* ]] && shown="$word  -- ${line#*$'\t'}"
-        # A tilde at the beginning is the home folder; all else of a word is quoted.
-        [[ $word == '~'* && $PREFIX == '~'* ]] && word="~${(q)word#\~}" || word=${(q)word}
+        (( $#how )) && word="~${(q)word#\~}"
         if [[ $word == *[=/] ]]; then
             more+=("$word") more_shown+=("$shown")
         else
             ends+=("$word") ends_shown+=("$shown")
         fi
     done < <("${program/#\~\//$HOME/}" complete -- "${(@Q)words[2,CURRENT-1]}" "${(Q)PREFIX}" 2>/dev/null </dev/null)
-    local -a how=(-Q -V rosorin-compile -l)
+    how+=(-V rosorin-compile -l)
     (( $#ends )) && compadd $how -d ends_shown -a ends
     (( $#more )) && compadd $how -S '' -d more_shown -a more
-    (( $#ends + $#more ))
+    (( $#ends + $#more )) || { [[ $PREFIX == *'$'* ]] && _files }
 }
 if [[ $zsh_eval_context[-1] == loadautofunc ]]; then
     _rosorin_compile "$@"

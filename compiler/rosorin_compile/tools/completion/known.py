@@ -133,7 +133,9 @@ def _arguments(path: Path) -> list[Argument]:
     if is_foreign(path):
         text = path.read_text("utf-8", "replace")
         span = Span(Source(str(path), ""), 1, 1, 1)
-        return [Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)]
+        return [
+            Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
+        ]
     with _patience():
         return declared(path, {})[0]
     return []
@@ -233,8 +235,8 @@ def _modes(robot: Robot) -> dict[str, str]:
 
 
 def _nodes(robot: Robot) -> dict[str, str]:
-    names = [one.publisher for one in (*robot.joints, *robot.edges)]
-    return {one.name: one.about or "" for one in names if one.name}
+    senders = [*(joint.publisher for joint in robot.joints), *(edge.publisher for edge in robot.edges)]
+    return {one.name: one.about for one in senders if one.name}
 
 
 _OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {

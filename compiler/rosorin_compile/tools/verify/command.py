@@ -62,7 +62,9 @@ def options(command: argparse.ArgumentParser) -> None:
     mode_option(command, "as fits best")
     command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
     command.add_argument("--pose", default="", metavar="POSE", help="the pose of the joints while tf2_echo was asked")
-    command.add_argument("--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="what tf2_echo was asked for")
+    command.add_argument(
+        "--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="what tf2_echo was asked for"
+    )
     command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
     command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
     command.add_argument(

@@ -88,7 +88,7 @@ def _of_command(command: Parser, typed: Typed, current: str) -> list[Candidate]:
         return _beginning(_options(command, current, typed.used), current)
     asked = _asked(command, typed)
     found: list[Candidate] = []
-    for slot in following(slots(command), len(_others(command, typed))):
+    for slot in following(slots(command, typed.used), len(_others(command, typed))):
         found += _of_kind(slot.name, asked, current)
     if _takes_arguments(command):
         found += _of_kind("NAME:=VALUE", asked, current)
@@ -112,15 +112,19 @@ def kind(action: argparse.Action, index: int = 0) -> str:
     return named[min(index, len(named) - 1)] if isinstance(named, tuple) else str(named)
 
 
-def slots(command: Parser) -> list[Slot]:
-    """Return the places for words of a command, as its line of usage names them, or the ``completes`` of its words."""
+def slots(command: Parser, used: Sequence[argparse.Action] = ()) -> list[Slot]:
+    """Return the places for words of a command, as its line of usage names them, or the ``completes`` of its words.
+
+    A switch such as ``print --list`` may have a ``completes`` of its own: that of the words beside it.
+    """
     word = next((action for action in command.options if not action.option_strings), None)
     if word is None:
         return []
     if word.choices is not None:
         return [Slot(f"{{{','.join(map(str, word.choices))}}}")]
     usage = (command.usage or "").partition("[options] ")[2]
-    text = getattr(word, "completes", None) or _OPTION.sub(" ", usage) or str(word.metavar)
+    switched = [one.completes for one in used if one.nargs == 0 and hasattr(one, "completes")]
+    text = next(iter(switched), getattr(word, "completes", None)) or _OPTION.sub(" ", usage) or str(word.metavar)
     return [Slot(found[2], bool(found[1]), bool(found[3])) for found in _SLOT.finditer(text)]
 
 
@@ -204,7 +208,7 @@ def _asked(command: Parser, typed: Typed) -> known.Asked:
     """Return which robots a line asks about, with which arguments."""
     names = [word for dest in ("robot", "words") for word in typed.values.get(dest, ())]
     for index, word in enumerate(_others(command, typed)):
-        here = {slot.name for slot in following(slots(command), index)}
+        here = {slot.name for slot in following(slots(command, typed.used), index)}
         if here & {"ROBOT", "SOURCE"} and "=" not in word:
             names.append(word)
     texts: dict[str, str] = {}
@@ -281,7 +285,7 @@ def _artifacts(asked: known.Asked, _: str) -> list[Candidate]:
     from ...formats import FORMATS
 
     outputs = known.names(asked, "outputs")
-    formats = {name: "format, by its defaults" for name, one in FORMATS.items() if name not in outputs}
+    formats = {name: "format, by its defaults" for name, one in FORMATS.items() if one.write and name not in outputs}
     return [Candidate(name, help) for name, help in {**outputs, **formats}.items()]
 
 

@@ -156,7 +156,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     top = parser(words)
     options: argparse.Namespace
     options, more = top.parse_known_args(words)
-    unknown = next((word for word in more if word.startswith("-")), "")
+    unknown = next((word for word in more if word.startswith("-") and word != "-"), "")
     if unknown:
         raise WrongUsage(f"{_called(words)} has no option {unknown}; {_near(unknown, options.known)}")
     if more and not hasattr(options, "words"):

@@ -28,6 +28,7 @@ from .shared import (
     given_arguments,
     lacks_meshes,
     mesh_files,
+    no_stdin,
     nothing_written,
     output_options,
     place,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..formats.packages import Packages
     from ..output import Written
+    from ..pipeline import Compiled
 
 RULES = (
     Rule(
@@ -86,6 +88,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_options(options: argparse.Namespace) -> None:
     """Raise WrongUsage for options that do not go together."""
+    no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print OUTPUT -")
     if options.only and (options.prune or options.dry_run):
         other = "--prune" if options.prune else "--dry-run"
         raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics.console import Console
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
-from ..project import Description
+from ..project import ON_STDIN, Description
 from .shared import (
     FINE,
     PROBLEMS,
@@ -124,6 +124,9 @@ def check_one(run: Run, description: Description) -> int:
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
+    if description.path == ON_STDIN:
+        run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
+        return FINE
     try:
         committed = read_set(description.outputs)
     except OutputError as problem:

@@ -18,6 +18,7 @@ from .shared import (
     json_option,
     package_option,
     packages_of,
+    take_stdin,
 )
 
 if TYPE_CHECKING:
@@ -74,6 +75,7 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     if len(words) != 2:
         raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
+    take_stdin(words)
     try:
         arguments = given.values()
     except LoadError as problem:

@@ -7,7 +7,9 @@ modes as the command line has them: --mode slam, --mode "not slam", --mode slam=
 from __future__ import annotations
 
 import argparse
+import codecs
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
@@ -18,7 +20,17 @@ from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, cache_refused, find, narrowed
+from ..project import (
+    ENDINGS,
+    STDIN,
+    Description,
+    NoDescription,
+    cache_refused,
+    find,
+    give_stdin,
+    narrowed,
+    stdin_of,
+)
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -47,6 +59,8 @@ RULES = (
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2
+_MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_taken: list[Any] = []  # standard input, once it was read
 FORMAT_NAMES = ("text", "json", "github", "sarif")
 _ROBOT = "name in descriptions/, folder or file"
 MARK = ":="  # between name and value of an argument, as xacro has it
@@ -220,8 +234,32 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     return given, [word for word in words if MARK not in word]
 
 
+def take_stdin(names: Sequence[str]) -> None:
+    """Read standard input, if it is one of the robots that are asked for. Raises WrongUsage."""
+    if STDIN not in names:
+        return
+    if names.count(STDIN) > 1:
+        raise WrongUsage("standard input is one robot, and - stands there twice")
+    if sys.stdin is None:
+        raise WrongUsage("there is no standard input to read a robot from")
+    if _taken and _taken[0] is sys.stdin:  # it is read once
+        return
+    if sys.stdin.isatty():
+        sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
+        sys.stderr.flush()
+    give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
+    _taken[:] = [sys.stdin]
+
+
+def no_stdin(words: Sequence[str], help: str) -> None:
+    """Refuse standard input for a robot. Raises WrongUsage; ``help`` is the way out."""
+    if STDIN in words:
+        raise WrongUsage(f"a robot on standard input has no name and no folder; {help}")
+
+
 def descriptions(names: list[str], outputs: str | None = None) -> list[Description]:
     """Return the descriptions that are asked for. Raises WrongUsage."""
+    take_stdin(names)
     try:
         return find(names, outputs)
     except NoDescription as problem:
@@ -261,7 +299,7 @@ def compile_one(
 
 def read_by(given: Given, compiled: Compiled) -> list[Path]:
     """Return the files that a run has read: what it was compiled of, and the files of arguments."""
-    return list(dict.fromkeys([*compiled.inputs, *given.files]))
+    return [path for path in dict.fromkeys([*compiled.inputs, *given.files]) if stdin_of(path) is None]
 
 
 def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
@@ -347,6 +385,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
     from ..diagnostics import has_errors
 
     given, names = given_arguments(options, options.words)
+    no_stdin(names, "name a file")
     if len(names) > 1:
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
@@ -360,7 +399,10 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
 
 
 def is_foreign(path: Path) -> bool:
-    """Say whether a file is no description but a robot in another format, by its name."""
+    """Say whether a file is a robot in another format than ours, by its name; on standard input by its text."""
+    given = stdin_of(path)
+    if given is not None:
+        return given[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
     if path.suffix.lower() in ("", *ENDINGS):
         return False
     from ..formats import endings

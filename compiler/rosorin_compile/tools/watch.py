@@ -23,6 +23,7 @@ from .shared import (
     descriptions,
     given_arguments,
     mesh_files,
+    no_stdin,
     output_options,
     robot_options,
 )
@@ -47,6 +48,7 @@ def run(options: argparse.Namespace) -> int:
 
     gc.enable()  # this run is a long one
     given, names = given_arguments(options, options.words)
+    no_stdin(names, "name a file to watch")
     watched = {d.path: _Robot(d, given) for d in descriptions(names, options.outputs)}
     stop = _Stop()
     for robot in watched.values():

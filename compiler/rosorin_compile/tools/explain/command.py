@@ -18,6 +18,7 @@ from ..shared import (
     json_option,
     named_robot,
     package_option,
+    take_stdin,
     telling,
 )
 
@@ -44,6 +45,7 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
     given, words = given_arguments(options, options.words)
+    take_stdin([*words, options.robot])
     description, names = _asked(words, options.robot)
     found = _explained(given, description, names, options.pose, Console("text"))
     if found is None:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console, Progress
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...project import ROOT_FILE, Description, NoDescription, find, narrowed
+from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
 from ..shared import (
     FINE,
     PROBLEMS,
@@ -134,6 +134,8 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
     if not words or len(words) > 2:
         raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+    if words.count(STDIN) > 1:
+        raise WrongUsage("standard input is the recording or the robot, not both")
     if _is_robot(words[0]):
         how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
         raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")

@@ -74,6 +74,30 @@ WORDS = {
     "completion": "SHELL",
 }
 
+# What the exit codes 0 and 1 of a command mean; 2 is wrong usage everywhere.
+_EXITS = {
+    "init": "0 written, 1 the folder cannot be written",
+    "all": "0 written or unchanged, 1 a robot has errors; with --dry-run also 1 something would change",
+    "print": "0 printed, 1 the robot has errors",
+    "check": "0 as committed, 1 differences or errors",
+    "watch": "0 it was ended by Ctrl-C or SIGTERM",
+    "rule": "0 known, 1 a plug-in is broken",
+    "import": "0 written, 1 the source has errors",
+    "extract": "0 taken out, 1 it cannot be",
+    "diff": "0 the same robot, 1 differences or errors",
+    "explain": "0 answered, 1 the description has errors",
+    "tf": "0 answered, 1 errors or no transform; with --strict also 1 beyond a limit",
+    "frames": "0 shown or written, 1 the robot has errors",
+    "pulses": "0 answered, 1 errors or no such pulse; with --strict also 1 beyond a limit",
+    "args": "0 listed, 1 an argument that is given is wrong",
+    "package": "0 written or unchanged, 1 errors",
+    "deploy": "0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
+    "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
+    "schema": "0 printed",
+    "completion": "0 printed",
+}
+_EXIT = "0 fine, 1 problems"
+
 # Where the module of a command stands in ``tools``, where that is not its name.
 MODULES = {
     "import": "importer.command",
@@ -113,9 +137,9 @@ def _run(words: list[str]) -> int:
         sys.stderr.write(parser(words).format_help())
         return USAGE
     if words[0] == ASKED_BY_SHELLS:
-        from .tools.completion.candidates import answer
+        from .tools.completion.candidates import CommandLine, answer
 
-        return answer(words[1:])
+        return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
         options = parse(words)
         code: int = options.run(options)
@@ -187,6 +211,10 @@ def parser(words: Sequence[str]) -> Parser:
         module.options(command)
         if called in WORDS:
             command.usage = f"{top.prog} {called} [options] {WORDS[called]}"
+        for one in (command, *command.within.values()):
+            one.epilog = "\n\n".join(
+                filter(None, [one.epilog, f"Exit codes: {_EXITS.get(called, _EXIT)}, 2 wrong usage."])
+            )
         command.set_defaults(run=module.run, known=command.long_options())
     return top
 

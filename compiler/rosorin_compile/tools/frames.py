@@ -22,6 +22,7 @@ from .shared import (
     one_robot,
     package_option,
     place,
+    quiet_option,
     understood,
 )
 
@@ -53,6 +54,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -65,7 +67,7 @@ def run(options: argparse.Namespace) -> int:
     chosen = [name for name in ("frame", "publisher", "output") if getattr(options, name) is not None]
     if len(chosen) > 1:
         raise WrongUsage(f"--{chosen[0]} and --{chosen[1]} do not go together")
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, one("".join(words), _HOW), console)
     if known is None:
         return PROBLEMS

@@ -61,11 +61,12 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--json", action="store_true", help="the list as JSON")
     depfile_options(command, "the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
-    command.add_argument(
+    how_much = command.add_mutually_exclusive_group()
+    how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
+    how_much.add_argument(
         "-v",
         "--verbose",
-        action="store_false",
-        dest="quiet",
+        action="store_true",
         help="on standard error, show warnings and notes, and which files were read",
     )
     package_option(command)
@@ -74,8 +75,9 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print one artifact, or list those that there are."""
+    options.quiet = not options.verbose
     given, words = given_arguments(options, options.words)
-    console = Console("text", options.quiet, not options.quiet)
+    console = Console("text", options.quiet, options.verbose)
     if options.list:
         return _list(options, given, words, console)
     if not words:

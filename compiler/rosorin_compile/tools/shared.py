@@ -196,6 +196,11 @@ def format_options(command: argparse.ArgumentParser) -> None:
     how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
 
 
+def quiet_option(command: argparse.ArgumentParser) -> None:
+    """Add the option to hear of errors only, for commands whose result is more than diagnostics."""
+    command.add_argument("-q", "--quiet", action="store_true", help="of the messages show errors only")
+
+
 def console_of(options: argparse.Namespace) -> Console:
     """Return where a command prints that has the options of ``format_options``."""
     return Console(options.format, options.quiet, options.verbose)

@@ -25,6 +25,7 @@ from .shared import (
     mesh_files,
     no_stdin,
     output_options,
+    quiet_option,
     robot_options,
 )
 
@@ -40,6 +41,7 @@ def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
     output_options(command)
+    quiet_option(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -49,7 +51,7 @@ def run(options: argparse.Namespace) -> int:
     gc.enable()  # this run is a long one
     given, names = given_arguments(options, options.words)
     no_stdin(names, "name a file to watch")
-    watched = {d.path: _Robot(d, given) for d in descriptions(names, options.outputs)}
+    watched = {d.path: _Robot(d, given, options.quiet) for d in descriptions(names, options.outputs)}
     stop = _Stop()
     for robot in watched.values():
         robot.compile()
@@ -57,7 +59,7 @@ def run(options: argparse.Namespace) -> int:
     while not stop.asked:
         time.sleep(INTERVAL)
         if not names:
-            _notice_new(watched, given, options.outputs)
+            _notice_new(watched, given, options)
         for robot in watched.values():
             if not stop.asked and robot.inputs.changed():
                 robot.inputs.settle()
@@ -79,26 +81,26 @@ class _Stop:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _notice_new(watched: dict[Path, _Robot], given: Given, outputs: str | None) -> None:
+def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Namespace) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = find([], outputs)
+        found = find([], options.outputs)
     except NoDescription:
         return
     for description in found:
         if description.path not in watched:
-            watched[description.path] = _Robot(description, given)
+            watched[description.path] = _Robot(description, given, options.quiet)
             watched[description.path].compile()
 
 
 class _Robot:
     """One robot that is watched."""
 
-    def __init__(self, description: Description, given: Given) -> None:
+    def __init__(self, description: Description, given: Given, quiet: bool) -> None:
         self.description = description
         self.given = given
         self.inputs = Inputs()
-        self.console = Console("text")
+        self.console = Console("text", quiet)
         self.notes: set[tuple[str, str]] = set()
 
     def compile(self) -> None:

@@ -12,7 +12,7 @@ import pytest
 from rosorin_compile.cli import COMMANDS, main, parser
 from rosorin_compile.frontend.arguments import declared
 from rosorin_compile.tools.completion import known
-from rosorin_compile.tools.completion.candidates import KINDS, candidates, kind, slots
+from rosorin_compile.tools.completion.candidates import KINDS, CommandLine, candidates, kind, slots
 from rosorin_compile.tools.completion.line import split
 from rosorin_compile.tools.parser import Parser
 from support.commands import HANDY, edit
@@ -28,6 +28,7 @@ PROJECT = {
     "arm.xacro": '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:arg name="side" default="l"/>'
     "<link name=\"${open('ran', 'w').write('') or 1}\"/></robot>",
 }
+OURS = CommandLine(COMMANDS, parser)
 BREAKS = " \t\n\"'@><=;|&(:"
 # What is no name, number or file that could be looked up: places whose values are free text.
 FREE = {"NAME", "TEXT", "NUMBER", "LENGTH", "N", "S", "NS", "Z", "X,Y", "X,Y,Z", "R,P,Y", "NXxNY", "FROM:TO:COUNT"}
@@ -39,7 +40,7 @@ def words(line: str, *more: str) -> list[str]:
     for kept in (known._robot, known._arguments, known._sections):  # a process answers once
         kept.cache_clear()
     *before, current = [*line.split(" "), *more]
-    return [one.word for one in candidates(before, current)]
+    return [one.word for one in candidates(before, current, OURS)]
 
 
 def parsers() -> Iterator[tuple[list[str], Parser]]:
@@ -176,7 +177,7 @@ def test_a_robot_that_is_named_and_several_that_are_not(project: Path) -> None:
     (project / "descriptions" / "other").mkdir()
     (project / "descriptions" / "other" / "robot.yaml").write_text("robot: other\nlinks: {other_base: {}}\n")
     assert words("tf other") == ["other_base"]
-    assert candidates(["tf"], "other")[0].help == "other"
+    assert candidates(["tf"], "other", OURS)[0].help == "other"
     assert words("tf -r handy other") == []
     assert words("explain other o") == ["other_base"]
     assert words("all o") == ["other"]

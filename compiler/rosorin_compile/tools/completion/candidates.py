@@ -8,16 +8,18 @@ name, where that of the help is too general. Nothing is printed but candidates, 
 from __future__ import annotations
 
 import argparse
+import os
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
 from ..parser import Parser
-from . import known, places
+from . import known
 
 _MAX_HELP = 70
+MAX_FILES = 2000
 _SLOT = re.compile(r"(\[)?([A-Z][^\s\[\]]*)( \.\.\.)?(\])?(?=\s|$)")
 _OPTION = re.compile(r"(^|\s)--?[a-z-]+ [A-Z]+")  # one that the line of usage shows
 
@@ -52,18 +54,23 @@ class Typed(NamedTuple):
     ended: bool
 
 
-def candidates(words: Sequence[str], current: str) -> list[Candidate]:
-    """Return what may stand at the cursor: after ``words``, where ``current`` is typed already."""
-    from ...cli import COMMANDS, parser
+class CommandLine(NamedTuple):
+    """The commands with what they do, and what gives the parser of a line, as ``cli`` has them."""
 
+    commands: Mapping[str, str]
+    parser: Callable[[Sequence[str]], Parser]
+
+
+def candidates(words: Sequence[str], current: str, of: CommandLine) -> list[Candidate]:
+    """Return what may stand at the cursor: after ``words``, where ``current`` is typed already."""
     command = next((word for word in words if not word.startswith("-")), "")
     if not command:
-        of_all = [Candidate(name, help) for name, help in COMMANDS.items()]
-        found = _options(parser([]), current, []) if current.startswith("-") else of_all
+        of_all = [Candidate(name, help) for name, help in of.commands.items()]
+        found = _options(of.parser([]), current, []) if current.startswith("-") else of_all
         return _beginning(found, current)
-    if command not in COMMANDS:
+    if command not in of.commands:
         return []
-    inner: Parser = parser([command]).within[command]
+    inner: Parser = of.parser([command]).within[command]
     rest = list(words[list(words).index(command) + 1 :])
     if inner.within:
         way = next((word for word in rest if word in inner.within), "")
@@ -260,7 +267,7 @@ def _robots(asked: known.Asked, current: str) -> list[Candidate]:
     given = {*asked.robots}
     named = [Candidate(name, "robot of this project") for name in known.robots() if name not in given]
     with_endings = known.robot_endings()
-    return [*named, *map(Candidate, places.files(current, with_endings))]
+    return [*named, *map(Candidate, files(current, with_endings))]
 
 
 def _rules(_: known.Asked, __: str) -> list[Candidate]:
@@ -289,14 +296,44 @@ def _artifacts(asked: known.Asked, _: str) -> list[Candidate]:
     return [Candidate(name, help) for name, help in {**outputs, **formats}.items()]
 
 
+def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
+    """Return files (those of ``endings``; None: all) and folders, which end in ``/``, as one would go on typing.
+
+    ``~`` is the home folder, and stays as it is typed. Hidden files show when their dot is typed; a name that begins
+    with a dash needs ``./`` to be none of the options.
+    """
+    if current == "~":
+        return ["~/"]
+    before, slash, start = current.rpartition("/")
+    folder = os.path.expanduser(before + slash) or "."
+    found = []
+    try:
+        with os.scandir(folder) as entries:
+            for entry in entries:
+                name = entry.name
+                if not name.startswith(start or tuple(set(name[:1]) - set("."))) or not name.isprintable():
+                    continue
+                if name.startswith("-") and not slash:
+                    continue
+                if entry.is_dir():
+                    found.append(f"{before}{slash}{name}/")
+                elif endings is None or name.lower().endswith(tuple(endings)):
+                    found.append(f"{before}{slash}{name}")
+                if len(found) > MAX_FILES:
+                    break
+    except (OSError, ValueError):  # no folder, or a name that none can have
+        return []
+    return sorted(found)
+
+
 # What there is for the name of a place; a name that is not here is free text.
 KINDS: dict[str, Callable[[known.Asked, str], Iterable[Candidate]]] = {
     "ROBOT": _robots,
-    "FILE": lambda _, current: map(Candidate, places.files(current)),
-    "SOURCE": lambda _, current: map(Candidate, places.files(current)),
-    "PACKAGE": lambda _, current: map(Candidate, places.files(current, ())),
-    "FOLDER": lambda _, current: map(Candidate, places.files(current, ())),
-    "PATH": lambda _, current: map(Candidate, places.files(current, ())),
+    "FILE": lambda _, current: map(Candidate, files(current)),
+    "SOURCE": lambda _, current: map(Candidate, files(current)),
+    "PACKAGE": lambda _, current: map(Candidate, files(current, ())),
+    "FOLDER": lambda _, current: map(Candidate, files(current, ())),
+    "PATH": lambda _, current: map(Candidate, files(current, ())),
     "FRAME": _names("frames"),
     "LINK": _names("links"),
     "JOINT": _names("joints"),
@@ -314,26 +351,26 @@ KINDS: dict[str, Callable[[known.Asked, str], Iterable[Candidate]]] = {
 }
 
 
-def answer(words: Sequence[str]) -> int:
+def answer(words: Sequence[str], of: CommandLine) -> int:
     """Print what may stand at the cursor, a line each; nothing whatever happens, for a shell shows what is printed.
 
     ``-- WORD ... CURRENT`` are the words of a shell that has taken its line apart: the answer is ``WORD``, a tab and a
     help. ``--bash LINE BREAKS`` is the line of bash up to the cursor: the answer is what it is to insert.
     """
     with suppress(Exception, SystemExit, KeyboardInterrupt):
-        for line in _lines(words):
+        for line in _lines(words, of):
             print(line)
     return 0
 
 
-def _lines(words: Sequence[str]) -> list[str]:
+def _lines(words: Sequence[str], of: CommandLine) -> list[str]:
     if len(words) == 3 and words[0] == "--bash":
         from .line import split
 
         line = split(words[1], words[2])
         if line.target:
-            return [line.inserted(name) for name in places.files(line.words[-1])]
-        return [line.inserted(one.word) for one in candidates(line.words[1:-1], line.words[-1])]
+            return [line.inserted(name) for name in files(line.words[-1])]
+        return [line.inserted(one.word) for one in candidates(line.words[1:-1], line.words[-1], of)]
     if len(words) > 1 and words[0] == "--":
-        return [f"{one.word}\t{one.help}" if one.help else one.word for one in candidates(words[1:-1], words[-1])]
+        return [f"{one.word}\t{one.help}" if one.help else one.word for one in candidates(words[1:-1], words[-1], of)]
     return []

@@ -18,6 +18,7 @@ from ..shared import (
     json_option,
     named_robot,
     package_option,
+    quiet_option,
     take_stdin,
     telling,
 )
@@ -38,6 +39,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
     named_robot(command)
     json_option(command)
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -47,7 +49,7 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     take_stdin([*words, options.robot])
     description, names = _asked(words, options.robot)
-    found = _explained(given, description, names, options.pose, Console("text"))
+    found = _explained(given, description, names, options.pose, Console("text", options.quiet))
     if found is None:
         return PROBLEMS
     if options.format == "json":

@@ -20,6 +20,7 @@ from ..shared import (
     named_robot,
     one,
     package_option,
+    quiet_option,
     understood,
 )
 
@@ -60,6 +61,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -71,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS

@@ -23,6 +23,7 @@ from ..shared import (
     named_robot,
     one,
     package_option,
+    quiet_option,
     understood,
 )
 
@@ -99,6 +100,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="whose tf2_echo; jazzy says (xyzw); default: humble",
     )
     command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -113,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
     if known is None:
         return PROBLEMS

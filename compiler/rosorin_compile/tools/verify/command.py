@@ -25,6 +25,7 @@ from ..shared import (
     mode_option,
     mode_states,
     package_option,
+    quiet_option,
     read,
     texts,
 )
@@ -75,6 +76,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--strict", action="store_true", help="take warnings for errors")
     command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
     command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+    quiet_option(command)
     json_option(command)
     package_option(command)
     argument_options(command)
@@ -86,7 +88,7 @@ def run(options: argparse.Namespace) -> int:
     source, description = _asked(words)
     if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
-    console = Console("text")
+    console = Console("text", options.quiet)
     compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
         console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
@@ -243,12 +245,17 @@ def _takes_arguments(path: Path) -> bool:
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
+    from ...diagnostics import ERROR, WARNING
     from .lines import summary, table
 
     if options.format == "json":
         from .machine import as_json
 
         sys.stdout.write(as_json(verdict, source))
+        return
+    if options.quiet:
+        failing = (ERROR, WARNING) if options.strict else (ERROR,)
+        Console("text").show([finding for finding in verdict.findings if finding.severity in failing])
         return
     for line in table(verdict):
         print(line)

@@ -14,7 +14,8 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
-from .diagnostics.console import guarded
+from .diagnostics.console import guarded, show_progress
+from .diagnostics.progress import hide
 from .tools.parser import Parser
 from .tools.shared import PROBLEMS, USAGE, WrongUsage, tell_of_cache
 
@@ -142,6 +143,8 @@ def _run(words: list[str]) -> int:
         return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
         options = parse(words)
+        if _shown(options):
+            show_progress()
         code: int = options.run(options)
         if not getattr(options, "quiet", False):
             tell_of_cache()
@@ -156,7 +159,15 @@ def _run(words: list[str]) -> int:
         return PROBLEMS
     except Exception as problem:
         return _stopped(problem)
+    finally:
+        hide()
     return code
+
+
+def _shown(options: argparse.Namespace) -> bool:
+    """Say whether a run is one for a person, who wants to see how far it is."""
+    for_programs = getattr(options, "format", "text") != "text" or getattr(options, "json", False)
+    return not (for_programs or getattr(options, "quiet", False))
 
 
 def _stopped(problem: Exception) -> int:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .diagnostics.progress import step
 from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
@@ -117,6 +118,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     said += unknown_outputs
+    step("validating")
     diagnostics = [*said, *validate(tree, FORMATS), *unknown(tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
@@ -288,7 +290,8 @@ def _emit(
     templates = Templates(folder)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
-    for output in outputs:
+    for number, output in enumerate(outputs):
+        step(f"making {output.file},", number, len(outputs))
         place = locate(tree, ("outputs", output.name), key=True)
         try:
             text, said = FORMATS[output.backend].written(robot, output, templates)

@@ -84,7 +84,8 @@ def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypa
     (rosorin / "broken.urdf").write_text("<robot>")
     calls = """all broken.yaml/all -n/print urdf broken.yaml/check broken.yaml/import broken.urdf
         diff broken.urdf rosorin/explain -r broken.yaml a/tf a b broken.yaml/frames broken.yaml
-        tf laser odom --json --strict --joint joint1=170deg/pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
+        tf laser odom --json --strict --joint joint1=170deg
+        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
         verify - rosorin"""
     for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
         assert main(call.split()) == 1, call

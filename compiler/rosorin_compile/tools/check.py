@@ -15,6 +15,7 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
+from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
 from ..project import ON_STDIN, Description
@@ -299,7 +300,8 @@ def check_every(run: Run, description: Description) -> int:
     found: dict[Diagnostic, list[Combination]] = {}
     tell: Tell = telling(run.given, run.console)
     search = partial(search_meshes, run.given, description)
-    for combination in tried:
+    for number, combination in enumerate(tried, 1):
+        about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
         for diagnostic in proven(compiled).diagnostics:

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
+from ..diagnostics.progress import about
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import (
@@ -276,7 +277,10 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
     run = Run(options, console_of(options), given)
-    code = max(one(run, description) for description in found)
+    code = FINE
+    for description in found:
+        about(f"{description.name}:" if len(found) > 1 else "")
+        code = max(code, one(run, description))
     run.console.finish()
     return code
 

@@ -12,6 +12,7 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console
+from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import MESH_FILE, Description, NoDescription, find
@@ -105,6 +106,7 @@ class _Robot:
 
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
+        begin()
         self.inputs.read(self._compile)
 
     def _compile(self) -> Iterable[Path]:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...diagnostics.console import Console, Progress
+from ...diagnostics.console import Console
+from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
 from ..shared import (
@@ -102,16 +104,14 @@ def run(options: argparse.Namespace) -> int:
             raise
         raise WrongUsage(_INSTALL) from None
     said = _options(options, compiled.robot)
-    bar = Progress("reading")
+    told = partial(step, "reading messages")
     try:
-        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar, sys.stdin.buffer.read)
+        verdict = verify(compiled.robot, compiled.artifacts, source, said, told, sys.stdin.buffer.read)
     except Unreadable as problem:
         from ...diagnostics import error
 
         console.show([error("recording-unreadable", str(problem), None, problem.help)])
         return PROBLEMS
-    finally:
-        bar.end()
     verdict = verdict._replace(findings=_placed(verdict, given, description, console))
     _show(verdict, options, source, description.name, console)
     _write(verdict, options)

@@ -97,7 +97,7 @@ def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Nam
 class _Robot:
     """One robot that is watched."""
 
-    def __init__(self, description: Description, given: Given, quiet: bool) -> None:
+    def __init__(self, description: Description, given: Given, quiet: bool = False) -> None:
         self.description = description
         self.given = given
         self.inputs = Inputs()

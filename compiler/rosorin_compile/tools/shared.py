@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
-from ..diagnostics.progress import about
+from ..diagnostics.progress import about, begin
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import (
@@ -255,6 +255,7 @@ def take_stdin(names: Sequence[str]) -> None:
         sys.stderr.flush()
     give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
     _taken[:] = [sys.stdin]
+    begin()  # who typed it did not wait for us
 
 
 def no_stdin(words: Sequence[str], help: str) -> None:

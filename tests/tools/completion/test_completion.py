@@ -39,6 +39,7 @@ def words(line: str, *more: str) -> list[str]:
     """Return what may stand at the end of a line."""
     for kept in (known._robot, known._arguments, known._sections):  # a process answers once
         kept.cache_clear()
+    known._spent.clear()
     *before, current = [*line.split(" "), *more]
     return [one.word for one in candidates(before, current, OURS)]
 
@@ -255,6 +256,32 @@ def test_in_a_folder_that_is_gone(home: Path, capfd: pytest.CaptureFixture[str])
     assert main(["complete", "--", "tf", ""]) == 0
     os.chdir(home)
     assert capfd.readouterr() == ("", "")
+
+
+def test_names_that_are_no_line_are_left_out(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    edit(project / "descriptions" / "handy" / "robot.yaml", "odom, child", '"od\\nom\\tx", child')
+    assert "od\nom\tx" in words("tf od")
+    main(["complete", "--", "tf", "od"])
+    assert capsys.readouterr().out in ("", "odom\n"), "the name is two lines"
+    (project / "descriptions" / "$(touch ran)").mkdir()
+    (project / "descriptions" / "$(touch ran)" / "robot.yaml").write_text("robot: a\n")
+    main(["complete", "--bash", "rosorin-compile all $", BREAKS])
+    main(["complete", "--bash", "rosorin-compile all \\$", BREAKS])
+    assert capsys.readouterr().out == "\\$\\(touch\\ ran\\)\n" * 2
+
+
+def test_several_slow_robots_take_the_patience_of_one(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert project.is_dir()
+    limits: list[float] = []
+    monkeypatch.setattr(known.signal, "setitimer", lambda _, limit: limits.append(limit))
+    for spent in (0, known.PATIENCE - 0.5, known.PATIENCE):
+        known._spent[:] = [spent]
+        known._robot.cache_clear()
+        assert "odom" in known.names(known.Asked((), {}, {}), "frames")
+    assert [limit > 0 for limit in limits] == [True, False] * 3
+    assert limits[0] == known.PATIENCE
+    assert 0.01 < limits[2] < 0.5
+    assert limits[4] == 0.01
 
 
 def test_the_help_goes_with_the_word(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

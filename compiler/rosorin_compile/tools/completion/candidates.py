@@ -363,6 +363,11 @@ def answer(words: Sequence[str], of: CommandLine) -> int:
     return 0
 
 
+def _shown(found: Iterable[Candidate]) -> list[Candidate]:
+    """Return the words that can stand on a line of their own, with helps that do."""
+    return [Candidate(one.word, " ".join(one.help.split())) for one in found if one.word.isprintable() and one.word]
+
+
 def _lines(words: Sequence[str], of: CommandLine) -> list[str]:
     if len(words) == 3 and words[0] == "--bash":
         from .line import split
@@ -370,7 +375,10 @@ def _lines(words: Sequence[str], of: CommandLine) -> list[str]:
         line = split(words[1], words[2])
         if line.target:
             return [line.inserted(name) for name in files(line.words[-1])]
-        return [line.inserted(one.word) for one in candidates(line.words[1:-1], line.words[-1], of)]
+        return [line.inserted(one.word) for one in _shown(candidates(line.words[1:-1], line.words[-1], of))]
     if len(words) > 1 and words[0] == "--":
-        return [f"{one.word}\t{one.help}" if one.help else one.word for one in candidates(words[1:-1], words[-1], of)]
+        return [
+            f"{one.word}\t{one.help}" if one.help else one.word
+            for one in _shown(candidates(words[1:-1], words[-1], of))
+        ]
     return []

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import re
 import signal
+import time
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager, suppress
 from functools import cache
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from ...model import Robot
 
 PATIENCE = 1.5  # seconds that a person waits at a tab; then the text has to do
+_spent: list[float] = []  # of it, seconds
 _MAX_ROBOTS = 8  # whose names are shown together where none is named
 
 _SECTION = re.compile(r"([a-z_]+):")
@@ -189,13 +191,14 @@ def _runs(path: Path) -> bool:
 
 @contextmanager
 def _patience() -> Iterator[None]:
-    """End what is done meanwhile after a time, in silence."""
+    """End what is done meanwhile in silence, once the patience of this run is at its end."""
 
     def end(_number: int, _frame: FrameType | None) -> None:
         raise _TooLong
 
     before = signal.signal(signal.SIGALRM, end)
-    signal.setitimer(signal.ITIMER_REAL, PATIENCE)
+    begun = time.monotonic()
+    signal.setitimer(signal.ITIMER_REAL, max(PATIENCE - sum(_spent), 0.01))
     try:
         yield
     except _TooLong:
@@ -203,6 +206,7 @@ def _patience() -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
+        _spent.append(time.monotonic() - begun)
 
 
 def _frames(robot: Robot) -> dict[str, str]:

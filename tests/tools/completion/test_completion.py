@@ -249,6 +249,18 @@ def test_whatever_is_asked_it_ends_in_silence(asked: list[str], capfd: pytest.Ca
     assert capfd.readouterr().err == ""
 
 
+def test_what_others_print_is_no_candidate(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    assert project.is_dir()
+    monkeypatch.setattr(known, "names", lambda *_: print("hello") or print("oh", file=sys.stderr) or {"odom": ""})
+    assert main(["complete", "--", "tf", "o"]) == 0
+    assert capfd.readouterr() == ("odom\nodom:=\n", "")
+    monkeypatch.setattr(known, "names", lambda *_: parser(["nosuch"]))
+    assert main(["complete", "--", "tf", "o"]) == 0
+    assert capfd.readouterr() == ("", "")
+
+
 def test_in_a_folder_that_is_gone(home: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (home / "gone").mkdir()
     os.chdir(home / "gone")

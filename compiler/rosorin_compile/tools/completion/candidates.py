@@ -11,7 +11,8 @@ import argparse
 import os
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from contextlib import redirect_stderr, redirect_stdout, suppress
+from io import StringIO
 from pathlib import Path
 from typing import NamedTuple
 
@@ -357,9 +358,11 @@ def answer(words: Sequence[str], of: CommandLine) -> int:
     ``-- WORD ... CURRENT`` are the words of a shell that has taken its line apart: the answer is ``WORD``, a tab and a
     help. ``--bash LINE BREAKS`` is the line of bash up to the cursor: the answer is what it is to insert.
     """
-    with suppress(Exception, SystemExit, KeyboardInterrupt):
-        for line in _lines(words, of):
-            print(line)
+    lines: list[str] = []
+    with suppress(Exception, SystemExit, KeyboardInterrupt), redirect_stdout(StringIO()), redirect_stderr(StringIO()):
+        lines = _lines(words, of)
+    for line in lines:
+        print(line)
     return 0
 
 

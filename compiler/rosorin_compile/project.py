@@ -8,7 +8,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -18,6 +18,21 @@ ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
 OUTPUTS = "outputs"
+
+
+STDIN = "-"  # the word for a robot on standard input
+ON_STDIN = Path("<stdin>")  # what stands for its file; its includes are seen from the current folder
+_on_stdin: list[bytes] = []
+
+
+def give_stdin(data: bytes) -> None:
+    """Take what stands on standard input for the robot called ``-``."""
+    _on_stdin[:] = [data]
+
+
+def stdin_of(path: Path) -> bytes | None:
+    """Return what was given on standard input, if that is what a path stands for; else None."""
+    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
 
 
 class Description(NamedTuple):
@@ -48,7 +63,29 @@ def find(names: list[str], outputs: str | None) -> list[Description]:
 
 def all_here() -> list[Path]:
     """Return the first files of all descriptions of the project around this folder, sorted by name."""
-    return sorted(Path(around(), DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    return all_in(around())
+
+
+def all_in(project: Path) -> list[Path]:
+    """Return the first files of all descriptions of a project, sorted by name."""
+    return sorted(Path(project, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+
+
+def all_with(files: Iterable[str]) -> list[Path]:
+    """Return the first files of all descriptions of the projects that some files are in, project by project.
+
+    The project of a file is that of its folder, or of the nearest one above it.
+    """
+    known: dict[Path, list[Path]] = {}
+    found: dict[Path, None] = {}
+    for file in files:
+        for folder in Path(file).parents:
+            if known.setdefault(folder, all_in(folder)):
+                found |= dict.fromkeys(known[folder])
+                break
+        else:
+            found |= dict.fromkeys(all_here())
+    return sorted(found)
 
 
 def around() -> Path:
@@ -100,6 +137,8 @@ def projects_of(path: Path) -> tuple[Path, ...]:
 
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
+    if name == STDIN and _on_stdin:
+        return ON_STDIN
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
         if is_file(path / ROOT_FILE):
             return path / ROOT_FILE

@@ -1,27 +1,33 @@
 """The console: diagnostics go to the person at once, or to a program as one document at the end.
 
-``Console`` is what a command talks to; ``Progress`` shows a bar on the terminal for what takes longer than a second.
+``Console`` is what a command talks to.
 ``guarded`` stands between the whole program and the terminal: no text of a file, of a name or of another program steers
-it. What may go past it is said here: our own colours, the bar, and artifacts on their way into a file or a pipe.
+it. What may go past it is said here: our own colours, and artifacts on their way into a file or a pipe.
 """
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
-from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
+from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
+
+if TYPE_CHECKING:
+    from .markdown import Block, Section
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
 # More warnings or notes that say nearly the same are one with the places of the others; a program gets all.
 MANY = 5
+
+MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
@@ -38,6 +44,7 @@ class _Guard:
 
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
+        progress.wipe()
         self.stream.write(printable(text, _LAYOUT))
         return len(text)
 
@@ -50,6 +57,9 @@ class _Guard:
 @contextmanager
 def guarded() -> Iterator[None]:
     """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # whoever called has closed it
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     sys.stdout, sys.stderr = guards
@@ -63,34 +73,49 @@ def _unguarded(stream: TextIO) -> TextIO:
     return stream.stream if isinstance(stream, _Guard) else stream
 
 
+def show_progress() -> None:
+    """Show what takes long, if a person sees standard error: a terminal, and not that of a machine that builds."""
+    if sys.stderr.isatty() and "CI" not in os.environ and os.environ.get("TERM") != "dumb":
+        progress.show(_unguarded(sys.stderr))
+
+
 def paint(text: str, stream: TextIO) -> None:
     """Print a text in which our own colours are."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
+    progress.wipe()
     _unguarded(stream).write("".join(pieces))
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal."""
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+    if getattr(sys.stdout, "name", "") == os.devnull:
+        raise OSError(errno.EBADF, "it is closed")
+    progress.wipe()
     stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
     raw = getattr(stream, "buffer", None)
     if isinstance(stream, _Guard) or raw is None:
         stream.write(text)
         return
     stream.flush()
-    raw.write(text.encode())
+    rest = memoryview(text.encode())
+    while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
+        rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:
     """Prints what a run has to say, in one of the forms of ``report``.
 
-    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read.
+    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read; ``summary``: it is kept as
+    Markdown, too, whatever the form.
     """
 
-    def __init__(self, form: str, quiet: bool = False, verbose: bool = False) -> None:
+    def __init__(self, form: str, quiet: bool = False, verbose: bool = False, summary: bool = False) -> None:
         self.form = form
         self.quiet = quiet
         self.verbose = verbose
+        self.keeps = summary or form == MARKDOWN
+        self.sections: list[Section] = []
         self.collected: list[Diagnostic] = []
         self.ran = 0
         self.stand_ins = 0
@@ -100,13 +125,50 @@ class Console:
         """Whether the output is text; otherwise standard output is one document for a program."""
         return self.form == "text"
 
+    @property
+    def section(self) -> Section:
+        """What is said of the robot at hand."""
+        if not self.sections:
+            self.begin("")
+        return self.sections[-1]
+
+    def begin(self, name: str) -> None:
+        """Begin with what there is to say of one robot."""
+        if self.keeps:
+            from .markdown import Section
+
+            self.sections.append(Section(name))
+
+    def end(self, failed: bool) -> None:
+        """End with one robot; what failed without a word about it is said to have failed all the same."""
+        if self.keeps and failed and not self.section.failed:
+            self.section.wrong.append("failed; the log of the run says why")
+
+    def differ(self, what: str, lines: Sequence[str], told: Diagnostic, blocks: Callable[[], Sequence[Block]]) -> None:
+        """Say that something differs: to a person in lines, to a program as a diagnostic, in Markdown as ``blocks``.
+
+        ``what`` says it in some words.
+        """
+        if self.for_people:
+            for line in lines:
+                print(line)
+        else:
+            self.collected.append(told)
+        if self.keeps:
+            self.section.wrong.append(what)
+            self.section.blocks += blocks()
+            self.section.said += [told.help] if told.help else []
+
     def show(self, diagnostics: Sequence[Diagnostic]) -> str:
         """Print diagnostics, or keep them for the end; return what was printed."""
         if self.quiet:
             stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
             self.stand_ins += len(stand_ins)
-            kept = [] if self.for_people else stand_ins
-            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *kept]
+            diagnostics = [one for one in diagnostics if one.severity == ERROR]
+            if not self.for_people:
+                diagnostics += stand_ins
+        if self.keeps:
+            self.section.diagnostics += diagnostics
         if not self.for_people:
             self.collected += diagnostics
             return ""
@@ -136,7 +198,9 @@ class Console:
         """Print a line about the run as a whole."""
         if self.quiet:
             return
-        print(line, file=sys.stdout if self.for_people else sys.stderr)
+        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
+        if self.keeps:
+            self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
     def tell_read(self, files: Iterable[object]) -> None:
         """Say which files were read, for people who want to know."""
@@ -146,14 +210,26 @@ class Console:
 
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""
-        sys.stderr.write(f"{line}\n")
+        sys.stderr.write(f"{self._inert(line)}\n")
+
+    def _inert(self, line: str) -> str:
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
+
+    def summary(self) -> str:
+        """Return what was said as Markdown."""
+        from .markdown import document
+
+        return document(self.sections)
 
     def finish(self) -> None:
         """Print the document of a run that is read by a program; of a quiet one, what has to stay visible."""
         if self.for_people and self.stand_ins:
             count = counted(self.stand_ins, "stand-in")
             self.warn(f"{count}: values that are not measured; without -q they are listed")
-        if not self.for_people:
+        if self.form == MARKDOWN:
+            sys.stdout.write(self.summary())
+        elif not self.for_people:
             from . import report
 
             sys.stdout.write(report.FORMATS[self.form](self.collected))
@@ -162,42 +238,3 @@ class Console:
 def colour() -> bool:
     """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
     return sys.stderr.isatty() and "NO_COLOR" not in os.environ
-
-
-_AFTER = 1.0  # seconds
-_EVERY = 0.1
-_WIDTH = 30
-
-
-class Progress:
-    """Shows on standard error how far something is, if that is a terminal and it takes long; leaves nothing behind."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
-        self.begun = time.monotonic()
-        self.next = self.begun + _AFTER
-        self.shown = False
-
-    def __call__(self, done: int, total: int) -> None:
-        """Say that ``done`` of ``total`` are done."""
-        now = time.monotonic()
-        if now < self.next or not sys.stderr.isatty():
-            return
-        self.next = now + _EVERY
-        self.shown = True
-        share = min(1.0, done / max(total, 1))  # a recording may hold more than it says
-        full = int(_WIDTH * share)
-        bar = "#" * full + "." * (_WIDTH - full)
-        _unguarded(sys.stderr).write(f"\r{printable(self.what)} [{bar}] {int(100 * share):3d}%")
-        sys.stderr.flush()
-
-    def part(self, index: int, count: int) -> Callable[[float], None]:
-        """Return what is told the share (0 to 1) that is done of one part of several."""
-        return lambda share: self(int(1000 * (index + share)), 1000 * count)
-
-    def end(self) -> None:
-        """Wipe the bar off."""
-        if self.shown:
-            _unguarded(sys.stderr).write("\r\x1b[K")
-            sys.stderr.flush()
-            self.shown = False

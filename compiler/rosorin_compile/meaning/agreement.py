@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
+from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
 from ..formats.facts import ANGLES, facts_of
@@ -67,7 +68,8 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     for the words.
     """
     model = facts_of(robot)
-    for artifact in artifacts:
+    for number, artifact in enumerate(artifacts):
+        step(f"proving {artifact.file},", number, len(artifacts))
         try:
             reading = _reading(robot, artifact, model)
         except ValueError:
@@ -156,7 +158,7 @@ def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Re
             continue
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(subject(fact), reading, mine, theirs, next(others, None))
+        yield _error(str(subject(fact)), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:

@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..diagnostics.progress import step
 from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact
 from ..model import Robot
@@ -43,7 +44,8 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     texts: list[TextDifference] = []
     pairs: list[Pair] = []
-    for artifact in arranged:
+    for number, artifact in enumerate(arranged):
+        step(f"comparing {artifact.file},", number, len(arranged))
         old = _decoded(committed.get(artifact.file))
         if old is None:
             missing = artifact.file not in committed
@@ -168,12 +170,18 @@ def unified(file: str, old: str, new: str) -> tuple[str, ...]:
     return tuple(shown)
 
 
-def shorten(lines: Sequence[str]) -> list[str]:
+def narrowed(lines: Sequence[str], most: int) -> list[str]:
     """Return the first lines of a diff, long ones cut around the place where they begin to differ."""
-    shown = list(lines[:MAX_LINES])
+    shown = list(lines[:most])
     for index, line in enumerate(shown):
         if len(line) > MAX_WIDTH:
             shown[index] = _cut(line, _beginning(lines, index))
+    return shown
+
+
+def shorten(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a diff, as ``narrowed``, and how many there are more."""
+    shown = narrowed(lines, MAX_LINES)
     if len(lines) > MAX_LINES:
         shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
     return shown

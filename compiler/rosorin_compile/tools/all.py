@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
@@ -25,8 +25,10 @@ from .shared import (
     depfile_options,
     for_each,
     format_options,
+    hook_option,
     lacks_meshes,
     mesh_files,
+    no_stdin,
     nothing_written,
     output_options,
     place,
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..formats.packages import Packages
     from ..output import Written
+    from ..pipeline import Compiled
 
 RULES = (
     Rule(
@@ -60,6 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
     robot_options(command)
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
+    hook_option(command, "; exit 1 if anything was written")
     command.add_argument(
         "--only",
         action="append",
@@ -85,6 +89,7 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_options(options: argparse.Namespace) -> None:
     """Raise WrongUsage for options that do not go together."""
+    no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print OUTPUT -")
     if options.only and (options.prune or options.dry_run):
         other = "--prune" if options.prune else "--dry-run"
         raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")
@@ -99,14 +104,7 @@ def _write_one(run: Run, description: Description) -> int:
         return _write_some(run, description)
     from ..output import stamp
 
-    key = {
-        "description": os.path.abspath(description.path),
-        "outputs": os.path.abspath(description.outputs),
-        "arguments": run.given.texts,
-        "argument files": [os.path.abspath(file) for file in run.given.files],
-        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
-        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
-    }
+    key = _key(run, description)
     remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
@@ -135,7 +133,24 @@ def _write_one(run: Run, description: Description) -> int:
         told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs))]
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
-    return _tell_build(run, description, names, read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
+
+
+def _ended(run: Run, written: Written, code: int) -> int:
+    """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
+    return PROBLEMS if run.options.hook and (written.written or written.removed) else code
+
+
+def _key(run: Run, description: Description) -> dict[str, Any]:
+    """Return what tells one call from another of which a stamp knows."""
+    return {
+        "description": os.path.abspath(description.path),
+        "outputs": os.path.abspath(description.outputs),
+        "arguments": run.given.texts,
+        "argument files": [os.path.abspath(file) for file in run.given.files],
+        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
+        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
+    }
 
 
 def _write_some(run: Run, description: Description) -> int:
@@ -154,7 +169,7 @@ def _write_some(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    return _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
 
 
 def _belonging(compiled: Compiled) -> dict[str, bytes]:
@@ -183,7 +198,7 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
     try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs)
+        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
         touch(file for file in made if os.path.realpath(file) not in read)
     except OutputError as problem:
         run.console.show([problem.diagnostic])

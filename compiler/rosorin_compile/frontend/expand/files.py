@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
+from ...diagnostics.progress import step
 from ...diagnostics.registry import FILES, Rule
 from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, projects_of, python_folder, resolved, shown
 from ..expression.functions import ExpressionError
@@ -100,6 +101,7 @@ class Reader:
     ) -> Map | None:
         """Return a file joined with its includes; None if it cannot be read."""
         self.files.append(path)
+        step("reading files", len(self.files))
         try:
             file = load_mapping(path, name, asked, via)
         except LoadError as problem:

@@ -15,7 +15,9 @@ from .copies import difference, forms
 from .finding import copies, package_of
 from .launch_files import PUBLISHER, Unreadable, calls, is_launch_file
 from .naming import NOWHERE
-from .package import LAUNCH, Options, make
+from .package import Options, make
+from .starting import LAUNCH
+from .starting import PUBLISHER as FILE
 
 RULES = (
     Rule(
@@ -99,7 +101,7 @@ def _generated(
     made: dict[Path, dict[str, bytes]] = {}
     for name in files:
         last = name.rpartition("/")[2]
-        if not last.startswith(f"{LAUNCH}.") or _STAMP not in (folder / name).read_bytes()[:1000]:
+        if not (last.startswith(f"{LAUNCH}.") or last == FILE) or _STAMP not in (folder / name).read_bytes()[:1000]:
             continue
         package = package_of((folder / name).parent)
         if package is None:

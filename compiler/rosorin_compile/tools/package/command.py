@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
 _PERSON = re.compile(r"\s*([^<>]+?)\s*<\s*([^<>\s@]+@[^<>\s@]+\.[^<>\s@]+)\s*>\s*")
 _VERSION = re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)")
-
+_ADDRESS = re.compile(r"https?://[^\s<>\"']+")
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
@@ -44,6 +44,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--package-version", metavar="X.Y.Z", help="default: 0.1.0")
     command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="who answers for the package")
     command.add_argument("--license", metavar="SPDX", help="such as Apache-2.0")
+    command.add_argument("--url", metavar="URL", help="where the package is at home")
     command.add_argument(
         "--topic",
         action="append",
@@ -80,6 +81,7 @@ def _write(console: Console, asked: Options, compiled: Compiled, description: De
     from . import placing
     from .deploying import kept, refused
     from .package import make
+    from .papers import left_alone
 
     robot, artifacts, sources = compiled.robot, compiled.artifacts, [description.path.parent, description.outputs]
     if robot is None:
@@ -89,11 +91,13 @@ def _write(console: Console, asked: Options, compiled: Compiled, description: De
     console.show([*package.diagnostics, *([problem] if problem else [])])
     if problem or not package.files:
         return PROBLEMS
+    left = left_alone(target, package.files, recorded(target))
+    ours = {name: data for name, data in package.files.items() if name not in left}
     # The package is ours; what nobody noted in it may have been written by a version that made no notes.
-    found = held(target, package.files, recorded(target))
+    found = held(target, ours, recorded(target))
     there = [one._replace(why=UNKNOWN) if one.why == FOREIGN else one for one in found]
     console.show(list(kept(there)))
-    files = {**package.files, RECORD: record_of(target, package.files), **{one.kept: one.data for one in there}}
+    files = {**ours, RECORD: record_of(target, ours), **{one.kept: one.data for one in there}}
     fresh = [name for name in placing.place(target, files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
@@ -122,6 +126,10 @@ def _asked(options: argparse.Namespace, robot: str, sensors: list[str]) -> Optio
         asked = replace(asked, maintainer=person[1], email=person[2])
     if options.license is not None:
         asked = replace(asked, license=_line(options.license, "license"))
+    if options.url is not None:
+        if not _ADDRESS.fullmatch(options.url) or not options.url.isprintable():
+            raise WrongUsage(f'"{options.url}" is no address of a page: https://example.org/robot')
+        asked = replace(asked, url=options.url)
     return replace(asked, topics={**asked.topics, **_topics(options.topics, sensors)})
 
 

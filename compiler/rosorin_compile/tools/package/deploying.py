@@ -326,6 +326,7 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
             ("name", "name"),
             ("version", "version"),
             ("license", "license"),
+            ("url", "url"),
             ("maintainer", "maintainer"),
         )
         if tag in elements

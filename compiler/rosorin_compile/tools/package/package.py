@@ -8,13 +8,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import NOTE, Diagnostic, error
+from ...diagnostics import Diagnostic, error
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import FORMATS, Artifact, feeds, is_built_in, names_meshes, published
 from ...formats.templating import BUILTIN, Templates, comment
 from ...frontend.yaml_text import quoted
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
-from . import meshes, starting, views
+from . import meshes, papers, starting, views
 from .naming import file_name
 from .starting import LAUNCH, PUBLISHER
 
@@ -27,12 +27,6 @@ RULES = (
         "package-same-place",
         "Two outputs have one file name in two folders, and a package has one folder for both.",
         "Let the file names differ.",
-        PACKAGES,
-    ),
-    Rule(
-        "package-defaults",
-        "A note: nobody said who maintains the package, or its licence.",
-        "`--maintainer`, `--license`",
         PACKAGES,
     ),
 )
@@ -53,9 +47,10 @@ class Options:
     name: str
     build_type: str = BUILD_TYPES[0]
     version: str = "0.1.0"
-    maintainer: str = "nobody yet"
-    email: str = "nobody@example.com"
-    license: str = "LicenseRef-not-stated"
+    maintainer: str = papers.NOBODY
+    email: str = papers.NO_MAIL
+    license: str = papers.NO_LICENSE
+    url: str = ""
     description: str = ""
     topics: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
@@ -110,8 +105,8 @@ def make(
             ]
             diagnostics += meshes.beside(place, names, target)
         files[place] = text.encode()
-    files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs))
-    return Package(files, [*diagnostics, *_defaults(options)])
+    files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs, target))
+    return Package(files, [*diagnostics, *papers.remarks(options, target)])
 
 
 def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:
@@ -159,7 +154,7 @@ def _copied(
 
 
 def _made(
-    robot: Robot, options: Options, urdf: str, carried: Sequence[tuple[str, Artifact]], needs: set[str]
+    robot: Robot, options: Options, urdf: str, carried: Sequence[tuple[str, Artifact]], needs: set[str], target: Path
 ) -> dict[str, bytes]:
     """Return the files that are made for the package alone."""
     package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
@@ -177,7 +172,9 @@ def _made(
         "comment": comment,
         "contents": _contents(carried, rviz),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
+        "compiled": None,
         **starting.values(robot),
+        **papers.values(options, target),
         **views.view(robot, options.topics),
     }
     names = {f"{LAUNCH}.{form}": f"launch.{form}" for form in ("py", "xml", "yaml")}
@@ -188,6 +185,7 @@ def _made(
     templates |= python if options.build_type == "ament_python" else {"CMakeLists.txt": "CMakeLists.txt"}
     engine = Templates()
     made = {n: engine.render(f"{BUILTIN}package_{t}.jinja", values).encode() for n, t in templates.items()}
+    made |= papers.made(options, values, engine)
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 
 
@@ -213,21 +211,3 @@ def _contents(carried: Sequence[tuple[str, Artifact]], rviz: str) -> list[tuple[
 def _other(edge: Edge) -> str:
     when = f", when {edge.when}" if edge.when else ""
     return f"{edge.parent} -> {edge.child}: {edge.publisher.name}{when}"
-
-
-def _defaults(options: Options) -> list[Diagnostic]:
-    """Return what package.xml says by default and its reader should decide."""
-    usual = Options(options.name)
-    open_ones = [
-        option
-        for option, mine, default in (
-            ("--maintainer", options.email, usual.email),
-            ("--license", options.license, usual.license),
-        )
-        if mine == default
-    ]
-    if not open_ones:
-        return []
-    message = f"package.xml does not say yet who maintains the package or how it is licensed ({', '.join(open_ones)})"
-    help = "--maintainer 'NAME <MAIL>', --license with an SPDX name such as Apache-2.0"
-    return [Diagnostic("package-defaults", NOTE, message, None, (), help)]

@@ -332,6 +332,7 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
         if tag in elements
     }
     changes |= {"build_type": elements["build_type"].text.strip()} if "build_type" in elements else {}
+    changes |= {"at_launch": True} if "rosorin_compile" in elements else {}
     changes |= _email(elements)
     return dataclasses.replace(options, **changes, topics=topics_of(target, set(sensors)))
 

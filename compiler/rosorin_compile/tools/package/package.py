@@ -14,12 +14,13 @@ from ...formats import FORMATS, Artifact, feeds, is_built_in, names_meshes, publ
 from ...formats.templating import BUILTIN, Templates, comment
 from ...frontend.yaml_text import quoted
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
+from ...project import DESCRIPTIONS
 from . import meshes, papers, starting, views
 from .naming import file_name
-from .starting import LAUNCH, PUBLISHER
 
 if TYPE_CHECKING:
     from ...formats.mesh_files import Searched
+    from .compiling import Carried
 
 RULES = (
     Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),
@@ -33,6 +34,7 @@ RULES = (
 
 
 BUILD_TYPES = ("ament_cmake", "ament_python")
+_BUILT_BY = {"ament_cmake": ("CMakeLists.txt",), "ament_python": ("setup.py", "setup.cfg")}
 FOLDERS = ("config", "doc", "launch", "meshes", "rviz")  # beside those that formats ask for
 _NODES = ("robot_state_publisher", "tf2_ros")
 # Where what a format does not place stands, by the ending of its file.
@@ -42,7 +44,10 @@ _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 
 @dataclasses.dataclass(frozen=True)
 class Options:
-    """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor."""
+    """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor.
+
+    ``at_launch`` says that it compiles its description whenever it is launched.
+    """
 
     name: str
     build_type: str = BUILD_TYPES[0]
@@ -51,6 +56,7 @@ class Options:
     email: str = papers.NO_MAIL
     license: str = papers.NO_LICENSE
     url: str = ""
+    at_launch: bool = False
     description: str = ""
     topics: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
@@ -69,8 +75,9 @@ def make(
     sources: Sequence[Path],
     target: Path,
     searched: Searched | None = None,
+    carried: Carried | None = None,
 ) -> Package:
-    """Return the package of a robot, whose meshes were ``searched``.
+    """Return the package of a robot, whose meshes were ``searched``; ``carried`` is compiled at launch.
 
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
@@ -81,15 +88,15 @@ def make(
         return Package(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
-    carried: dict[str, Artifact] = {}
+    placed: dict[str, Artifact] = {}
     for artifact in artifacts:
         place = place_of(artifact, main)
-        if place and carried.setdefault(place, artifact) is not artifact:
-            return Package({}, [_twice(place, carried[place], artifact)])
+        if place and placed.setdefault(place, artifact) is not artifact:
+            return Package({}, [_twice(place, placed[place], artifact)])
     files: dict[str, bytes] = {}
     needs: set[str] = set()
     diagnostics: list[Diagnostic] = []
-    for place, artifact in carried.items():
+    for place, artifact in placed.items():
         text = artifact.text
         beside = FORMATS[artifact.backend].beside
         if names_meshes(artifact):
@@ -105,7 +112,10 @@ def make(
             ]
             diagnostics += meshes.beside(place, names, target)
         files[place] = text.encode()
-    files.update(_made(robot, options, place_of(main, main), list(carried.items()), needs, target))
+    if carried is not None:
+        needs.update(carried.packages)
+        files.update(carried.files)
+    files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried))
     return Package(files, [*diagnostics, *papers.remarks(options, target)])
 
 
@@ -154,7 +164,13 @@ def _copied(
 
 
 def _made(
-    robot: Robot, options: Options, urdf: str, carried: Sequence[tuple[str, Artifact]], needs: set[str], target: Path
+    robot: Robot,
+    options: Options,
+    urdf: str,
+    placed: Sequence[tuple[str, Artifact]],
+    needs: set[str],
+    target: Path,
+    carried: Carried | None,
 ) -> dict[str, bytes]:
     """Return the files that are made for the package alone."""
     package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
@@ -164,48 +180,38 @@ def _made(
         "robot": robot,
         "package": dataclasses.asdict(package),
         "depends": sorted({*_NODES, *launch, *needs}),
-        "folders": _folders(carried),
+        "folders": _folders(placed, carried),
         "urdf": urdf.removeprefix("urdf/"),
         "rviz": rviz,
         "literal": repr,
         "quoted": quoted,
         "comment": comment,
-        "contents": _contents(carried, rviz),
+        "contents": _contents(placed, rviz, carried),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
-        "compiled": None,
-        **starting.values(robot),
+        **starting.values(robot, carried),
         **papers.values(options, target),
         **views.view(robot, options.topics),
     }
-    names = {f"{LAUNCH}.{form}": f"launch.{form}" for form in ("py", "xml", "yaml")}
-    templates = {f"launch/{name}": template for name, template in names.items()}
-    templates[f"launch/{PUBLISHER}"] = "publisher.launch.py"
-    templates |= {f"rviz/{rviz}": "rviz", "package.xml": "package.xml", "README.md": "README.md"}
-    python = {"setup.py": "setup.py", "setup.cfg": "setup.cfg"}
-    templates |= python if options.build_type == "ament_python" else {"CMakeLists.txt": "CMakeLists.txt"}
+    templates = {f"rviz/{rviz}": "package_rviz"}
+    templates |= {name: f"package_{name}" for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
+    templates |= starting.templates(carried) | papers.templates(options)
     engine = Templates()
-    made = {n: engine.render(f"{BUILTIN}package_{t}.jinja", values).encode() for n, t in templates.items()}
-    made |= papers.made(options, values, engine)
+    made = {n: engine.render(f"{BUILTIN}{template}.jinja", values).encode() for n, template in templates.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})
 
 
-def _folders(carried: Sequence[tuple[str, Artifact]]) -> list[str]:
+def _folders(placed: Sequence[tuple[str, Artifact]], carried: Carried | None) -> list[str]:
     """Return the folders that a package installs: those of the tool's own formats, and those of its artifacts."""
     own = (one.folder for one in FORMATS.values() if one.folder and is_built_in(one.name))
-    return sorted({*FOLDERS, *own, *(place.partition("/")[0] for place, _ in carried)})
+    more = [DESCRIPTIONS] if carried else []
+    return sorted({*FOLDERS, *own, *more, *(place.partition("/")[0] for place, _ in placed)})
 
 
-def _contents(carried: Sequence[tuple[str, Artifact]], rviz: str) -> list[tuple[str, str]]:
+def _contents(placed: Sequence[tuple[str, Artifact]], rviz: str, carried: Carried | None) -> list[tuple[str, str]]:
     """Return the files of a package with what each is."""
-    rows = [(place, FORMATS[artifact.backend].about) for place, artifact in carried]
-    return sorted(
-        [
-            *rows,
-            (f"launch/{LAUNCH}.*", "one launch file in three forms"),
-            (f"launch/{PUBLISHER}", "robot_state_publisher alone; what the XML and the YAML form include"),
-            (f"rviz/{rviz}", "a view for RViz"),
-        ]
-    )
+    rows = [(place, FORMATS[artifact.backend].about) for place, artifact in placed]
+    rows += [(f"rviz/{rviz}", "a view for RViz"), (papers.TEST, "a test that the installed URDF parses: `colcon test`")]
+    return sorted([*rows, *starting.contents(carried)])
 
 
 def _other(edge: Edge) -> str:

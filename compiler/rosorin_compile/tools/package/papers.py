@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import PACKAGES, Rule
-from ...formats.templating import BUILTIN, Templates
 from ...output.ours import digest
 
 if TYPE_CHECKING:
@@ -76,9 +75,3 @@ def remarks(options: Options, target: Path) -> list[Diagnostic]:
         help = f"put the text of the licence into {target / LICENSE}; it stays there"
         found.append(Diagnostic("package-license", NOTE, message, None, (), help))
     return found
-
-
-def made(options: Options, values: Mapping[str, Any], engine: Templates) -> dict[str, bytes]:
-    """Return the papers of a package."""
-    names = templates(options)
-    return {name: engine.render(f"{BUILTIN}{template}.jinja", values).encode() for name, template in names.items()}

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shlex
 from collections.abc import Iterable
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...formats import FORMATS, launching
 from ...formats.static_tf import ARGUMENTS as COMMON
@@ -20,11 +20,16 @@ from ...formats.static_tf import (
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from ...rules.case import feeding
 
+if TYPE_CHECKING:
+    from .compiling import Carried
+
 # Packages of the nodes that show a robot on a screen, or stand in for its driver; nothing on a robot needs them.
 SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
 PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
-PUBLISHER = "robot_state_publisher.launch.py"  # what the XML and the YAML form include
+# What the XML and the YAML form include, and what all three forms do where the description is compiled at launch.
+PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
+WORDS = "rosorin_compile_words"  # the launch configuration that holds the description and its arguments
 
 
 class Argument(NamedTuple):
@@ -62,11 +67,17 @@ class Static(NamedTuple):
 
 
 class Statics(NamedTuple):
-    """The static transforms of a robot, the launch arguments of the modes that they depend on, imports for these."""
+    """The static transforms of a robot, the launch arguments of the modes that they depend on, conditions in Python."""
 
     nodes: list[Static]
     modes: dict[str, str]
-    imports: str
+    conditions: dict[str, str]
+    read: tuple[launching.Condition, ...]
+
+    def imports(self, *more: str) -> str:
+        """Return the import of substitutions."""
+        names = launching.substitutions(self.read, "LaunchConfiguration", *more)
+        return launching.imported("launch.substitutions", names)
 
     def arguments(self) -> list[Argument]:
         """Return the launch arguments of the modes."""
@@ -100,8 +111,8 @@ def spelt_statics(robot: Robot, taken: Iterable[str]) -> Statics:
         condition = launching.in_frontends(read[one.when], modes)
         python = launching.if_condition(read[one.when], modes, 12)
         nodes.append(_static(one)._replace(condition=condition, python_condition=python))
-    names = launching.substitutions(read.values(), "LaunchConfiguration")
-    return Statics(nodes, modes, launching.imported("launch.substitutions", names))
+    conditions = {when: launching.in_python(one, modes, 4) for when, one in read.items()}
+    return Statics(nodes, modes, conditions, tuple(read.values()))
 
 
 def _static(transform: StaticTransform) -> Static:
@@ -111,22 +122,50 @@ def _static(transform: StaticTransform) -> Static:
     return Static(name, plain(name), tuple(in_python(transform)), args, describe(transform.source))
 
 
-def values(robot: Robot) -> dict[str, Any]:
-    """Return what the templates of launch files need to know of a robot."""
+def values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
+    """Return what the templates of launch files need to know of a robot; ``carried`` is compiled at launch."""
     statics = spelt_statics(robot, [argument.name for argument in ARGUMENTS])
+    if carried is None:
+        arguments = [*ARGUMENTS, *statics.arguments()]
+        included, passed_on = PUBLISHER, [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")]
+    else:
+        more = [*statics.arguments(), *(one.argument for one in carried.passed)]
+        arguments = [*ARGUMENTS, *more]
+        included, passed_on = STATICS, [*(one for one in ARGUMENTS if one.name in COMMON), *more]
     return {
-        "arguments": [*ARGUMENTS, *statics.arguments()],
-        "of_publisher": [one for one in ARGUMENTS if one.name in (*COMMON, "use_sim_time")],
-        "included": PUBLISHER,
+        "arguments": arguments,
+        "passed_on": passed_on,
+        "included": included,
         "publisher": moved_by(robot),
         "statics": statics.nodes,
         "modes": statics.modes,
-        "imports": statics.imports,
+        "conditions": statics.conditions,
+        "imports": statics.imports(*(("Command",) if carried else ())),
         "plain": plain,
         "in_args": in_args,
         "prefix": PREFIX,
         "screen": SCREEN,
+        "carried": carried,
+        "words": WORDS,
     }
+
+
+def templates(carried: Carried | None) -> dict[str, str]:
+    """Return the templates of the launch files by their names."""
+    kind = "compiled_launch" if carried else "launch"
+    found = {f"launch/{LAUNCH}.{form}": f"package_{kind}.{form}" for form in ("py", "xml", "yaml")}
+    if carried:
+        return {**found, f"launch/{STATICS}": "package_compiled_statics.launch.py"}
+    return {**found, f"launch/{PUBLISHER}": "package_publisher.launch.py"}
+
+
+def contents(carried: Carried | None) -> list[tuple[str, str]]:
+    """Return the launch files with what each is."""
+    rows = [(f"launch/{LAUNCH}.*", "one launch file in three forms")]
+    if carried:
+        rows.append((carried.description, "the description that is compiled at launch, and what it reads"))
+        return [*rows, (f"launch/{STATICS}", "the static frames alone; what the three forms include")]
+    return [*rows, (f"launch/{PUBLISHER}", "robot_state_publisher alone; what the XML and the YAML form include")]
 
 
 def moved_by(robot: Robot) -> str:

@@ -80,16 +80,16 @@ def described(
     if not options.at_launch or compiled.robot is None:
         return None, []
     modes = spelt_statics(compiled.robot, [argument.name for argument in ARGUMENTS]).modes
-    return carry(compiled, description.path, given.values(), options.name, modes.values())
+    return carry(compiled, description.path, given, options.name, modes.values())
 
 
 def carry(
-    compiled: Compiled, path: Path, values: Mapping[str, Any], package: str, modes: Iterable[str]
+    compiled: Compiled, path: Path, given: Given, package: str, modes: Iterable[str]
 ) -> tuple[Carried | None, list[Diagnostic]]:
     """Return the description whose first file is ``path`` as a package carries it, or what cannot be carried.
 
-    ``values`` are its arguments in this run, which become the defaults at launch; ``modes`` are names of launch
-    arguments that are taken.
+    The arguments of this run become the defaults at launch; ``modes`` are names of launch arguments that are taken.
+    Raises LoadError.
     """
     from ...frontend.arguments import declared
 
@@ -97,26 +97,31 @@ def carry(
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)
-    places, problems = _places(compiled, path)
+    values = given.values()
+    packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
+    packages |= given.packages
+    places, problems = _places(compiled, path, packages)
     problems += _unfindable(main, package, places)
     if problems:
         return None, problems
     files = {place: file.read_bytes() for file, place in places.items()}
     taken = [*(argument.name for argument in ARGUMENTS), *modes, WORDS]
     passed = tuple(_passed(declared(path, values)[0], values, taken))
-    needs = {one.name for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer} - {package}
-    description = places[_spelled(path)]
-    return Carried(description, files, passed, main.output, statics, tuple(sorted(filter(is_legal, needs)))), []
+    read = [
+        name for name, folder in packages.items() if any(_spelled(f).is_relative_to(folder) for f in compiled.inputs)
+    ]
+    needs = tuple(sorted(name for name in read if is_legal(name) and name != package))
+    return Carried(places[_spelled(path)], files, passed, main.output, statics, needs), []
 
 
 def _spelled(path: Path) -> Path:
     return Path(os.path.abspath(path))
 
 
-def _places(compiled: Compiled, path: Path) -> tuple[dict[Path, str], list[Diagnostic]]:
+def _places(compiled: Compiled, path: Path, packages: Mapping[str, Path]) -> tuple[dict[Path, str], list[Diagnostic]]:
     """Return where in a package the files of a description stand, and what cannot stand in one."""
-    known = [Path(one.answer) for one in compiled.resolved if one.kind in (ROS_PACKAGE, PYTHON_PACKAGE) and one.answer]
-    elsewhere = [data_folder("parts_library").resolve(), *known]
+    python = [Path(one.answer) for one in compiled.resolved if one.kind == PYTHON_PACKAGE and one.answer]
+    elsewhere = [data_folder("parts_library"), *python, *map(_spelled, packages.values())]
     inputs = [_spelled(one) for one in compiled.inputs]
     own = [one for one in inputs if not any(map(one.is_relative_to, elsewhere))]
     top, prefix = _top(_spelled(path), own)
@@ -208,7 +213,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     from ..shared import compile_one
 
     packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
-    alike = given._replace(packages={**packages, **given.packages, package: there}, trust=True)
+    packages |= {**given.packages, package: there}
+    alike = given._replace(packages=packages, trust=True)
     copy = Description(package, there / carried.description, there / OUTPUTS)
     again = compile_one(alike, copy, Console("json"), meshes=True, wanted=(carried.urdf,))
     wrong = [one for one in again.diagnostics if one.severity == "error"]
@@ -219,8 +225,8 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     if any(one.text != before[one.output] for one in again.artifacts):
         message = f"the description says something else from the package: {carried.urdf} is another one"
         return [error("package-not-carried", message, None, "what it reads may depend on where it stands")]
-    allowed = [there.resolve(), data_folder("parts_library").resolve()]
-    allowed += [Path(one.answer).resolve() for one in again.resolved if one.kind != "mesh file" and one.answer]
+    python = [Path(one.answer) for one in again.resolved if one.kind == PYTHON_PACKAGE and one.answer]
+    allowed = [one.resolve() for one in (data_folder("parts_library"), *packages.values(), *python)]
     strays = [one for one in again.inputs if not any(map(one.resolve().is_relative_to, allowed))]
     if strays:
         message = f"from the package the description still reads {first_of([str(one) for one in strays], 3)}"

@@ -329,7 +329,9 @@ def _xml(name: str, text: str) -> Iterator[Call]:
     except MarkupError as problem:
         raise Unreadable(f"not XML: {problem.diagnostic.message}") from None
     elements = list(root.iter())
-    variables = {e.get("name"): e.get("default", e.get("value")) for e in elements if e.tag in ("arg", "let")}
+    passed = {id(inner) for e in elements if e.tag == "include" for inner in e.iter()}  # to another file
+    declared = [e for e in elements if e.tag in ("arg", "let") and id(e) not in passed]
+    variables = {e.get("name"): e.get("default", e.get("value")) for e in declared}
     for element in elements:
         if element.tag == "node" and PUBLISHER in (element.get("exec"), element.get("type")):
             yield Call(element.span.line, split(element.get("args"), variables))

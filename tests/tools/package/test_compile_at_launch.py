@@ -135,9 +135,8 @@ def test_a_description_alone_stands_below_descriptions(tmp_path: Path) -> None:
     "given",
     [
         {},
-        {"height": "0.45 m", "side": "right"},
+        {"height": "450 mm", "side": "right", "twice": "1 m"},
         {"prefix": "left_", "arg_rviz": "true"},
-        {"twice": "1 m", "height": " 300 mm "},
         {"label": 'two  spaces, it\'s "quoted" \\ and $HOME; $(var height) := `x` #'},
         {"label": ""},
         {"label": "a\nb\t"},
@@ -148,14 +147,16 @@ def test_values_arrive_whole_in_all_three_forms(tmp_path: Path, given: dict[str,
     arguments = {name.removeprefix("arg_"): value for name, value in given.items()}
     urdf, statics = compiled(tmp_path / "a project", **arguments)
     for form in FORMS:
-        publisher = next(node for node in launched(package, form, **given) if node.package == "robot_state_publisher")
+        started = launched(package, form, **given)
+        publisher = next(node for node in started if node.package == "robot_state_publisher")
         assert publisher.parameters == {"robot_description": urdf, "frame_prefix": "", "use_sim_time": False}
-        nodes = [node for node in launched(package, form, **given) if node.package == "tf2_ros"]
+        nodes = [node for node in started if node.package == "tf2_ros"]
         assert {node.name: node.arguments for node in nodes} == {
             name: words for name, words in statics.items() if name != "tf_other_ear"
         }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_namespace_prefix_and_modes_reach_what_is_compiled(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path)
@@ -167,6 +168,7 @@ def test_namespace_prefix_and_modes_reach_what_is_compiled(tmp_path: Path, form:
     assert publisher.parameters["frame_prefix"] == "left/"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_arguments_have_their_defaults_choices_and_help(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path)
@@ -182,6 +184,7 @@ def test_arguments_have_their_defaults_choices_and_help(tmp_path: Path, form: st
         launched(package, form, side="middle")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_what_the_description_refuses_stops_the_launch(tmp_path: Path, form: str) -> None:
     with pytest.raises(Failed, match=r"robot\.yaml:\d+:\d+: error\[") as told:
@@ -197,6 +200,7 @@ outputs: {urdf: {file: r.urdf}}
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_an_argument_without_a_default_has_to_be_given(tmp_path: Path, form: str) -> None:
     package = packaged(tmp_path, "-a", "serial=7", files={"descriptions/numbered/robot.yaml": REQUIRED})
@@ -207,6 +211,7 @@ def test_an_argument_without_a_default_has_to_be_given(tmp_path: Path, form: str
     assert "| `serial` | has to be given | of the arm |" in (package / "README.md").read_text("utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_what_was_given_to_package_is_the_default_at_launch(tmp_path: Path, form: str) -> None:
     (tmp_path / "more.yaml").write_text("prefix: given_\n")
@@ -276,6 +281,7 @@ outputs: {urdf: {file: urdf/arm.urdf}}
 """
 
 
+@pytest.mark.slow
 def test_a_mesh_named_by_a_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     project = project_of(tmp_path, {"descriptions/arm/robot.yaml": MESHED.replace("FILE", "meshes/body.stl")})
     (project / "descriptions/arm/meshes").mkdir()
@@ -318,6 +324,7 @@ def test_a_file_named_by_its_whole_path_is_refused(
     assert not target.exists()
 
 
+@pytest.mark.slow
 def test_a_description_of_another_package_is_a_dependency(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     prefix = tmp_path / "opt"
     there = prefix / "share/gripper_description"
@@ -340,6 +347,7 @@ outputs: {urdf: {file: a.urdf}}
     assert '<link name="palm"/>' in node.parameters["robot_description"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("folder", [ROSORIN.parent, ROOT / "examples/ur5e"], ids=["rosorin", "ur5e"])
 def test_the_reference_robot_and_an_example(tmp_path: Path, folder: Path) -> None:
     target = tmp_path / NAME

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import stat
 import subprocess
 import sys
@@ -14,9 +15,9 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.pipeline import compile_robot
-from support.launch import Failed, Started, command_line, read
+from support.launch import Command, Context, Failed, LaunchConfiguration, Started, command_line, parsed, performed, read
 from support.packages import FORMS, clean, names_in
-from support.paths import ROOT, ROSORIN
+from support.paths import DOCS, ROOT, ROSORIN
 
 ARM = """\
 robot: arm
@@ -363,3 +364,30 @@ def test_a_package_without_a_urdf_is_refused_as_ever(tmp_path: Path, capsys: pyt
     target = tmp_path / "package"
     assert main(["package", str(project / "descriptions/arm"), "-o", str(target), "--compile-at-launch"]) == 1
     assert "error[package-no-urdf]" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", FORMS)
+def test_the_launch_files_of_the_page(tmp_path: Path, form: str) -> None:
+    """What docs/compile-at-launch.md tells people to write does what it says, in each form and by its one line."""
+    text = (DOCS / "compile-at-launch.md").read_text("utf-8")
+    for name, block in re.findall(r"<!-- file: (\S+) -->\n```\w+\n(.*?)```\n", text, re.DOTALL):
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(block, "utf-8")
+    package = tmp_path / "mast_description"
+    shares = {"mast_description": package}
+    for height, half in (("0.3 m", "0.15"), ("50 cm", "0.25")):
+        eye, publisher = read(package / f"launch/mast.launch.{form}", shares, height=height, frame_prefix="a/").nodes
+        assert eye.arguments[:6] == ["--x", "0.05", "--y", "0", "--z", half]
+        assert command_line(eye.arguments)[:2] == ("a/mast", "a/eye")
+        made = compile_robot(package / "descriptions/mast/robot.yaml", {"height": height}, wanted=("urdf",))
+        assert publisher.parameters == {"robot_description": made.artifacts[0].text, "frame_prefix": "a/"}
+    row = next(line for line in text.splitlines() if line.startswith("| Python" if form == "py" else "| XML"))
+    said = row.split("`")[3]
+    context = Context(shares, {"height": "50 cm"})
+    path = str(package / "descriptions/mast/robot.yaml")
+    if form == "py":
+        known = {"Command": Command, "path": path, "height": LaunchConfiguration("height")}
+        assert eval(said, known).perform(context) == made.artifacts[0].text  # noqa: S307
+    else:
+        assert performed(parsed(said.replace("PATH", path)), context) == made.artifacts[0].text

@@ -14,6 +14,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
+from support.launch import read
 from support.paths import ROSORIN
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
@@ -104,3 +105,21 @@ def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, ki
     colcon(tmp_path, "test")
     with pytest.raises(AssertionError, match=r"0 errors, [12] failure"):
         colcon(tmp_path, "test-result", "--all")
+
+
+@pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_description_compiles_from_the_install_space(tmp_path: Path, kind: str) -> None:
+    source = tmp_path / "src" / NAME
+    words = ["package", str(ROSORIN), "-o", str(source), "--build-type", kind, "--compile-at-launch"]
+    assert main(words) == 0
+    colcon(tmp_path, "build")
+    colcon(tmp_path, "test", "--return-code-on-test-failure")
+    assert "3 tests, 0 errors, 0 failures, 0 skipped" in colcon(tmp_path, "test-result", "--all")
+    share = tmp_path / "install" / NAME / "share" / NAME
+    source.rename(tmp_path / "gone")
+    for form in ("py", "xml", "yaml"):
+        nodes = read(share / f"launch/description.launch.{form}", {NAME: share}).nodes
+        assert [node.name for node in nodes] == ["tf_base_laser", "tf_base_imu", "robot_state_publisher"]
+        assert nodes[-1].parameters["robot_description"] == (share / "urdf/rosorin.urdf").read_text("utf-8")
+    assert main(["check", str(ROSORIN), "--deployed", str(share)]) == 0

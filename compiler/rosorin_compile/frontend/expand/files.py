@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ...diagnostics import Diagnostic, Related, Span, error
 from ...diagnostics.progress import step
 from ...diagnostics.registry import FILES, Rule
-from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, project_of, python_folder, resolved, shown
+from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, projects_of, python_folder, resolved, shown
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
@@ -86,7 +86,8 @@ class Reader:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
-        self.project = project_of(root)
+        self.projects = projects_of(root)
+        self.project = self.projects[0]
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
@@ -178,7 +179,8 @@ class Reader:
     def inside(self, target: Path) -> bool:
         """Say whether a file is inside the project of the description, links followed."""
         try:
-            return target.resolve().is_relative_to(self.project)
+            real = target.resolve()
+            return any(real.is_relative_to(project) for project in self.projects)
         except (OSError, RuntimeError, ValueError):
             return False
 

@@ -97,6 +97,7 @@ _EXITS = {
     "package": "0 written or unchanged, 1 errors",
     "deploy": "0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
     "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
+    "cmake-dir": "0 printed",
     "schema": "0 printed",
     "completion": "0 printed",
 }

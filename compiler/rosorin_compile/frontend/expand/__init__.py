@@ -69,7 +69,7 @@ def expand(
     that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
     name, asked before those that an include names.
     """
-    reader = Reader(path, robots)
+    reader = Reader(path, robots, packages)
     root = reader.read(path, shown(path), None, None, ())
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))

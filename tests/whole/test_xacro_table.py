@@ -113,9 +113,9 @@ def test_every_unit_tag_of_xacro_is_read() -> None:
     """A value behind each tag, a calculation too, is in SI what xacro makes of it."""
     loader = yaml.SafeLoader("")
     for unit in xacro.ConstructUnits:
-        for text in ("12.5", "-1e-2", "360 / 7", "-pi/2", "sqrt(2) * sin(radians(30))"):
-            theirs = unit.constructor(loader, yaml.ScalarNode("", text))
-            ours = parse_yaml(Source("table.yaml", f"a: {unit.value.tag} {text}"))["a"]
+        for value in ("12.5", "-1e-2", "360 / 7", "-pi/2", "sqrt(2) * sin(radians(30))"):
+            theirs = unit.constructor(loader, yaml.ScalarNode("", value))
+            ours = parse_yaml(Source("table.yaml", f"a: {unit.value.tag} {value}"))["a"]
             assert float(ours) == pytest.approx(theirs, rel=1e-14), unit
             assert dimension_of(ours) == (ANGLE if "angle" in unit.name else LENGTH)
 

@@ -280,7 +280,7 @@ def _result(text: str) -> str:
     from .expression.functions import ExpressionError
 
     try:
-        value = evaluate(text, {}.__getitem__)
+        value = evaluate(text, dict[str, Any]().__getitem__)
     except ExpressionError:
         return ""
     return repr(float(value)) if type(value) in (int, float) else ""

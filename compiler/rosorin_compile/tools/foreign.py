@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from ..diagnostics import Diagnostic, arrange, has_errors
+from ..diagnostics import Diagnostic, Span, arrange, has_errors
 from ..formats import Artifact, published
 from ..formats.imported import Imported, ReadOptions
 from ..formats.reading import read
 from ..formats.templating import Templates
 from ..frontend.expand import Expanded
 from ..frontend.lower import lower
-from ..frontend.tree import Map
+from ..frontend.tree import Map, Seq
 from ..pipeline import Compiled, Search, Understood, emitted, judged
 from .importer.description import outputs as wanted_outputs
 
@@ -95,9 +96,21 @@ def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None =
     outputs = Map(tree.span)
     for name, entry in wanted_outputs(imported).entries.items():
         if names is None or name in names:
-            output = Map(tree.span)
-            for key, value in entry.items():
-                output.put(key, value, tree.span, tree.span)
-            outputs.put(name, output, tree.span, tree.span)
+            outputs.put(name, _all_at(tree.span, entry), tree.span, tree.span)
     made.put("outputs", outputs, tree.span, tree.span)
+    return made
+
+
+def _all_at(span: Span, value: Any) -> Any:
+    """Return plain values as a tree, all of them at one place."""
+    if isinstance(value, (list, tuple)):
+        listed = Seq(span)
+        for item in value:
+            listed.put(_all_at(span, item), span)
+        return listed
+    if not isinstance(value, Mapping):
+        return value
+    made = Map(span)
+    for key, item in value.items():
+        made.put(key, _all_at(span, item), span, span)
     return made

@@ -48,8 +48,8 @@ _HEAD = """
 
 [From xacro](from-xacro.md) moves a package over by example. Here is each feature of
 [xacro](https://github.com/ros/xacro), with the same robot in both. A test lets the real xacro 2.1 expand the one and
-compiles the other: links, joints, poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not carried
-over has its reason, and what to write instead. The [language](language.md) has the rest.
+compiles the other: links, joints, poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not
+carried over has its reason, and what to write instead. The [language](language.md) has the rest.
 """
 
 _OUTCOMES = {

@@ -7,12 +7,14 @@ it. What may go past it is said here: our own colours, the bar, and artifacts on
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any, TextIO
 
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
@@ -50,6 +52,9 @@ class _Guard:
 @contextmanager
 def guarded() -> Iterator[None]:
     """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # whoever called has closed it
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     sys.stdout, sys.stderr = guards
@@ -71,14 +76,18 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal."""
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+    if getattr(sys.stdout, "name", "") == os.devnull:
+        raise OSError(errno.EBADF, "it is closed")
     stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
     raw = getattr(stream, "buffer", None)
     if isinstance(stream, _Guard) or raw is None:
         stream.write(text)
         return
     stream.flush()
-    raw.write(text.encode())
+    rest = memoryview(text.encode())
+    while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
+        rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:

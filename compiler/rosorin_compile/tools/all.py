@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
@@ -39,6 +39,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..frontend.packages import Packages
     from ..output import Written
+    from ..pipeline import Compiled
 
 RULES = (
     Rule(
@@ -107,14 +108,7 @@ def _write_one(run: Run, description: Description) -> int:
         return _write_some(run, description)
     from ..output import stamp
 
-    key = {
-        "description": os.path.abspath(description.path),
-        "outputs": os.path.abspath(description.outputs),
-        "arguments": run.given.texts,
-        "argument files": [os.path.abspath(file) for file in run.given.files],
-        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
-        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
-    }
+    key = _key(run, description)
     remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
@@ -144,6 +138,18 @@ def _write_one(run: Run, description: Description) -> int:
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
     return _tell_build(run, description, names, read_by(run.given, compiled))
+
+
+def _key(run: Run, description: Description) -> dict[str, Any]:
+    """Return what tells one call from another of which a stamp knows."""
+    return {
+        "description": os.path.abspath(description.path),
+        "outputs": os.path.abspath(description.outputs),
+        "arguments": run.given.texts,
+        "argument files": [os.path.abspath(file) for file in run.given.files],
+        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
+        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
+    }
 
 
 def _write_some(run: Run, description: Description) -> int:
@@ -191,7 +197,7 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
     try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs)
+        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
         touch(file for file in made if os.path.realpath(file) not in read)
     except OutputError as problem:
         run.console.show([problem.diagnostic])

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..diagnostics import Diagnostic, Span, arrange, has_errors
-from ..formats import Artifact, published
+from ..formats import FORMATS, Artifact, published
 from ..formats.imported import Imported, ReadOptions
 from ..formats.reading import read
 from ..formats.templating import Templates
@@ -74,7 +74,8 @@ def emit_foreign(
     It is read as in ``understand_foreign``, and lists the outputs that such a description lists.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
-    tree = None if imported.tree is None else _with_outputs(imported, imported.tree)
+    names = [format.name for format in FORMATS.values() if not format.optional]
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
     return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)
 
 
@@ -96,21 +97,26 @@ def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None =
     outputs = Map(tree.span)
     for name, entry in wanted_outputs(imported).entries.items():
         if names is None or name in names:
-            outputs.put(name, _all_at(tree.span, entry), tree.span, tree.span)
+            output = Map(tree.span)
+            for key, value in entry.items():
+                output.put(key, _as_tree(value, tree.span), tree.span, tree.span)
+            outputs.put(name, output, tree.span, tree.span)
     made.put("outputs", outputs, tree.span, tree.span)
     return made
 
 
-def _all_at(span: Span, value: Any) -> Any:
-    """Return plain values as a tree, all of them at one place."""
-    if isinstance(value, (list, tuple)):
-        listed = Seq(span)
-        for item in value:
-            listed.put(_all_at(span, item), span)
-        return listed
-    if not isinstance(value, Mapping):
+def _as_tree(value: Any, span: Span) -> Any:
+    """Return a value of a format's record as a tree has it, all of it at one place."""
+    if isinstance(value, (Map, Seq)):
         return value
-    made = Map(span)
-    for key, item in value.items():
-        made.put(key, _all_at(span, item), span, span)
-    return made
+    if isinstance(value, Mapping):
+        made = Map(span)
+        for key, item in value.items():
+            made.put(key, _as_tree(item, span), span, span)
+        return made
+    if isinstance(value, (list, tuple)):
+        items = Seq(span)
+        for item in value:
+            items.put(_as_tree(item, span), span)
+        return items
+    return value

@@ -26,6 +26,7 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    hook_option,
     lacks_meshes,
     mesh_files,
     nothing_written,
@@ -62,6 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
     robot_options(command)
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
+    hook_option(command, "; exit 1 if anything was written")
     command.add_argument(
         "--only",
         action="append",
@@ -96,6 +98,8 @@ def _check_options(options: argparse.Namespace) -> None:
         return
     if options.dry_run:
         raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
+    if options.hook:
+        raise WrongUsage("--depfile does not go with --hook, which is about all robots of a project")
     found = descriptions(given_arguments(options, options.words)[1])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
@@ -137,7 +141,12 @@ def _write_one(run: Run, description: Description) -> int:
         told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs))]
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
-    return _tell_build(run, description, names, read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
+
+
+def _ended(run: Run, written: Written, code: int) -> int:
+    """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
+    return PROBLEMS if run.options.hook and (written.written or written.removed) else code
 
 
 def _key(run: Run, description: Description) -> dict[str, Any]:
@@ -168,7 +177,7 @@ def _write_some(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    return _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
 
 
 def _belonging(compiled: Compiled) -> dict[str, bytes]:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .diagnostics.progress import step
 from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
@@ -102,7 +103,7 @@ def understand(
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``.
     """
-    return judged(expand(path, arguments or {}, _Readers(), tell, packages), wanted)
+    return judged(expand(path, arguments or {}, Readers(), tell, packages), wanted)
 
 
 def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
@@ -117,6 +118,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     said += unknown_outputs
+    step("validating")
     diagnostics = [*said, *validate(tree, FORMATS), *unknown(tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
@@ -133,7 +135,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 
-class _Readers:
+class Readers:
     """Reads the foreign robots that descriptions include (``expand.included_robots.ForeignReader``)."""
 
     def endings(self) -> tuple[str, ...]:
@@ -282,7 +284,8 @@ def _emit(
     templates = Templates(folder)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
-    for output in outputs:
+    for number, output in enumerate(outputs):
+        step(f"making {output.file},", number, len(outputs))
         place = locate(tree, ("outputs", output.name), key=True)
         try:
             text, said = FORMATS[output.backend].written(robot, output, templates)

@@ -20,6 +20,21 @@ DESCRIPTIONS = "descriptions"
 OUTPUTS = "outputs"
 
 
+STDIN = "-"  # the word for a robot on standard input
+ON_STDIN = Path("<stdin>")  # what stands for its file; its includes are seen from the current folder
+_on_stdin: list[bytes] = []
+
+
+def give_stdin(data: bytes) -> None:
+    """Take what stands on standard input for the robot called ``-``."""
+    _on_stdin[:] = [data]
+
+
+def stdin_of(path: Path) -> bytes | None:
+    """Return what was given on standard input, if that is what a path stands for; else None."""
+    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
+
+
 class Description(NamedTuple):
     """A description that was asked for: its name, its first file, and the folder of its artifacts."""
 
@@ -107,6 +122,8 @@ def project_of(path: Path) -> Path:
 
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
+    if name == STDIN and _on_stdin:
+        return ON_STDIN
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
         if is_file(path / ROOT_FILE):
             return path / ROOT_FILE

@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
+import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -62,6 +66,31 @@ def test_help_of_each_command(name: str, capsys: Shown, monkeypatch: pytest.Monk
     shown = help_of(capsys, name)
     assert shown.startswith(f"usage: rosorin-compile {name} [")
     assert COMMANDS[name][1:] in " ".join(shown.split())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_ends_with_the_exit_codes(name: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    for words in [[name], *([name, way] for way in parser([name]).within[name].within)]:
+        said = " ".join(help_of(capsys, *words).rpartition("\n\n")[2].split())
+        assert re.fullmatch(r"Exit codes: 0 [^.]+, 2 wrong usage\.", said), said
+        assert "0 fine, 1 problems" not in said, f"{name}: say what its exit codes mean"
+
+
+def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One call a command that ends with 1, where it has such an end that takes no engine."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"no sound of a robot")))
+    (rosorin / "broken.yaml").write_text("robot: a\nlinks: {}\njoints: 1\n")
+    (rosorin / "broken.urdf").write_text("<robot>")
+    calls = """all broken.yaml/all -n/print urdf broken.yaml/check broken.yaml/import broken.urdf
+        diff broken.urdf rosorin/explain -r broken.yaml a/tf a b broken.yaml/frames broken.yaml
+        tf laser odom --json --strict --joint joint1=170deg
+        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
+        verify - rosorin"""
+    for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
+        assert main(call.split()) == 1, call
+        assert capsys.readouterr().err, call
+    assert main(["init", "a/b"]) == main(["schema", "x"]) == main(["all", "nobody"]) == main([]) == 2
 
 
 def test_an_option_has_one_name_for_its_value() -> None:

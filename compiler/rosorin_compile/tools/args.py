@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .shared import FINE, PROBLEMS, Given, descriptions, given_arguments, json_option, robot_options
+from .shared import FINE, PROBLEMS, Given, descriptions, given_arguments, json_option, quiet_option, robot_options
 
 if TYPE_CHECKING:
     from ..diagnostics import Span
@@ -19,13 +19,14 @@ _HEADS = ("name", "type", "allowed", "default", "set to", "where")
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
+    quiet_option(command)
     json_option(command)
 
 
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
     given, names = given_arguments(options, options.words)
-    console = Console("text")
+    console = Console("text", options.quiet)
     code, listed = FINE, []
     for description in descriptions(names):
         found = _declared(given, description, console)

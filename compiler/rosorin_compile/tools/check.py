@@ -15,9 +15,10 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
+from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
-from ..project import Description
+from ..project import ON_STDIN, Description
 from .shared import (
     FINE,
     PROBLEMS,
@@ -135,6 +136,9 @@ def check_one(run: Run, description: Description) -> int:
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
+    if description.path == ON_STDIN:
+        run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
+        return FINE
     try:
         committed = read_set(description.outputs)
     except OutputError as problem:
@@ -317,7 +321,8 @@ def check_every(run: Run, description: Description) -> int:
     found: dict[Diagnostic, list[Combination]] = {}
     tell: Tell = telling(run.given, run.console)
     search = partial(search_meshes, run.given, description)
-    for combination in tried:
+    for number, combination in enumerate(tried, 1):
+        about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
         for diagnostic in proven(compiled).diagnostics:

@@ -18,6 +18,8 @@ from .shared import (
     json_option,
     package_option,
     packages_of,
+    quiet_option,
+    take_stdin,
 )
 
 if TYPE_CHECKING:
@@ -36,6 +38,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="A B",
+        completes="ROBOT ROBOT",
         help=f"two robots: each the name, folder or file of a description, or a {', '.join(others)} or {last} file",
     )
     for side in _SIDES:
@@ -59,6 +62,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "default: 1e-9",
     )
     command.add_argument("--full", action="store_true", help="show every difference")
+    quiet_option(command)
     package_option(command)
     json_option(command)
     argument_options(command)
@@ -73,15 +77,16 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     if len(words) != 2:
         raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
+    take_stdin(words)
     try:
         arguments = given.values()
     except LoadError as problem:
-        Console("text").show([problem.diagnostic])
+        Console("text", options.quiet).show([problem.diagnostic])
         return PROBLEMS
     own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
     packages = packages_of(options)
     read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
-    sides = _sides(read, words)
+    sides = _sides(read, words, Console("text", options.quiet))
     if sides is None:
         return PROBLEMS
     _check_arguments(options, read, words, bool(arguments))
@@ -142,9 +147,8 @@ def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[
         raise WrongUsage("neither of the two has arguments; only a description and a xacro do")
 
 
-def _sides(read: list[Read], words: list[str]) -> tuple[Side, Side] | None:
+def _sides(read: list[Read], words: list[str], console: Console) -> tuple[Side, Side] | None:
     """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
-    console = Console("text")
     for word, one in zip(words, read, strict=True):
         console.show(one.diagnostics)
         if one.side is None:

@@ -52,15 +52,20 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="OUTPUT [ROBOT]",
+        completes="ARTIFACT [ROBOT]",
         help="a name under outputs, or a format such as urdf, which has its defaults then; the robot (name, folder or "
         "file, also a URDF, xacro or MJCF) is needed where there are several",
     )
     command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
-    command.add_argument("--list", action="store_true", help="list the outputs of the robot: name, format, file")
+    command.add_argument(
+        "--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot: name, format, file"
+    )
     command.add_argument("--json", action="store_true", help="the list as JSON")
     depfile_options(command, "the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
-    command.add_argument(
+    how_much = command.add_mutually_exclusive_group()
+    how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
+    how_much.add_argument(
         "-v",
         "--verbose",
         action="store_true",

@@ -45,6 +45,11 @@ def run(options: argparse.Namespace) -> int:
     return PROBLEMS if has_errors(diagnostics) else FINE
 
 
+def every() -> dict[str, Rule]:
+    """Return all rules by id: those of plug-ins, and the tool's own."""
+    return {**_of_plugins()[0], **every_rule()}
+
+
 def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:
     """Return the rules of plug-ins by id, and what is wrong with plug-ins."""
     from ..formats import plugged_diagnostics

@@ -25,7 +25,9 @@ def options(command: argparse.ArgumentParser) -> None:
     width = max(map(len, known))
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
-    command.add_argument("name", nargs="?", default="authoring", metavar="NAME", help="see below; default: authoring")
+    command.add_argument(
+        "name", nargs="?", default="authoring", metavar="NAME", completes="SCHEMA", help="see below; default: authoring"
+    )
 
 
 def names() -> dict[str, str]:

@@ -7,7 +7,9 @@ modes as the command line has them: --mode slam, --mode "not slam", --mode slam=
 from __future__ import annotations
 
 import argparse
+import codecs
 import os
+import sys
 from collections.abc import Callable, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
@@ -16,9 +18,21 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import MARKDOWN, Console
+from ..diagnostics.progress import about, begin
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, all_with, cache_refused, find, narrowed
+from ..project import (
+    ENDINGS,
+    STDIN,
+    Description,
+    NoDescription,
+    all_with,
+    cache_refused,
+    find,
+    give_stdin,
+    narrowed,
+    stdin_of,
+)
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -47,6 +61,8 @@ RULES = (
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2
+_MAX_STDIN = 100_000_001  # bytes; more than any reader takes
+_taken: list[Any] = []  # standard input, once it was read
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
 MARK = ":="  # between name and value of an argument, as xacro has it
@@ -182,6 +198,11 @@ def format_options(command: argparse.ArgumentParser) -> None:
     how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
 
 
+def quiet_option(command: argparse.ArgumentParser) -> None:
+    """Add the option to hear of errors only, for commands whose result is more than diagnostics."""
+    command.add_argument("-q", "--quiet", action="store_true", help="of the messages show errors only")
+
+
 def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
     """Add the option for pre-commit."""
     command.add_argument(
@@ -229,8 +250,33 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     return given, [word for word in words if MARK not in word]
 
 
+def take_stdin(names: Sequence[str]) -> None:
+    """Read standard input, if it is one of the robots that are asked for. Raises WrongUsage."""
+    if STDIN not in names:
+        return
+    if names.count(STDIN) > 1:
+        raise WrongUsage("standard input is one robot, and - stands there twice")
+    if sys.stdin is None:
+        raise WrongUsage("there is no standard input to read a robot from")
+    if _taken and _taken[0] is sys.stdin:  # it is read once
+        return
+    if sys.stdin.isatty():
+        sys.stderr.write("reading a robot from this terminal; Ctrl-D ends it\n")
+        sys.stderr.flush()
+    give_stdin(sys.stdin.buffer.read(_MAX_STDIN))
+    _taken[:] = [sys.stdin]
+    begin()  # who typed it did not wait for us
+
+
+def no_stdin(words: Sequence[str], help: str) -> None:
+    """Refuse standard input for a robot. Raises WrongUsage; ``help`` is the way out."""
+    if STDIN in words:
+        raise WrongUsage(f"a robot on standard input has no name and no folder; {help}")
+
+
 def descriptions(names: list[str], outputs: str | None = None) -> list[Description]:
     """Return the descriptions that are asked for. Raises WrongUsage."""
+    take_stdin(names)
     try:
         return find(names, outputs)
     except NoDescription as problem:
@@ -248,6 +294,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
         run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
     for description in found:
         run.console.begin(description.name)
+        about(f"{description.name}:" if len(found) > 1 else "")
         result = one(run, description)
         run.console.end(result != FINE)
         code = max(code, result)
@@ -307,7 +354,7 @@ def compile_one(
 
 def read_by(given: Given, compiled: Compiled) -> list[Path]:
     """Return the files that a run has read: what it was compiled of, and the files of arguments."""
-    return list(dict.fromkeys([*compiled.inputs, *given.files]))
+    return [path for path in dict.fromkeys([*compiled.inputs, *given.files]) if stdin_of(path) is None]
 
 
 def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
@@ -393,6 +440,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
     from ..diagnostics import has_errors
 
     given, names = given_arguments(options, options.words)
+    no_stdin(names, "name a file")
     if len(names) > 1:
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
@@ -407,7 +455,10 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
 
 
 def is_foreign(path: Path) -> bool:
-    """Say whether a file is no description but a robot in another format, by its name."""
+    """Say whether a file is a robot in another format than ours, by its name; on standard input by its text."""
+    given = stdin_of(path)
+    if given is not None:
+        return given[:1_000].removeprefix(codecs.BOM_UTF8).lstrip().startswith(b"<")
     if path.suffix.lower() in ("", *ENDINGS):
         return False
     from ..formats import endings
@@ -480,7 +531,7 @@ def mode_option(command: Options, unnamed: str) -> None:
         "--mode",
         action="append",
         default=[],
-        metavar="NAME",
+        metavar="MODE",
         dest="modes",
         help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
     )

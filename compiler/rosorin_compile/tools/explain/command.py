@@ -18,6 +18,8 @@ from ..shared import (
     json_option,
     named_robot,
     package_option,
+    quiet_option,
+    take_stdin,
     telling,
 )
 
@@ -31,11 +33,13 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="[ROBOT] NAME",
+        completes="[ROBOT] THING ...",
         help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
-    command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
+    command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
     named_robot(command)
     json_option(command)
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -43,8 +47,9 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
     given, words = given_arguments(options, options.words)
+    take_stdin([*words, options.robot])
     description, names = _asked(words, options.robot)
-    found = _explained(given, description, names, options.pose, Console("text"))
+    found = _explained(given, description, names, options.pose, Console("text", options.quiet))
     if found is None:
         return PROBLEMS
     if options.format == "json":

@@ -23,6 +23,7 @@ from ..shared import (
     named_robot,
     one,
     package_option,
+    quiet_option,
     understood,
 )
 
@@ -78,11 +79,12 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="SOURCE TARGET [ROBOT]",
+        completes="FRAME FRAME [ROBOT]",
         help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
     )
     named_robot(command)
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
+    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
@@ -98,6 +100,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="whose tf2_echo; jazzy says (xyzw); default: humble",
     )
     command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -112,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
     if known is None:
         return PROBLEMS

@@ -411,3 +411,45 @@ def change(folder: Path) -> None:
     for block in blocks(PAGE.read_text("utf-8")):
         if block.mark[0] == "edit":
             edit(folder / block.mark[1], block.lines)
+
+
+BUILT = """\
+cmake_minimum_required(VERSION 3.20)
+project(rover_description NONE)
+
+execute_process(COMMAND xacro --deps ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
+  OUTPUT_VARIABLE read COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(read)
+set(urdf ${CMAKE_CURRENT_BINARY_DIR}/rover.urdf)
+add_custom_command(OUTPUT ${urdf}
+  COMMAND xacro -o ${urdf} ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
+  DEPENDS urdf/rover.urdf.xacro ${read})
+add_custom_target(rover_description_xacro ALL DEPENDS ${urdf})
+install(FILES ${urdf} DESTINATION share/theirs)
+
+execute_process(COMMAND rosorin-compile cmake-dir OUTPUT_VARIABLE rosorin_compile_DIR
+  OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+find_package(rosorin_compile REQUIRED)
+rosorin_compile_add_robot(DESCRIPTION descriptions/rover OUTPUTS urdf REMAP sim:=true DESTINATION share/ours)
+"""
+
+
+@row("`xacro_add_files`")
+@pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="cmake and ninja")
+def test_a_build_with_cmake(machine: Machine, rover: Path) -> None:
+    """What xacro_add_files does stands here in its words (ros/xacro, cmake/xacro-extras.cmake): no package of pip or
+    of Debian has that file.
+    """
+    (rover / "CMakeLists.txt").write_text(BUILT, "utf-8")
+    program = f"-DROSORIN_COMPILE_EXECUTABLE={machine.folder / 'bin/rosorin-compile'}"
+    for words in (
+        ["-S", str(rover), "-B", "build", "-G", "Ninja", program],
+        ["--build", "build"],
+        ["--install", "build", "--prefix", "there"],
+    ):
+        ran = machine.run("cmake", *words)
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+    theirs, ours = ((machine.folder / f"there/share/{one}/rover.urdf").read_text("utf-8") for one in ("theirs", "ours"))
+    same(theirs, ours)
+    assert "GazeboSimSystem" in ours
+    assert "no work to do" in machine.run("ninja", "-C", "build").stdout

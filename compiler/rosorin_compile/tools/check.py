@@ -259,6 +259,7 @@ def _check_deployed(run: Run, description: Description) -> int:
     from ..frontend.load import LoadError
     from .package import naming
     from .package.checking import check
+    from .package.compiling import described
     from .package.finding import files_below
 
     compiled = compile_proven(run.given, description, run.console)
@@ -269,7 +270,15 @@ def _check_deployed(run: Run, description: Description) -> int:
     try:
         files = files_below(folder, skip_built=False)
         told = naming.read(folder, compiled.robot.name)
-        checked = check(compiled.robot, compiled.artifacts, folder, files, told, run.options.full)
+        checked = check(
+            compiled.robot,
+            compiled.artifacts,
+            folder,
+            files,
+            told,
+            run.options.full,
+            lambda options: described(compiled, description, run.given, options)[0],
+        )
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS

@@ -42,6 +42,9 @@ GROUPS = {
         "pulses": "turn servo pulses into joint positions and back",
         "args": "list the arguments of a robot",
     },
+    "build with it": {
+        "cmake-dir": "print the folder of the CMake package, for find_package",
+    },
     "run on the robot": {
         "package": "write a ROS 2 package that is ready to build",
         "deploy": "write the artifacts into a ROS 2 package that you have",
@@ -101,6 +104,7 @@ _EXIT = "0 fine, 1 problems"
 
 # Where the module of a command stands in ``tools``, where that is not its name.
 MODULES = {
+    "cmake-dir": "cmake_dir",
     "import": "importer.command",
     "extract": "extract.command",
     "explain": "explain.command",

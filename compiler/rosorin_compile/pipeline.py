@@ -259,7 +259,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
         opening = any(FORMATS[output.backend].opens is not None for output in outputs)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = replace(robot, missing_meshes=meshes.missing)
-    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
@@ -276,12 +276,12 @@ def _has_mesh(link: Link) -> bool:
 
 
 def _emit(
-    robot: Robot, outputs: Sequence[Output], tree: Map, folder: Path
+    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
 ) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
     """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
     from .formats.templating import TemplateProblem, Templates
 
-    templates = Templates(folder)
+    templates = Templates(path.parent, first=path)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
     for number, output in enumerate(outputs):
@@ -298,8 +298,7 @@ def _emit(
             d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
         ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
-    own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
-    return tuple(artifacts), diagnostics, own
+    return tuple(artifacts), diagnostics, templates.own()
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

@@ -114,10 +114,25 @@ def narrowed(found: list[Description]) -> list[Description]:
     return within if len(within) == 1 else found
 
 
-def project_of(path: Path) -> Path:
-    """Return the folder of the project that a description is in, links followed; without one its own folder."""
-    folder = path.parent.resolve()
-    return next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+def homes(path: Path) -> tuple[Path, ...]:
+    """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
+
+    ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
+    """
+    here = path.parent.resolve()
+    try:
+        there = path.resolve().parent if path.is_symlink() else here
+    except (OSError, RuntimeError):  # links that lead round
+        there = here
+    return (here,) if here == there else (here, there)
+
+
+def projects_of(path: Path) -> tuple[Path, ...]:
+    """Return the folders of the projects that a description is in, by ``homes``; without one its own folder."""
+    return tuple(
+        next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+        for folder in homes(path)
+    )
 
 
 def first_file(name: str) -> Path:

@@ -19,13 +19,12 @@ from .shared import (
     USAGE,
     Run,
     WrongUsage,
+    check_depfile,
     compile_proven,
     count,
     depfile_options,
-    descriptions,
     for_each,
     format_options,
-    given_arguments,
     hook_option,
     lacks_meshes,
     mesh_files,
@@ -94,18 +93,9 @@ def _check_options(options: argparse.Namespace) -> None:
     if options.only and (options.prune or options.dry_run):
         other = "--prune" if options.prune else "--dry-run"
         raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")
-    if options.depfile_target is not None and options.depfile is None:
-        raise WrongUsage("--depfile-target goes with --depfile FILE")
-    if options.depfile is None:
-        return
-    if options.dry_run:
+    if options.depfile is not None and options.dry_run:
         raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
-    if options.hook:
-        raise WrongUsage("--depfile does not go with --hook, which is about all robots of a project")
-    found = descriptions(given_arguments(options, options.words)[1])
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
+    check_depfile(options)
 
 
 def _write_one(run: Run, description: Description) -> int:

@@ -25,8 +25,10 @@ from .shared import (
     Given,
     Run,
     WrongUsage,
+    check_depfile,
     compile_proven,
     count,
+    depfile_options,
     for_each,
     format_options,
     given_arguments,
@@ -38,6 +40,7 @@ from .shared import (
     output_options,
     place,
     proven,
+    read_by,
     robot_options,
     search_meshes,
     telling,
@@ -103,11 +106,13 @@ def options(command: argparse.ArgumentParser) -> None:
         help="append what --format markdown prints to a file, whatever the form of the messages",
     )
     output_options(command)
+    depfile_options(command, "none, it has to be named")
     format_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    _check_depfile(options)
     if options.physics and (options.every_argument or options.deployed is not None):
         raise WrongUsage("--physics does not go with --every-argument or --deployed")
     if options.every_argument:
@@ -124,6 +129,19 @@ def run(options: argparse.Namespace) -> int:
     if not names:
         one("", "rosorin-compile check ROBOT --deployed FOLDER")
     return for_each(options, _check_deployed)
+
+
+def _check_depfile(options: argparse.Namespace) -> None:
+    """Raise WrongUsage for a depfile that cannot be."""
+    check_depfile(options)
+    if options.depfile is None:
+        return
+    if options.physics or options.every_argument or options.deployed is not None:
+        raise WrongUsage(
+            "--depfile is about what is committed: it does not go with --deployed, --every-argument, --physics"
+        )
+    if options.depfile_target is None:
+        raise WrongUsage("a depfile needs a target: --depfile-target NAME")
 
 
 def check_one(run: Run, description: Description) -> int:
@@ -155,6 +173,23 @@ def check_one(run: Run, description: Description) -> int:
     if refusals:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
+    compared = [description.outputs / name for name in committed]
+    return _tell_build(run, [*read_by(run.given, compiled), *compared])
+
+
+def _tell_build(run: Run, inputs: Sequence[Path]) -> int:
+    """Write the depfile, if one is asked for: what was compiled, and what it was compared with."""
+    options = run.options
+    if getattr(options, "depfile", None) is None:
+        return FINE
+    from ..output import OutputError
+    from ..output.one_file import write_depfile
+
+    try:
+        write_depfile(Path(options.depfile), options.depfile_target, inputs, ())
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
     return FINE
 
 

@@ -227,6 +227,20 @@ def depfile_options(command: argparse.ArgumentParser, target: str) -> None:
     )
 
 
+def check_depfile(options: argparse.Namespace) -> None:
+    """Raise WrongUsage for a depfile of several robots, and for a target without one."""
+    if options.depfile_target is not None and options.depfile is None:
+        raise WrongUsage("--depfile-target goes with --depfile FILE")
+    if options.depfile is None:
+        return
+    if options.hook:
+        raise WrongUsage("--depfile does not go with --hook, which is about all robots of a project")
+    found = descriptions(given_arguments(options, options.words)[1])
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
+
+
 def json_option(command: argparse.ArgumentParser) -> None:
     """Add the options that choose how a result is printed that is more than diagnostics."""
     command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result; default: text")

@@ -19,7 +19,7 @@ from ...project import (
     ROS_PACKAGE,
     Resolved,
     data_folder,
-    project_of,
+    projects_of,
     python_folder,
     resolved,
     shown,
@@ -98,9 +98,8 @@ class Reader:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
-        self.project = project_of(root)
-        # An install space may hold links, each file by itself, to where the description was written.
-        self.projects = dict.fromkeys((self.project, project_of(root.resolve())))
+        self.projects = projects_of(root)
+        self.project = self.projects[0]
         self.root = root
         self.packages = dict(packages or {})
         self.found: set[str] = set()

@@ -154,12 +154,6 @@ class Readers:
         new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
         return read._replace(diagnostics=new)
 
-    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
-        """Return the folder of a ROS package that a file names; None if it is not found."""
-        from .formats.packages import Packages
-
-        return Packages(packages, os.environ, by).find(name)
-
 
 def compile(  # noqa: A001 - the word of the API
     path: str | os.PathLike[str],

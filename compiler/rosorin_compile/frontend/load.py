@@ -270,12 +270,28 @@ class _Composer:
         return plain_scalar(event.value)
 
     def tagged(self, event: Any) -> Any:
-        """Return the quantity of a scalar with one of xacro's tags: ``!degrees 90`` is 90 deg."""
-        quantity = parse_quantity(f"{event.value.strip()} {_UNIT_TAGS[event.tag]}")
+        """Return the number in SI of a scalar with one of xacro's tags: a factor, and no more.
+
+        It has no dimension: tables that people publish say ``max_velocity: !degrees 180``.
+        """
+        unit = _UNIT_TAGS[event.tag]
+        quantity = parse_quantity(f"{event.value.strip()} {unit}") or parse_quantity(f"{_result(event.value)} {unit}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
-        return quantity
+        return float(quantity)
+
+
+def _result(text: str) -> str:
+    """Return the number that a calculation gives, such as ``pi / 2``, as xacro has it behind a tag; empty if none."""
+    from .expression import evaluate
+    from .expression.functions import ExpressionError
+
+    try:
+        value = evaluate(text, dict[str, Any]().__getitem__)
+    except ExpressionError:
+        return ""
+    return repr(float(value)) if type(value) in (int, float) else ""
 
 
 def plain_scalar(text: str) -> Any:

@@ -38,7 +38,7 @@ from .shared import (
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
-    from ..formats.packages import Packages
+    from ..frontend.packages import Packages
     from ..output import Written
     from ..pipeline import Compiled
 
@@ -212,7 +212,7 @@ def _leads(finders: dict[str, Packages], asked: Resolved) -> str:
         return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
     if asked.kind == MESH_FILE:
         return asked.name if is_file(Path(asked.name)) else ""
-    from ..formats.packages import Packages
+    from ..frontend.packages import Packages
 
     finder = finders.setdefault(asked.by, Packages({}, os.environ, Path(asked.by)))
     return resolved(asked.kind, asked.name, asked.by, finder.find(asked.name)).answer

@@ -51,7 +51,7 @@ def _declared(given: Given, description: Description, console: Console) -> list[
     from ..frontend.load import LoadError
 
     try:
-        found, diagnostics = declared(description.path, given.values())
+        found, diagnostics = declared(description.path, given.values(), given.packages)
     except LoadError as problem:
         diagnostics = [problem.diagnostic]
     console.show(diagnostics)

@@ -356,7 +356,7 @@ def check_every(run: Run, description: Description) -> int:
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    arguments, wrong = declared(description.path, given)
+    arguments, wrong = declared(description.path, given, run.given.packages)
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS

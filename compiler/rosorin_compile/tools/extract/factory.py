@@ -15,7 +15,7 @@ from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.progress import step
 from ...diagnostics.registry import MESHES, Rule
 from ...formats import FORMATS, published
-from ...formats.packages import package_name
+from ...frontend.packages import package_name
 from ...frontend.tree import Map
 from ...model import Box, HeightMap
 from . import turning, writing

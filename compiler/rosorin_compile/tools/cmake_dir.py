@@ -10,7 +10,8 @@ from .shared import FINE
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes: nothing."""
-    command.epilog = "find_package(rosorin_compile) takes it as rosorin_compile_DIR; see docs/build-with-cmake.md"
+    more = "find_package(rosorin_compile) takes it as rosorin_compile_DIR"
+    command.description = f"{command.description} {more}; see docs/build-with-cmake.md."
 
 
 def run(_: argparse.Namespace) -> int:

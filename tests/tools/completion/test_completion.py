@@ -205,7 +205,8 @@ def test_a_broken_description_has_the_names_of_its_text(project: Path, broken: s
 
 
 def test_what_takes_long_has_the_names_of_its_text(project: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(known, "PATIENCE", 0.001)
+    monkeypatch.setattr(known, "PATIENCE", 0.0)
+    monkeypatch.setattr(known, "_LEAST", 1e-5)
     assert words("tf sh") == []
     robot = project / "descriptions" / "handy" / "robot.yaml"
     edit(robot, "links: {base_link: {}, shelf: {", "links:\n  base_link: {}\n  shelf: {")
@@ -293,7 +294,7 @@ def test_several_slow_robots_take_the_patience_of_one(project: Path, monkeypatch
     assert [limit > 0 for limit in limits] == [True, False] * 3
     assert limits[0] == known.PATIENCE
     assert limits[2] == pytest.approx(0.5)
-    assert limits[4] == 0.01
+    assert limits[4] == known._LEAST
 
 
 def test_the_help_goes_with_the_word(project: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from ...model import Robot
 
 PATIENCE = 1.5  # seconds that a person waits at a tab; then the text has to do
+_LEAST = 0.001  # seconds; a timer of none never ends
 _spent: list[float] = []  # of it, seconds
 _MAX_ROBOTS = 8  # whose names are shown together where none is named
 
@@ -198,8 +199,8 @@ def _patience() -> Iterator[None]:
 
     before = signal.signal(signal.SIGALRM, end)
     begun = time.monotonic()
-    signal.setitimer(signal.ITIMER_REAL, max(PATIENCE - sum(_spent), 0.01))
     try:
+        signal.setitimer(signal.ITIMER_REAL, max(PATIENCE - sum(_spent), _LEAST))
         yield
     except _TooLong:
         pass

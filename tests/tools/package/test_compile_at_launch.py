@@ -157,6 +157,29 @@ def test_values_arrive_whole_in_all_three_forms(tmp_path: Path, given: dict[str,
         }
 
 
+SIMPLE = {**FILES, "descriptions/arm/robot.yaml": ARM.replace('"${2 * height}"', "60 cm").replace("it''s \"it\"", "it")}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("given", [{}, {"height": "450 mm", "side": "right", "label": "a  b"}, {"prefix": "left_"}])
+def test_simple_arguments_stand_in_the_command(tmp_path: Path, form: str, given: dict[str, str]) -> None:
+    package = packaged(tmp_path, files=SIMPLE)
+    text = (package / f"launch/description.launch.{form}").read_text("utf-8")
+    assert re.search(r"rosorin-compile print full .*\bheight:=", text, re.DOTALL)
+    assert "rosorin_compile_words" not in text
+    urdf, statics = compiled(tmp_path / "a project", **given)
+    nodes = launched(package, form, **given)
+    assert next(one for one in nodes if one.package == "robot_state_publisher").parameters["robot_description"] == urdf
+    eye = next(one for one in nodes if one.name == "tf_eye")
+    assert eye.arguments == statics["tf_eye"]
+
+
+def test_a_default_that_cannot_be_passed_is_not(tmp_path: Path) -> None:
+    package = packaged(tmp_path, "-a", 'label=a "b"', files=SIMPLE)
+    assert "rosorin_compile_words" in (package / "launch/description.launch.xml").read_text("utf-8")
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("form", FORMS)
 def test_namespace_prefix_and_modes_reach_what_is_compiled(tmp_path: Path, form: str) -> None:

@@ -7,6 +7,7 @@ each other from the install space. That they do is proven: the copy is compiled 
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -41,17 +42,21 @@ RULES = (
 
 STATICS = "static_tf_json"
 _CUT = "..."  # the end of a text that is too long to be shown
+# What is the same value on a command line, within quotes, as it is in YAML.
+_SIMPLE = re.compile(r"(?!(null|Null|NULL|~)$)[\w.+/ -]*")
 
 
 class Passed(NamedTuple):
     """An argument of the description as the launch files have it.
 
     ``own`` is the default that the description has itself: with that text nothing is passed. None is no text.
+    ``simple`` says that it may as well be passed.
     """
 
     name: str
     argument: Argument
     own: str | None
+    simple: bool
 
 
 class Carried(NamedTuple):
@@ -66,6 +71,11 @@ class Carried(NamedTuple):
     urdf: str
     statics: str
     packages: tuple[str, ...]
+
+    @property
+    def simple(self) -> bool:
+        """Whether the words of the command can stand in a launch file: every argument can be passed as it is."""
+        return bool(_SIMPLE.fullmatch(self.description)) and all(one.simple for one in self.passed)
 
     @property
     def required(self) -> list[str]:
@@ -185,7 +195,15 @@ def _passed(found: Sequence[Declared], values: Mapping[str, Any], taken: Iterabl
         if names[one.name] != one.name:
             help = f"{help} ({one.name} of the description)" if one.help else help
         argument = Argument(names[one.name], default, help, () if cut else tuple(choices))
-        yield Passed(one.name, argument, own)
+        simple = _is_simple(one) and not any(letter in (default or "") for letter in '"\\\n')
+        yield Passed(one.name, argument, own, simple)
+
+
+def _is_simple(argument: Declared) -> bool:
+    """Say whether the default of an argument is the same where it is passed on the command line."""
+    written = argument.default
+    quoted = written[:1] in ("'", '"') and argument.type == "text"
+    return argument.required or bool(_SIMPLE.fullmatch(_plain(written) if quoted else written))
 
 
 def _plain(written: str) -> str:

@@ -188,7 +188,7 @@ def _made(
         "comment": comment,
         "contents": _contents(placed, rviz, carried),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
-        **starting.values(robot, carried),
+        **starting.values(robot, carried, options.name),
         **papers.values(options, target),
         **views.view(robot, options.topics),
     }

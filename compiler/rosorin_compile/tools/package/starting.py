@@ -29,7 +29,8 @@ PREFIX = "$(var frame_prefix)"
 LAUNCH = "description.launch"
 # What the XML and the YAML form include, and what all three forms do where the description is compiled at launch.
 PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py"
-WORDS = "rosorin_compile_words"  # the launch configuration that holds the description and its arguments
+# The launch configuration that holds the description and its arguments, where they cannot stand in the launch file.
+WORDS = "rosorin_compile_words"
 
 
 class Argument(NamedTuple):
@@ -122,7 +123,15 @@ def _static(transform: StaticTransform) -> Static:
     return Static(name, plain(name), tuple(in_python(transform)), args, describe(transform.source))
 
 
-def values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
+def words_of(carried: Carried, package: str) -> str:
+    """Return the description and its arguments, as XML and YAML launch files say them behind ``print URDF``."""
+    if not carried.simple:
+        return f"$(var {WORDS})"
+    passed = (f'"{one.name}:=$(var {one.argument.name})"' for one in carried.passed)
+    return " ".join([f'"$(find-pkg-share {package})/{carried.description}"', *passed])
+
+
+def values(robot: Robot, carried: Carried | None, package: str) -> dict[str, Any]:
     """Return what the templates of launch files need to know of a robot; ``carried`` is compiled at launch."""
     statics = spelt_statics(robot, [argument.name for argument in ARGUMENTS])
     if carried is None:
@@ -147,6 +156,7 @@ def values(robot: Robot, carried: Carried | None) -> dict[str, Any]:
         "screen": SCREEN,
         "carried": carried,
         "words": WORDS,
+        "said": words_of(carried, package) if carried else "",
     }
 
 

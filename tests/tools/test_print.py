@@ -287,6 +287,8 @@ def test_which_robot_is_meant(home: Path, capsys: Shown) -> None:
     assert "print what?" in ask(capsys, "print", code=2)
     assert "a name is empty" in ask(capsys, "print", "urdf", "", code=2)
     assert "print takes one OUTPUT and one ROBOT" in ask(capsys, "print", "urdf", "left", "right", code=2)
+    said = ask(capsys, "print", "left", "urdf", code=2)
+    assert "the output stands before the robot: rosorin-compile print urdf left" in said
     shutil.rmtree("descriptions/right")
     assert '<robot name="left">' in ask(capsys, "print", "urdf")
     assert "left lists no outputs; print takes the name of a format: urdf, " in ask(capsys, "print", "--list")

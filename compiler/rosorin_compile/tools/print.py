@@ -27,6 +27,7 @@ from .shared import (
     depfile_options,
     given_arguments,
     is_foreign,
+    no_half_mark,
     one,
     package_option,
     place,
@@ -87,6 +88,7 @@ def run(options: argparse.Namespace) -> int:
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
+        no_half_mark(words)
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
     if options.json:
         raise WrongUsage("--json goes with --list")
@@ -111,6 +113,8 @@ def _robot(words: list[str]) -> Description:
     except WrongUsage:
         if not names and _is_robot(output):
             raise WrongUsage(_meant(output)) from None
+        if names and _is_robot(output) and not _is_robot(*names):
+            raise WrongUsage(f"the output stands before the robot: {_CALL} {names[0]} {output}") from None
         raise
 
 

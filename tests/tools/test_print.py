@@ -312,6 +312,14 @@ def test_a_urdf_in_the_place_of_a_description(capsys: Shown) -> None:
     assert [entry["name"] for entry in json.loads(ask(capsys, "print", "--list", str(source), "--json"))][-1] == "urdf"
 
 
+def test_what_import_refuses_is_not_left_out_in_silence(home: Path, capsys: Shown) -> None:
+    (home / "a.urdf").write_text('<robot name="a"><link name="l"><inertial><mass value="1"/></inertial></link></robot>')
+    said = ask(capsys, "print", "urdf", "a.urdf", code=1)
+    assert 'a.urdf:1:33: error[missing-element]: <inertial> of <link name="l"> lacks <inertia>' in said
+    assert "--lenient leaves the inertial out" in said
+    assert ElementTree.fromstring(ask(capsys, "print", "urdf", "a.urdf", "--lenient")).find("link/inertial") is None
+
+
 def test_a_xacro_with_its_arguments_prints_nothing_else(tmp_path: Path) -> None:
     (tmp_path / "a.urdf.xacro").write_text(
         '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="a"><xacro:arg name="prefix" default="x_"/>'

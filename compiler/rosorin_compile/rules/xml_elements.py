@@ -136,7 +136,7 @@ def known(case: Case) -> Iterator[Diagnostic]:
 
 
 def _misspelt(case: Case, element: Found, path: Path) -> Iterator[Diagnostic]:
-    """A <gazebo> is about what its reference names; one whose attribute is misspelt is about the whole robot."""
+    """Yield a <gazebo> whose reference is misspelt: it is about the whole robot, not about the link."""
     if element.tags == ("gazebo",):
         for name in element.attributes:
             if name != "reference" and nearest(name, ["reference"]):

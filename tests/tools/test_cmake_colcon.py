@@ -1,4 +1,4 @@
-"""rosorin_compile_add_robot in a workspace of colcon: three packages, of which one includes the robot of another.
+"""rosorin_compile_add_robot in a workspace of colcon: three packages; one includes the robot of another, and its files.
 
 ``COLCON`` names a colcon of another environment than the one in which the tests run; ament_cmake is Debian's.
 """
@@ -28,8 +28,8 @@ pytestmark = [
     pytest.mark.skipif(not AMENT_CMAKE.is_file() or not GENERATORS, reason="no ament-cmake"),
 ]
 NINJA, MAKE = (GENERATORS[0], GENERATORS[-1]) if GENERATORS else ("", "")
-ALL = ["arm", "cart", "cell", "golden arm", "left_arm"]
-OF_ARM = ["arm", "cell", "golden arm", "left_arm"]
+ALL = ["arm", "bench", "cart", "cell", "golden arm", "left_arm"]
+OF_ARM = ["arm", "bench", "cell", "golden arm", "left_arm"]
 
 
 @pytest.fixture
@@ -91,8 +91,9 @@ def test_a_workspace(workspace: Path, generator: str) -> None:
     assert "1 package failed" in colcon(workspace, generator, fails=True)  # the committed artifacts are those of before
     env = {**os.environ, "ROSORIN_COMPILE_CACHE": str(workspace / "cache")}
     subprocess.run([PROGRAM, "all", "arm"], cwd=workspace / "src/arm_description", env=env, check=True)
-    assert set(ran(colcon(workspace, generator))) >= {"cell", "golden arm", "left_arm"}
+    assert set(ran(colcon(workspace, generator))) >= {"bench", "cell", "golden arm", "left_arm"}
     assert 'xyz="0 0 0.35"' in cell.read_text()
+    assert 'xyz="0 0 0.35"' in (share(workspace, "cell_description") / "bench.urdf").read_text()
     assert ran(colcon(workspace, generator)) == []
 
     edit(workspace / "src/cart_description/descriptions/cart/robot.yaml", "30 cm", "31 cm")

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 AFTER = "materials"
 
 # What has none of these words names no link and no joint.
-_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material")
+_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")
 _MAX_RELATED = 3
 _AROUND = "elements"  # a name that nobody closes by mistake
 _CLOSES = re.compile(r"</(.+)> closes what is not open: <(.+)> is")
@@ -113,7 +113,7 @@ class Mention(NamedTuple):
 @rule(
     "unknown-reference",
     "A warning: an element of `urdf_elements` names a link, a joint or a material that there is not, or that the URDF "
-    "has not. Its readers pass over it.",
+    "has not. Its readers pass over it. Or the attribute `reference` is misspelt.",
     "Correct the name.",
     NUMBERS,
 )
@@ -127,11 +127,22 @@ def known(case: Case) -> Iterator[Diagnostic]:
             for element in found_in(text):
                 own.update(_defined(element))
                 looks.meet(element, path)
+                yield from _misspelt(case, element, path)
                 for found in references(element.tags, element.attributes, element.text):
                     mentions.setdefault((found.kind, found.name), []).append(Mention(found, element.line, path))
     if mentions:
         yield from _unknown(case, mentions, own)
     yield from looks.unknown()
+
+
+def _misspelt(case: Case, element: Found, path: Path) -> Iterator[Diagnostic]:
+    """Yield a <gazebo> whose reference is misspelt: it is about the whole robot, not about the link."""
+    if element.tags == ("gazebo",):
+        for name in element.attributes:
+            if name != "reference" and nearest(name, ["reference"]):
+                found = Reference(name, FRAME, "", "")
+                message = f'<gazebo> has no attribute "{name}", so it is about the whole robot'
+                yield _placed(case, message, Mention(found, element.line, path), 'did you mean "reference"?')
 
 
 def _unknown(case: Case, mentions: dict[tuple[str, str], list[Mention]], own: set[str]) -> Iterator[Diagnostic]:

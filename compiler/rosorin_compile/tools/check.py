@@ -169,6 +169,7 @@ def check_one(run: Run, description: Description) -> int:
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
     if not comparison.same or changed:
         _differ(run, comparison, changed)
+        _tell_no_folder(run, description)
         return PROBLEMS
     if refusals:
         return PROBLEMS
@@ -208,6 +209,13 @@ def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]])
         return blocks(comparison.changes, comparison.texts, meshes)
 
     run.console.differ("not as committed", said, told, blocks)
+
+
+def _tell_no_folder(run: Run, description: Description) -> None:
+    """Say that the folder of --outputs, as a build file may name it, has nothing of a robot."""
+    if getattr(run.options, "outputs", None) is not None and not description.outputs.is_dir():
+        way = "rosorin-compile all with the same --outputs and arguments writes it"
+        run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 
 
 def _mesh(compiled: bytes, committed: bytes | None) -> str:

@@ -27,6 +27,7 @@ from .shared import (
     depfile_options,
     given_arguments,
     is_foreign,
+    no_half_mark,
     one,
     package_option,
     place,
@@ -71,6 +72,11 @@ def options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="on standard error, show warnings and notes, and which files were read",
     )
+    command.add_argument(
+        "--lenient",
+        action="store_true",
+        help="of a URDF, xacro or MJCF, take what breaks the specification where that works",
+    )
     package_option(command)
     argument_options(command)
 
@@ -87,6 +93,7 @@ def run(options: argparse.Namespace) -> int:
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
+        no_half_mark(words)
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
     if options.json:
         raise WrongUsage("--json goes with --list")
@@ -96,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description = _robot(words)
-    compiled = proven(_compiled(given, description, console, words[0]))
+    compiled = proven(_compiled(given, description, console, words[0], options.lenient))
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
@@ -111,6 +118,8 @@ def _robot(words: list[str]) -> Description:
     except WrongUsage:
         if not names and _is_robot(output):
             raise WrongUsage(_meant(output)) from None
+        if names and _is_robot(output) and not _is_robot(*names):
+            raise WrongUsage(f"the output stands before the robot: {_CALL} {names[0]} {output}") from None
         raise
 
 
@@ -126,8 +135,8 @@ def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} OUTPUT {robot}; --list {robot} shows its outputs"
 
 
-def _compiled(given: Given, description: Description, console: Console, output: str) -> Compiled:
-    """Return what becomes of one output of a robot in any format."""
+def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
+    """Return what becomes of one output of a robot in any format; ``lenient`` is about those in others than ours."""
     from ..frontend.load import LoadError
     from ..pipeline import Compiled
 
@@ -141,7 +150,8 @@ def _compiled(given: Given, description: Description, console: Console, output: 
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description)
     tell = telling(given, console)
-    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, (output,))
+    wanted = (output,)
+    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
     console.tell_read(read_by(given, compiled))
     return compiled
 

@@ -264,6 +264,16 @@ def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Give
     return given, [word for word in words if MARK not in word]
 
 
+def no_half_mark(words: Sequence[str]) -> None:
+    """Refuse prefix=left_ and prefix:left_ where names are wanted, and they are none. Raises WrongUsage."""
+    for word in words:
+        name, mark, value = word.partition("=")
+        if not mark:
+            name, mark, value = word.partition(":")
+        if mark and name.isidentifier() and not os.path.lexists(word):
+            raise WrongUsage(f'"{word}" sets no argument: write {name}{MARK}{value}')
+
+
 def take_stdin(names: Sequence[str]) -> None:
     """Read standard input, if it is one of the robots that are asked for. Raises WrongUsage."""
     if STDIN not in names:
@@ -294,6 +304,7 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
     try:
         return find(names, outputs)
     except NoDescription as problem:
+        no_half_mark(names)
         raise WrongUsage(str(problem)) from None
 
 

@@ -67,6 +67,21 @@ _LISTED = ("edges", "disabled_contacts", "urdf_elements", "accept")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
 _OF_FILE = ("args", "file", "package", "packages")  # what the include of a description may say
+# What the include of a robot in another format may say, too.
+_OF_ROBOT = (
+    "prefix",
+    "parent",
+    "xyz",
+    "rpy",
+    "joint",
+    "publisher",
+    "meshes",
+    "lenient",
+    "trust",
+    "source",
+    "for",
+    "if",
+)
 
 
 class Asked(NamedTuple):
@@ -269,7 +284,13 @@ class Reader:
         for key in item:
             if key not in _OF_FILE:
                 place = Place(item.key_spans[key], item.via)
-                self._error("unknown-key", f'an include has no key "{key}"', place, f"known: {', '.join(_OF_FILE)}")
+                known = f"known: {', '.join(_OF_FILE)}"
+                help = (
+                    f"{known}; {key} is for a robot that is included as a URDF, xacro or MJCF"
+                    if key in _OF_ROBOT
+                    else known
+                )
+                self._error("unknown-key", f'an include has no key "{key}"', place, help)
         values = item.get("args")
         if values is not None and not isinstance(values, Map):
             place = Place(item.value_spans["args"], item.via)
@@ -298,7 +319,9 @@ class Reader:
                 continue
             if key == "robot" and not root:
                 place = locate(file, (key,), key=True)
-                self._error("included-robot", "an included file does not name the robot", place, "remove it")
+                whole = "include the files that it is made of, or the URDF that is compiled of it"
+                help = whole if self._homes(Path(place.span.source.path)) else "remove it"
+                self._error("included-robot", "an included file does not name the robot", place, help)
                 continue
             if key in _SOURCED and isinstance(value, Map) and "source" in file:
                 value = sourced(value, file)

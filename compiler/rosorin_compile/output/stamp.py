@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, Resolved, cache_folder, data_folder, keep, recalled
+from ..project import DATA, Resolved, data_folder
+from ..project.cache import cache_folder, keep, recalled
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
 

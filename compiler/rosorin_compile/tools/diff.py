@@ -8,19 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
-from .shared import (
-    FINE,
-    MARK,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    json_option,
-    package_option,
-    packages_of,
-    quiet_option,
-    take_stdin,
-)
+from .asked import take_stdin
+from .given import MARK, given_arguments, packages_of
+from .options import argument_options, json_option, package_option, quiet_option
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..meaning.difference import Side

@@ -16,26 +16,11 @@ from typing import TYPE_CHECKING
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import Description, NoDescription, first_file
-from .shared import (
-    FINE,
-    PROBLEMS,
-    USAGE,
-    Given,
-    WrongUsage,
-    argument_options,
-    compile_one,
-    depfile_options,
-    given_arguments,
-    is_foreign,
-    one,
-    package_option,
-    place,
-    proven,
-    read_by,
-    search_meshes,
-    telling,
-    texts,
-)
+from .asked import is_foreign, one
+from .compiling import compile_one, proven, read_by, search_meshes, telling
+from .given import Given, given_arguments, texts
+from .options import argument_options, depfile_options, package_option, place
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic

@@ -16,7 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...project import ENDINGS, all_here, find, narrowed
-from ..shared import is_foreign
+from ..asked import is_foreign
 
 if TYPE_CHECKING:
     from ...frontend.arguments import Argument

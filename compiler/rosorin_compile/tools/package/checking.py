@@ -23,7 +23,7 @@ from .starting import PUBLISHER as STARTS_URDF
 if TYPE_CHECKING:
     from ...diagnostics.markdown import Block
     from ...meaning.entities import Change
-    from .compiling import Carried
+    from .carrying import Carried
 
 RULES = (
     Rule(

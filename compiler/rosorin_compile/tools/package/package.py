@@ -20,7 +20,7 @@ from .naming import file_name
 
 if TYPE_CHECKING:
     from ...formats.mesh_files import Searched
-    from .compiling import Carried
+    from .carrying import Carried
 
 RULES = (
     Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),

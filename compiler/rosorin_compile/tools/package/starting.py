@@ -21,7 +21,7 @@ from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from ...rules.case import feeding
 
 if TYPE_CHECKING:
-    from .compiling import Carried
+    from .carrying import Carried
 
 # Packages of the nodes that show a robot on a screen, or stand in for its driver; nothing on a robot needs them.
 SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")

@@ -27,7 +27,7 @@ from .starting import ARGUMENTS, WORDS, Argument, spelt_statics
 if TYPE_CHECKING:
     from ...frontend.arguments import Argument as Declared
     from ...pipeline import Compiled
-    from ..shared import Given
+    from ..given import Given
     from .package import Options
 
 RULES = (
@@ -210,7 +210,7 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     It has to say the same to the byte, and to read nothing outside.
     """
     from ...diagnostics import has_errors
-    from ..shared import compile_one
+    from ..compiling import compile_one
 
     packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
     packages |= {**given.packages, package: there}

@@ -139,7 +139,7 @@ def _arguments(path: Path) -> list[Argument]:
         return [
             Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
         ]
-    with _patience():
+    with suppress(_TooLong), _patience():
         return declared(path, {})[0]
     return []
 
@@ -149,7 +149,7 @@ def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[t
     """Return the robot of a description, or of a file that can be read without running anything; else None."""
     from ...diagnostics import has_errors
 
-    with suppress(Exception), _patience():
+    with suppress(Exception, _TooLong), _patience():  # it may end before it has begun
         if is_foreign(path):
             return _foreign(path, dict(packages))
         from ...frontend.expand import expand

@@ -13,8 +13,8 @@ from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from .asked import Run, check_depfile, for_each, no_stdin
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .robots import Run, check_depfile, for_each, no_stdin
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .asked import descriptions
 from .given import Given, given_arguments
 from .options import json_option, quiet_option, robot_options
+from .robots import descriptions
 from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:

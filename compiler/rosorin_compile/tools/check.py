@@ -19,7 +19,6 @@ from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
 from ..project import ON_STDIN, Description
-from .asked import Run, check_depfile, for_each, is_foreign, one
 from .compiling import (
     compile_proven,
     count,
@@ -33,6 +32,7 @@ from .compiling import (
 )
 from .given import Given, given_arguments
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .robots import Run, check_depfile, for_each, is_foreign, one
 from .understanding import understood
 from .usage import FINE, PROBLEMS, WrongUsage
 

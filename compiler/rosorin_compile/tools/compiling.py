@@ -13,9 +13,9 @@ from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
 from ..diagnostics.wording import counted
 from ..project import Description, stdin_of
-from .asked import Run, no_stdin, one
 from .given import Given, given_arguments
 from .options import console_of
+from .robots import Run, no_stdin, one
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, paint
 from ..diagnostics.registry import OUTPUTS, Rule
-from .asked import one
 from .given import given_arguments
 from .options import argument_options, mode_option, one_robot, package_option, place, quiet_option
+from .robots import one
 from .understanding import mode_states, understood
 from .usage import FINE, PROBLEMS, WrongUsage
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
@@ -36,19 +36,25 @@ class Given(NamedTuple):
 
 def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
     """Return the arguments that the command line sets, and the words that set none. Raises WrongUsage."""
-    texts: dict[str, str] = {}
-    for text in [*(word for word in words if MARK in word), *options.arg]:
-        name, equals, value = text.partition("=")
-        name = name.removesuffix(":")
-        if not equals or not name:
-            raise WrongUsage(f'"{text}" is not NAME=VALUE')
-        texts[name] = value
+    texts = named([*(word for word in words if MARK in word), *options.arg])
     files = tuple(map(Path, options.args_files))
     for file in files:
         if not file.is_file():
             raise WrongUsage(f'there is no file "{file}" of arguments')
     given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
     return given, [word for word in words if MARK not in word]
+
+
+def named(texts: Iterable[str]) -> dict[str, str]:
+    """Return values by name, of texts that are NAME=VALUE or NAME:=VALUE. Raises WrongUsage."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        name = name.removesuffix(":")
+        if not equals or not name:
+            raise WrongUsage(f'"{text}" is not NAME=VALUE')
+        found[name] = value
+    return found
 
 
 def packages_of(options: argparse.Namespace) -> dict[str, Path]:

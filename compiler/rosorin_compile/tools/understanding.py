@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .asked import is_foreign
 from .compiling import telling
 from .given import Given, texts
+from .robots import is_foreign
 from .usage import WrongUsage
 
 if TYPE_CHECKING:

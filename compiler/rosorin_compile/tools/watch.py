@@ -16,10 +16,10 @@ from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import MESH_FILE, Description, NoDescription, find
-from .asked import descriptions, no_stdin
 from .compiling import compile_proven, count, mesh_files
 from .given import Given, given_arguments
 from .options import output_options, quiet_option, robot_options
+from .robots import descriptions, no_stdin
 from .usage import FINE
 
 if TYPE_CHECKING:

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
 from ...project import Description, NoDescription, all_here, find, narrowed
-from ..asked import descriptions, take_stdin
 from ..compiling import telling
 from ..given import Given, given_arguments
 from ..options import argument_options, json_option, named_robot, package_option, quiet_option
+from ..robots import descriptions, take_stdin
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

@@ -13,9 +13,9 @@ from typing import TYPE_CHECKING
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
 from ...project import DESCRIPTIONS, ON_STDIN, STDIN, around, nearest_file
-from ..asked import take_stdin
 from ..given import given_arguments, packages_of
 from ..options import argument_options, console_of, format_options, package_option, place
+from ..robots import take_stdin
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:

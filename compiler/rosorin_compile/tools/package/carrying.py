@@ -22,10 +22,10 @@ from ...model import ROBOT_STATE_PUBLISHER
 from ...project import DESCRIPTIONS, ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE, Description, data_folder
 from .meshes import named
 from .naming import is_legal
-from .starting import ARGUMENTS, WORDS, Argument, spelt_statics
+from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
-    from ...frontend.arguments import Argument as Declared
+    from ...frontend.arguments import Argument
     from ...pipeline import Compiled
     from ..given import Given
     from .package import Options
@@ -50,7 +50,7 @@ class Passed(NamedTuple):
     """
 
     name: str
-    argument: Argument
+    argument: LaunchArgument
     own: str | None
 
 
@@ -172,11 +172,11 @@ def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterato
             yield error("package-not-carried", message, _named_in(name, files), help)
 
 
-def _passed(found: Sequence[Declared], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
+def _passed(found: Sequence[Argument], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
     names = free_names([one.name for one in found], taken, "arg_")
     for one in found:
         own = None if one.required else _plain(one.default)
-        default = own if one.required or one.name not in values else _given(one, values[one.name])
+        default = own if one.required or one.name not in values else _text_of(one, values[one.name])
         choices = [_plain(text) for text in one.allowed]
         if default is not None and choices and default not in choices:
             choices.append(default)
@@ -184,7 +184,7 @@ def _passed(found: Sequence[Declared], values: Mapping[str, Any], taken: Iterabl
         help = one.help or f"the argument {one.name} of the description"
         if names[one.name] != one.name:
             help = f"{help} ({one.name} of the description)" if one.help else help
-        argument = Argument(names[one.name], default, help, () if cut else tuple(choices))
+        argument = LaunchArgument(names[one.name], default, help, () if cut else tuple(choices))
         yield Passed(one.name, argument, own)
 
 
@@ -199,7 +199,7 @@ def _plain(written: str) -> str:
     return value if isinstance(value, str) else written
 
 
-def _given(argument: Declared, value: Any) -> str:
+def _text_of(argument: Argument, value: Any) -> str:
     """Return the value of this run as a text."""
     return value if isinstance(value, str) else _plain(argument.value)
 

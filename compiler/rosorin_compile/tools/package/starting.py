@@ -32,7 +32,7 @@ PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py
 WORDS = "rosorin_compile_words"  # the launch configuration that holds the description and its arguments
 
 
-class Argument(NamedTuple):
+class LaunchArgument(NamedTuple):
     """An argument of the launch files; ``default`` is None where there is none, ``choices`` are empty for any value."""
 
     name: str
@@ -42,11 +42,11 @@ class Argument(NamedTuple):
 
 
 ARGUMENTS = (
-    *(Argument(name, "", help) for name, help in COMMON.items()),
-    Argument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
-    Argument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
-    Argument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
-    Argument("rviz", "false", "show the robot in RViz"),
+    *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
+    LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
+    LaunchArgument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
+    LaunchArgument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
+    LaunchArgument("rviz", "false", "show the robot in RViz"),
 )
 
 
@@ -79,10 +79,10 @@ class Statics(NamedTuple):
         names = launching.substitutions(self.read, "LaunchConfiguration", *more)
         return launching.imported("launch.substitutions", names)
 
-    def arguments(self) -> list[Argument]:
+    def arguments(self) -> list[LaunchArgument]:
         """Return the launch arguments of the modes."""
         return [
-            Argument(name, "false", f"the robot is run in the mode {mode}", launching.STATES)
+            LaunchArgument(name, "false", f"the robot is run in the mode {mode}", launching.STATES)
             for mode, name in self.modes.items()
         ]
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics.console import Console
 from ...project import Description
-from ..asked import one
 from ..given import given_arguments
 from ..options import argument_options, named_robot, package_option, quiet_option
+from ..robots import one
 from ..understanding import Known, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
-from ..asked import one
 from ..given import given_arguments
 from ..options import argument_options, mode_option, named_robot, package_option, quiet_option
+from ..robots import one
 from ..understanding import Known, mode_states, understood
 from ..usage import FINE, PROBLEMS, WrongUsage
 

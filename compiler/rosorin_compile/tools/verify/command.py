@@ -13,10 +13,10 @@ from ...diagnostics.console import Console
 from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
-from ..asked import descriptions, is_foreign
 from ..compiling import compile_one
 from ..given import Given, given_arguments, texts
 from ..options import argument_options, json_option, mode_option, package_option, quiet_option
+from ..robots import descriptions, is_foreign
 from ..understanding import mode_states, read
 from ..usage import FINE, PROBLEMS, WrongUsage
 

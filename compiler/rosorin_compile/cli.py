@@ -17,7 +17,7 @@ from . import __version__
 from .diagnostics.console import guarded, show_progress
 from .diagnostics.progress import hide
 from .tools.parser import Parser
-from .tools.shared import PROBLEMS, USAGE, WrongUsage, tell_of_cache
+from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {

@@ -192,10 +192,11 @@ def read(text: str) -> Facts:
     facts: Facts = {}
     try:
         tree = python_of(text)
-        calls = [node for node in ast.walk(tree) if isinstance(node, ast.Call)]
+        nodes = list(ast.walk(tree))
     except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
-    known = _defaults(tree, calls)
+    calls = [node for node in nodes if isinstance(node, ast.Call)]
+    known = _defaults(nodes, calls)
     for call in calls:
         given = {keyword.arg: keyword.value for keyword in call.keywords}
         executable = given.get("executable")
@@ -210,7 +211,7 @@ def read(text: str) -> Facts:
     return facts
 
 
-def _defaults(tree: ast.AST, calls: Sequence[ast.Call]) -> dict[str, str]:
+def _defaults(nodes: Sequence[ast.AST], calls: Sequence[ast.Call]) -> dict[str, str]:
     """Return the default values of launch arguments by the names that a launch file gives to them."""
     import ast
 
@@ -222,7 +223,7 @@ def _defaults(tree: ast.AST, calls: Sequence[ast.Call]) -> dict[str, str]:
             if isinstance(name, ast.Constant) and isinstance(value, ast.Constant):
                 defaults[str(name.value)] = str(value.value)
     known: dict[str, str] = {}
-    for node in ast.walk(tree):
+    for node in nodes:
         if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and isinstance(node.targets[0], ast.Name):
             argument = node.value.args[0] if node.value.args else None
             if ast.unparse(node.value.func) == "LaunchConfiguration" and isinstance(argument, ast.Constant):

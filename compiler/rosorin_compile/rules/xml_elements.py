@@ -15,7 +15,6 @@ from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Instance, Path, locate
 from ..model import ROBOT_STATE_PUBLISHER
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
-from ..xml.markup import MarkupError, parse
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from .case import Case, suggest
 from .kinematics import WORLD_FRAMES
@@ -29,7 +28,7 @@ AFTER = "materials"
 _WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")
 _MAX_RELATED = 3
 _AROUND = "elements"  # a name that nobody closes by mistake
-_CLOSES = re.compile(r"</(.+)> closes what is not open: <(.+)> is")
+_CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
 
 
 @rule(
@@ -48,13 +47,15 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
     """Return what is wrong with a text that is no XML, at its line where the file has it as it is."""
+    from ..xml.markup import MarkupError, parse
+
     help = "write whole elements, such as <gazebo>...</gazebo>"
     try:
         parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>"))
     except MarkupError as problem:
         told, span = problem.diagnostic.message, problem.diagnostic.span
         line, column = (span.line, span.column) if span else (1, 1)
-        left = _CLOSES.fullmatch(told)
+        left = re.fullmatch(_CLOSES, told)
         if left and left[1] == _AROUND:  # what stands around is closed too early: something within is still open
             told, line, column = f"<{left[2]}> is not closed", 0, 0
             help = f"add </{left[2]}>"

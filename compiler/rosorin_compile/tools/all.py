@@ -13,28 +13,9 @@ from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from .shared import (
-    FINE,
-    PROBLEMS,
-    USAGE,
-    Run,
-    WrongUsage,
-    check_depfile,
-    compile_proven,
-    count,
-    depfile_options,
-    for_each,
-    format_options,
-    hook_option,
-    lacks_meshes,
-    mesh_files,
-    no_stdin,
-    nothing_written,
-    output_options,
-    place,
-    read_by,
-    robot_options,
-)
+from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .robots import Run, check_depfile, for_each, no_stdin
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -113,6 +94,8 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.tell_read([*inputs, *run.given.files])
             run.console.say(f"{summary}, unchanged")
             return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
+    from .compiling import compile_proven, count, lacks_meshes, mesh_files, nothing_written, read_by
+
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
     compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
@@ -156,6 +139,7 @@ def _key(run: Run, description: Description) -> dict[str, Any]:
 def _write_some(run: Run, description: Description) -> int:
     """Compile a robot and write the artifacts that are asked for."""
     from ..frontend.wanted import UNKNOWN
+    from .compiling import compile_proven, count, nothing_written, read_by
 
     compiled = compile_proven(run.given, description, run.console, run.options.only)
     run.console.show(compiled.diagnostics)
@@ -192,18 +176,12 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     """
     if run.options.depfile is None:
         return FINE
-    from ..output import OutputError
-    from ..output.one_file import touch, write_depfile
+    from .compiling import tell_build
 
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
-    try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
-        touch(file for file in made if os.path.realpath(file) not in read)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+    newer = [file for file in made if os.path.realpath(file) not in read]
+    return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
 def _leads(finders: dict[str, Packages], asked: Resolved) -> str:

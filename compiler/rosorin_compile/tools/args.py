@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .shared import FINE, PROBLEMS, Given, descriptions, given_arguments, json_option, quiet_option, robot_options
+from .given import Given, given_arguments
+from .options import json_option, quiet_option, robot_options
+from .robots import descriptions
+from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
     from ..diagnostics import Span

@@ -19,33 +19,22 @@ from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
 from ..project import ON_STDIN, Description
-from .shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    Run,
-    WrongUsage,
-    check_depfile,
+from .compiling import (
     compile_proven,
     count,
-    depfile_options,
-    for_each,
-    format_options,
-    given_arguments,
-    hook_option,
-    is_foreign,
     mesh_files,
     nothing_written,
-    one,
-    output_options,
-    place,
     proven,
     read_by,
-    robot_options,
     search_meshes,
+    tell_build,
     telling,
-    understood,
 )
+from .given import Given, given_arguments
+from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .robots import Run, check_depfile, for_each, is_foreign, one
+from .understanding import understood
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -175,23 +164,9 @@ def check_one(run: Run, description: Description) -> int:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
     compared = [description.outputs / name for name in committed]
-    return _tell_build(run, [*read_by(run.given, compiled), *compared])
-
-
-def _tell_build(run: Run, inputs: Sequence[Path]) -> int:
-    """Write the depfile, if one is asked for: what was compiled, and what it was compared with."""
-    options = run.options
-    if getattr(options, "depfile", None) is None:
+    if run.options.depfile is None:
         return FINE
-    from ..output import OutputError
-    from ..output.one_file import write_depfile
-
-    try:
-        write_depfile(Path(options.depfile), options.depfile_target, inputs, ())
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *compared])
 
 
 def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]]) -> None:
@@ -301,8 +276,8 @@ def _check_deployed(run: Run, description: Description) -> int:
     from ..diagnostics import error, has_errors
     from ..frontend.load import LoadError
     from .package import naming
+    from .package.carrying import described
     from .package.checking import check
-    from .package.compiling import described
     from .package.finding import files_below
 
     compiled = compile_proven(run.given, description, run.console)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import argparse
 
 from ..project import data_folder
-from .shared import FINE
+from .usage import FINE
 
 
 def options(command: argparse.ArgumentParser) -> None:

@@ -8,19 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
-from .shared import (
-    FINE,
-    MARK,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    json_option,
-    package_option,
-    packages_of,
-    quiet_option,
-    take_stdin,
-)
+from .given import given_arguments, named, packages_of
+from .options import argument_options, json_option, package_option, quiet_option
+from .robots import take_stdin
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..meaning.difference import Side
@@ -83,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
     except LoadError as problem:
         Console("text", options.quiet).show([problem.diagnostic])
         return PROBLEMS
-    own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
+    own = [{**arguments, **named(texts)} for texts in (options.a_arg, options.b_arg)]
     packages = packages_of(options)
     read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
     sides = _sides(read, words, Console("text", options.quiet))
@@ -112,17 +103,6 @@ def _tolerance(text: str) -> float:
     if not (math.isfinite(value) and value >= 0):
         raise argparse.ArgumentTypeError(f'"{text}" is no number from zero upwards')
     return value
-
-
-def _pairs(texts: list[str]) -> dict[str, str]:
-    """Return NAME=VALUE texts by name. Raises WrongUsage."""
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition(MARK if MARK in text else "=")
-        if not equals or not name:
-            raise WrongUsage(f'"{text}" is not NAME=VALUE')
-        found[name] = value
-    return found
 
 
 def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path], trust: bool) -> Read:

@@ -10,21 +10,11 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, paint
 from ..diagnostics.registry import OUTPUTS, Rule
-from .shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    mode_option,
-    mode_states,
-    one,
-    one_robot,
-    package_option,
-    place,
-    quiet_option,
-    understood,
-)
+from .given import given_arguments
+from .options import argument_options, mode_option, one_robot, package_option, place, quiet_option
+from .robots import one
+from .understanding import mode_states, understood
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..formats.drawing.situations import Situation

@@ -16,27 +16,11 @@ from typing import TYPE_CHECKING
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import Description, NoDescription, first_file
-from .shared import (
-    FINE,
-    PROBLEMS,
-    USAGE,
-    Given,
-    WrongUsage,
-    argument_options,
-    compile_one,
-    depfile_options,
-    given_arguments,
-    is_foreign,
-    no_half_mark,
-    one,
-    package_option,
-    place,
-    proven,
-    read_by,
-    search_meshes,
-    telling,
-    texts,
-)
+from .compiling import compile_one, proven, read_by, search_meshes, telling
+from .given import Given, given_arguments, no_half_mark, texts
+from .options import argument_options, depfile_options, package_option, place
+from .robots import is_foreign, one
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -173,10 +157,10 @@ def _put(
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    return FINE if options.output is not None or _given(artifact.text, console) else PROBLEMS
+    return FINE if options.output is not None or _printed(artifact.text, console) else PROBLEMS
 
 
-def _given(text: str, console: Console) -> bool:
+def _printed(text: str, console: Console) -> bool:
     """Print an artifact; say whether that went well. Whoever reads the first lines alone has what they want."""
     try:
         give(text)

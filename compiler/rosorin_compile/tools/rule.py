@@ -11,7 +11,8 @@ from ..diagnostics import Diagnostic, did_you_mean, has_errors
 from ..diagnostics.console import Console
 from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
 from ..frontend.accepting import STAYS
-from .shared import FINE, PROBLEMS, WrongUsage, json_option
+from .options import json_option
+from .usage import FINE, PROBLEMS, WrongUsage
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100

@@ -8,7 +8,7 @@ from ..diagnostics import did_you_mean
 from ..diagnostics.console import give
 from ..formats import FORMATS
 from ..project import data_folder
-from .shared import FINE, WrongUsage
+from .usage import FINE, WrongUsage
 
 # The schemas that are no format's, and whose form they describe.
 _NAMES = {

@@ -113,7 +113,7 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
     """
     path = first_file(word) if word == STDIN else Path(word)
     if stdin_of(path) is not None:
-        from .shared import is_foreign
+        from .robots import is_foreign
 
         read = _foreign if is_foreign(path) else _description
         return read(path, str(path), arguments, packages, trust)

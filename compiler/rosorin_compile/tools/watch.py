@@ -16,19 +16,11 @@ from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import MESH_FILE, Description, NoDescription, find
-from .shared import (
-    FINE,
-    Given,
-    compile_proven,
-    count,
-    descriptions,
-    given_arguments,
-    mesh_files,
-    no_stdin,
-    output_options,
-    quiet_option,
-    robot_options,
-)
+from .compiling import compile_proven, count, mesh_files
+from .given import Given, given_arguments
+from .options import output_options, quiet_option, robot_options
+from .robots import descriptions, no_stdin
+from .usage import FINE
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic

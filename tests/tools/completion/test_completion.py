@@ -290,7 +290,7 @@ def test_several_slow_robots_take_the_patience_of_one(project: Path, monkeypatch
     for spent in (0, known.PATIENCE - 0.5, known.PATIENCE):
         known._spent[:] = [spent]
         known._robot.cache_clear()
-        assert "odom" in known.names(known.Asked((), {}, {}), "frames")
+        assert "odom" in known.names(known.Subject((), {}, {}), "frames")
     assert [limit > 0 for limit in limits] == [True, False] * 3
     assert limits[0] == known.PATIENCE
     assert limits[2] == pytest.approx(0.5)

@@ -212,7 +212,7 @@ def _others(command: Parser, typed: Typed) -> list[str]:
     return [word for word in typed.words if not (":=" in word and _takes_arguments(command))]
 
 
-def _asked(command: Parser, typed: Typed) -> known.Asked:
+def _asked(command: Parser, typed: Typed) -> known.Subject:
     """Return which robots a line asks about, with which arguments."""
     names = [word for dest in ("robot", "words") for word in typed.values.get(dest, ())]
     for index, word in enumerate(_others(command, typed)):
@@ -226,10 +226,10 @@ def _asked(command: Parser, typed: Typed) -> known.Asked:
             texts[name.removesuffix(":")] = value
     folders = dict.fromkeys(typed.values.get("packages", ()))
     packages = {name: Path(path) for name, _, path in (text.partition("=") for text in folders) if name and path}
-    return known.Asked(tuple(names), texts, packages)
+    return known.Subject(tuple(names), texts, packages)
 
 
-def _of_kind(name: str, asked: known.Asked, current: str) -> list[Candidate]:
+def _of_kind(name: str, asked: known.Subject, current: str) -> list[Candidate]:
     """Return what there is for a place of a name such as FRAME or JOINT=VALUE."""
     left, equals, right = name.partition("=")
     if name.startswith("{"):
@@ -247,7 +247,7 @@ def _of_kind(name: str, asked: known.Asked, current: str) -> list[Candidate]:
     return [one._replace(word=f"{typed}{mark}{one.word}") for one in _beginning(values, rest)]
 
 
-def _all(name: str, asked: known.Asked, current: str) -> Iterable[Candidate]:
+def _all(name: str, asked: known.Subject, current: str) -> Iterable[Candidate]:
     """Return all there is of a kind, files only as far as they are typed."""
     if name.startswith("VALUE OF "):
         return [Candidate(value) for value in known.values(asked, name.removeprefix("VALUE OF "))]
@@ -259,11 +259,11 @@ def _beginning(found: Iterable[Candidate], current: str) -> list[Candidate]:
     return [one for one in found if one.word.startswith(current)]
 
 
-def _names(of_robot: str) -> Callable[[known.Asked, str], list[Candidate]]:
+def _names(of_robot: str) -> Callable[[known.Subject, str], list[Candidate]]:
     return lambda asked, _: [Candidate(name, help) for name, help in known.names(asked, of_robot).items()]
 
 
-def _robots(asked: known.Asked, current: str) -> list[Candidate]:
+def _robots(asked: known.Subject, current: str) -> list[Candidate]:
     """Return the robots of this project, then files and folders that may be one; each once."""
     given = {*asked.robots}
     named = [Candidate(name, "robot of this project") for name in known.robots() if name not in given]
@@ -271,7 +271,7 @@ def _robots(asked: known.Asked, current: str) -> list[Candidate]:
     return [*named, *map(Candidate, files(current, with_endings))]
 
 
-def _rules(_: known.Asked, __: str) -> list[Candidate]:
+def _rules(_: known.Subject, __: str) -> list[Candidate]:
     from ..rule import every
 
     return [Candidate(id, _plain(rule.what)) for id, rule in sorted(every().items())]
@@ -282,13 +282,13 @@ def _plain(text: str) -> str:
     return text if len(text) <= _MAX_HELP else f"{text[:_MAX_HELP].rpartition(' ')[0]} ..."
 
 
-def _schemas(_: known.Asked, __: str) -> list[Candidate]:
+def _schemas(_: known.Subject, __: str) -> list[Candidate]:
     from ..schema import names
 
     return [Candidate(name, what) for name, what in names().items()]
 
 
-def _artifacts(asked: known.Asked, _: str) -> list[Candidate]:
+def _artifacts(asked: known.Subject, _: str) -> list[Candidate]:
     """Return the outputs of a robot, and the formats that it does not list."""
     from ...formats import FORMATS
 
@@ -328,7 +328,7 @@ def files(current: str, endings: Sequence[str] | None = None) -> list[str]:
 
 
 # What there is for the name of a place; a name that is not here is free text.
-KINDS: dict[str, Callable[[known.Asked, str], Iterable[Candidate]]] = {
+KINDS: dict[str, Callable[[known.Subject, str], Iterable[Candidate]]] = {
     "ROBOT": _robots,
     "FILE": lambda _, current: map(Candidate, files(current)),
     "SOURCE": lambda _, current: map(Candidate, files(current)),

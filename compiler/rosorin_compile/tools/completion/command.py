@@ -9,7 +9,7 @@ from __future__ import annotations
 import argparse
 import sys
 
-from ..shared import FINE
+from ..usage import FINE
 
 _BASH = r"""# Completion of rosorin-compile for bash. In ~/.bashrc:  source <(rosorin-compile completion bash)
 _rosorin_compile() {

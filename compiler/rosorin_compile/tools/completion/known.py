@@ -16,7 +16,7 @@ from types import FrameType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...project import ENDINGS, all_here, find, narrowed
-from ..shared import is_foreign
+from ..robots import is_foreign
 
 if TYPE_CHECKING:
     from ...frontend.arguments import Argument
@@ -47,7 +47,7 @@ _SECTIONS = {
 }
 
 
-class Asked(NamedTuple):
+class Subject(NamedTuple):
     """The robots that a line asks about (what cannot be one is passed over), the arguments, and folders of packages."""
 
     robots: tuple[str, ...]
@@ -71,7 +71,7 @@ def robot_endings() -> tuple[str, ...]:
     return (*ENDINGS, *endings())
 
 
-def names(asked: Asked, of: str) -> dict[str, str]:
+def names(asked: Subject, of: str) -> dict[str, str]:
     """Return the names of one kind that the robots have, and what each is; of several robots whose it is."""
     paths = _paths(asked)
     found: dict[str, str] = {}
@@ -81,7 +81,7 @@ def names(asked: Asked, of: str) -> dict[str, str]:
     return found
 
 
-def values(asked: Asked, argument: str) -> list[str]:
+def values(asked: Subject, argument: str) -> list[str]:
     """Return the values that an argument may have, or its default."""
     for path in _paths(asked):
         for one in _arguments(path):
@@ -91,7 +91,7 @@ def values(asked: Asked, argument: str) -> list[str]:
     return []
 
 
-def _paths(asked: Asked) -> list[Path]:
+def _paths(asked: Subject) -> list[Path]:
     """Return the first files of the robots that are asked for, else of that one here, else of all here."""
     found = []
     for name in asked.robots:
@@ -111,7 +111,7 @@ def _unquoted(text: str) -> str:
     return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else text
 
 
-def _names(path: Path, asked: Asked, of: str) -> dict[str, str]:
+def _names(path: Path, asked: Subject, of: str) -> dict[str, str]:
     """Return the names of one kind in one robot."""
     with suppress(Exception):
         if of == "arguments":
@@ -139,7 +139,7 @@ def _arguments(path: Path) -> list[Argument]:
         return [
             Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
         ]
-    with _patience():
+    with suppress(_TooLong), _patience():
         return declared(path, {})[0]
     return []
 
@@ -149,7 +149,7 @@ def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[t
     """Return the robot of a description, or of a file that can be read without running anything; else None."""
     from ...diagnostics import has_errors
 
-    with suppress(Exception), _patience():
+    with suppress(Exception, _TooLong), _patience():  # it may end before it has begun
         if is_foreign(path):
             return _foreign(path, dict(packages))
         from ...frontend.expand import expand

@@ -7,21 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
 from ...project import Description, NoDescription, all_here, find, narrowed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    WrongUsage,
-    argument_options,
-    descriptions,
-    given_arguments,
-    json_option,
-    named_robot,
-    package_option,
-    quiet_option,
-    take_stdin,
-    telling,
-)
+from ..compiling import telling
+from ..given import Given, given_arguments
+from ..options import argument_options, json_option, named_robot, package_option, quiet_option
+from ..robots import descriptions, take_stdin
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from .explanation import Answer, Explanation

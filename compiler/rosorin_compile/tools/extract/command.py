@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console, give
 from ...diagnostics.wording import masked
-from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place, quiet_option
+from ..options import argument_options, package_option, place, quiet_option
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Source

@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
-from ..shared import WrongUsage, given_arguments, no_stdin
+from ..given import given_arguments
+from ..robots import no_stdin
+from ..usage import WrongUsage
 
 if TYPE_CHECKING:
     import numpy as np

@@ -13,19 +13,10 @@ from typing import TYPE_CHECKING
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
 from ...project import DESCRIPTIONS, ON_STDIN, STDIN, around, nearest_file
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    console_of,
-    format_options,
-    given_arguments,
-    package_option,
-    packages_of,
-    place,
-    take_stdin,
-)
+from ..given import given_arguments, packages_of
+from ..options import argument_options, console_of, format_options, package_option, place
+from ..robots import take_stdin
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic

@@ -23,7 +23,7 @@ from .starting import PUBLISHER as STARTS_URDF
 if TYPE_CHECKING:
     from ...diagnostics.markdown import Block
     from ...meaning.entities import Change
-    from .compiling import Carried
+    from .carrying import Carried
 
 RULES = (
     Rule(
@@ -96,12 +96,7 @@ def check(
 
     ``carry`` returns the description as a package with some options carries it. Raises OSError.
     """
-    by_place: dict[str, list[Artifact]] = {}
-    for artifact in artifacts:
-        place = told.get(artifact.output, "")
-        places = [place] if place in files else copies(folder, files, robot.name, artifact)
-        for one in places:
-            by_place.setdefault(one, []).append(artifact)
+    by_place = _by_place(robot, artifacts, folder, files, told)
     urdfs = [place for place, those in by_place.items() if any(map(names_meshes, those))]
     same, lines = [], []
     unlike: list[tuple[str, Difference | None]] = []
@@ -125,6 +120,18 @@ def check(
     diagnostics = list(_missing(artifacts, by_place, folder, told))
     diagnostics += launch_files(robot, folder, files, [place for place in by_place if place.endswith(".py")])
     return Checked(tuple(same), tuple(place for place, _ in unlike), lines, diagnostics, tuple(unlike))
+
+
+def _by_place(
+    robot: Robot, artifacts: Sequence[Artifact], folder: Path, files: Sequence[str], told: Mapping[str, str]
+) -> dict[str, list[Artifact]]:
+    """Return by each place that has a copy the artifacts that it may be a copy of."""
+    by_place: dict[str, list[Artifact]] = {}
+    for artifact in artifacts:
+        place = told.get(artifact.output, "")
+        for one in [place] if place in files else copies(folder, files, robot.name, artifact):
+            by_place.setdefault(one, []).append(artifact)
+    return by_place
 
 
 def _generated(

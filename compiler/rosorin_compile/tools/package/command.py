@@ -9,18 +9,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    compiled_one,
-    format_options,
-    given_arguments,
-    one_robot,
-    package_option,
-    place,
-)
+from ..compiling import compiled_one
+from ..given import given_arguments
+from ..options import argument_options, format_options, one_robot, package_option, place
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -28,8 +20,8 @@ if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...pipeline import Compiled
     from ...project import Description
-    from ..shared import Given
-    from .compiling import Carried
+    from ..given import Given
+    from .carrying import Carried
     from .package import Options
 
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
@@ -93,7 +85,7 @@ def _write(
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
     from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
     from . import placing
-    from .compiling import described
+    from .carrying import described
     from .deploying import kept, refused
     from .package import make
     from .papers import left_alone
@@ -128,7 +120,7 @@ def _proven(
     """Return why the description would not compile from the package: a copy of it is tried."""
     import tempfile
 
-    from .compiling import proven
+    from .carrying import proven
 
     with tempfile.TemporaryDirectory() as folder:
         there = Path(folder, name)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import posixpath
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,7 +20,7 @@ from .naming import file_name
 
 if TYPE_CHECKING:
     from ...formats.mesh_files import Searched
-    from .compiling import Carried
+    from .carrying import Carried
 
 RULES = (
     Rule("package-no-urdf", "No output is a URDF.", "Add an output with the backend `urdf`.", PACKAGES),
@@ -88,35 +88,51 @@ def make(
         return Package(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
-    placed: dict[str, Artifact] = {}
-    for artifact in artifacts:
-        place = place_of(artifact, main)
-        if place and placed.setdefault(place, artifact) is not artifact:
-            return Package({}, [_twice(place, placed[place], artifact)])
+    placed, twice = _placed(artifacts, main)
+    if twice:
+        return Package({}, [twice])
     files: dict[str, bytes] = {}
     needs: set[str] = set()
     diagnostics: list[Diagnostic] = []
     for place, artifact in placed.items():
-        text = artifact.text
         beside = FORMATS[artifact.backend].beside
         if names_meshes(artifact):
-            settled = meshes.settle(text, options.name, sources, target, searched)
-            text = settled.text
+            settled = meshes.settle(artifact.text, options.name, sources, target, searched)
+            artifact = artifact._replace(text=settled.text)
             needs.update(settled.packages)
             diagnostics += settled.diagnostics
             files.update({name: path.read_bytes() for name, path in settled.files.items()})
         elif beside is not None:
-            meshes_of = _meshes(artifact, searched)
-            names = [
-                name for name in dict.fromkeys(beside(text)) if not _copied(place, name, meshes_of, sources, files)
-            ]
-            diagnostics += meshes.beside(place, names, target)
-        files[place] = text.encode()
+            diagnostics += meshes.beside(place, _left(place, artifact, beside, searched, sources, files), target)
+        files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
     files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried))
     return Package(files, [*diagnostics, *papers.remarks(options, target)])
+
+
+def _placed(artifacts: Sequence[Artifact], main: Artifact) -> tuple[dict[str, Artifact], Diagnostic | None]:
+    """Return artifacts by their places in a package, and what is wrong where two have one."""
+    placed: dict[str, Artifact] = {}
+    for artifact in artifacts:
+        place = place_of(artifact, main)
+        if place and placed.setdefault(place, artifact) is not artifact:
+            return placed, _twice(place, placed[place], artifact)
+    return placed, None
+
+
+def _left(
+    place: str,
+    artifact: Artifact,
+    beside: Callable[[str], Iterable[str]],
+    searched: Searched | None,
+    sources: Sequence[Path],
+    files: dict[str, bytes],
+) -> list[str]:
+    """Copy the files that an artifact has beside it into ``files``; return the names of those that are not found."""
+    known = _meshes(artifact, searched)
+    return [name for name in dict.fromkeys(beside(artifact.text)) if not _copied(place, name, known, sources, files)]
 
 
 def _twice(place: str, one: Artifact, other: Artifact) -> Diagnostic:

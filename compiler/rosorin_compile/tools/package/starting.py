@@ -21,7 +21,7 @@ from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Robot
 from ...rules.case import feeding
 
 if TYPE_CHECKING:
-    from .compiling import Carried
+    from .carrying import Carried
 
 # Packages of the nodes that show a robot on a screen, or stand in for its driver; nothing on a robot needs them.
 SCREEN = ("joint_state_publisher", "joint_state_publisher_gui", "rviz2")
@@ -33,7 +33,7 @@ PUBLISHER, STATICS = "robot_state_publisher.launch.py", "static_frames.launch.py
 WORDS = "rosorin_compile_words"
 
 
-class Argument(NamedTuple):
+class LaunchArgument(NamedTuple):
     """An argument of the launch files; ``default`` is None where there is none, ``choices`` are empty for any value."""
 
     name: str
@@ -43,11 +43,11 @@ class Argument(NamedTuple):
 
 
 ARGUMENTS = (
-    *(Argument(name, "", help) for name, help in COMMON.items()),
-    Argument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
-    Argument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
-    Argument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
-    Argument("rviz", "false", "show the robot in RViz"),
+    *(LaunchArgument(name, "", help) for name, help in COMMON.items()),
+    LaunchArgument("use_sim_time", "false", "take the time from /clock, as simulators and recordings publish it"),
+    LaunchArgument("joint_state_publisher", "false", "publish all joints at zero, where no driver does"),
+    LaunchArgument("joint_state_publisher_gui", "false", "publish the joints from sliders in a window"),
+    LaunchArgument("rviz", "false", "show the robot in RViz"),
 )
 
 
@@ -80,10 +80,10 @@ class Statics(NamedTuple):
         names = launching.substitutions(self.read, "LaunchConfiguration", *more)
         return launching.imported("launch.substitutions", names)
 
-    def arguments(self) -> list[Argument]:
+    def arguments(self) -> list[LaunchArgument]:
         """Return the launch arguments of the modes."""
         return [
-            Argument(name, "false", f"the robot is run in the mode {mode}", launching.STATES)
+            LaunchArgument(name, "false", f"the robot is run in the mode {mode}", launching.STATES)
             for mode, name in self.modes.items()
         ]
 

@@ -9,20 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics.console import Console
 from ...project import Description
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Known,
-    WrongUsage,
-    argument_options,
-    beyond_limit,
-    given_arguments,
-    named_robot,
-    one,
-    package_option,
-    quiet_option,
-    understood,
-)
+from ..given import given_arguments
+from ..options import argument_options, named_robot, package_option, quiet_option
+from ..robots import one
+from ..understanding import Known, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...model import Joint, Robot, ServoGroup
@@ -163,7 +154,7 @@ def _of(robot: Robot, name: str, asked: float) -> Row:
 def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: Console) -> int:
     """Print the rows, or the calibration where nothing is asked; say what is beyond a limit."""
     from ...diagnostics import ERROR, WARNING
-    from .states import beyond
+    from .states import beyond, beyond_limit
 
     state = {row.joint.name: row.position for row in rows}
     found = list(beyond(known.robot, state))

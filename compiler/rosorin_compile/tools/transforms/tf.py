@@ -9,27 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Known,
-    WrongUsage,
-    argument_options,
-    beyond_limit,
-    edge_index,
-    given_arguments,
-    mode_option,
-    mode_states,
-    named_robot,
-    one,
-    package_option,
-    quiet_option,
-    understood,
-)
+from ..given import given_arguments
+from ..options import argument_options, mode_option, named_robot, package_option, quiet_option
+from ..robots import one
+from ..understanding import Known, mode_states, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
-    from ...model import Robot
+    from ...model import Edge, Robot
     from ...model.kinematics.graph import NoWay
     from ...model.kinematics.lookup import Answer
     from ...model.kinematics.quaternions import Position
@@ -147,7 +135,7 @@ def _asked(known: Known, options: argparse.Namespace) -> Asked:
 def _limits(known: Known, asked: Asked, strict: bool, console: Console) -> int:
     """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
     from ...diagnostics import ERROR, WARNING
-    from .states import beyond
+    from .states import beyond, beyond_limit
 
     found: dict[tuple[str, str], Diagnostic] = {}
     for state in asked.states:
@@ -269,3 +257,8 @@ def _remarks(known: Known, answer: Answer) -> list[Diagnostic]:
             said = f"{step.parent} -> {step.child} is published when {whens}"
             notes.append(known.case.problem("transform-sometimes", said, path, "", severity=NOTE))
     return notes
+
+
+def edge_index(robot: Robot, edge: Edge) -> int:
+    """Return the place of an edge in the list of the description."""
+    return next(index for index, one in enumerate(robot.edges) if one is edge)

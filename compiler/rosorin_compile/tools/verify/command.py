@@ -13,24 +13,12 @@ from ...diagnostics.console import Console
 from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    WrongUsage,
-    argument_options,
-    compile_one,
-    descriptions,
-    given_arguments,
-    is_foreign,
-    json_option,
-    mode_option,
-    mode_states,
-    package_option,
-    quiet_option,
-    read,
-    texts,
-)
+from ..compiling import compile_one
+from ..given import Given, given_arguments, texts
+from ..options import argument_options, json_option, mode_option, package_option, quiet_option
+from ..robots import descriptions, is_foreign
+from ..understanding import mode_states, read
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic

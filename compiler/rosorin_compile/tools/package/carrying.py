@@ -23,12 +23,12 @@ from ...model import ROBOT_STATE_PUBLISHER
 from ...project import DESCRIPTIONS, ENDINGS, OUTPUTS, PYTHON_PACKAGE, ROS_PACKAGE, Description, data_folder
 from .meshes import named
 from .naming import is_legal
-from .starting import ARGUMENTS, WORDS, Argument, spelt_statics
+from .starting import ARGUMENTS, WORDS, LaunchArgument, spelt_statics
 
 if TYPE_CHECKING:
-    from ...frontend.arguments import Argument as Declared
+    from ...frontend.arguments import Argument
     from ...pipeline import Compiled
-    from ..shared import Given
+    from ..given import Given
     from .package import Options
 
 RULES = (
@@ -54,7 +54,7 @@ class Passed(NamedTuple):
     """
 
     name: str
-    argument: Argument
+    argument: LaunchArgument
     own: str | None
     simple: bool
 
@@ -182,11 +182,11 @@ def _unfindable(main: Artifact, package: str, places: Iterable[Path]) -> Iterato
             yield error("package-not-carried", message, _named_in(name, files), help)
 
 
-def _passed(found: Sequence[Declared], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
+def _passed(found: Sequence[Argument], values: Mapping[str, Any], taken: Iterable[str]) -> Iterator[Passed]:
     names = free_names([one.name for one in found], taken, "arg_")
     for one in found:
         own = None if one.required else _plain(one.default)
-        default = own if one.required or one.name not in values else _given(one, values[one.name])
+        default = own if one.required or one.name not in values else _text_of(one, values[one.name])
         choices = [_plain(text) for text in one.allowed]
         if default is not None and choices and default not in choices:
             choices.append(default)
@@ -194,12 +194,12 @@ def _passed(found: Sequence[Declared], values: Mapping[str, Any], taken: Iterabl
         help = one.help or f"the argument {one.name} of the description"
         if names[one.name] != one.name:
             help = f"{help} ({one.name} of the description)" if one.help else help
-        argument = Argument(names[one.name], default, help, () if cut else tuple(choices))
+        argument = LaunchArgument(names[one.name], default, help, () if cut else tuple(choices))
         simple = _is_simple(one) and not any(letter in (default or "") for letter in '"\\\n')
         yield Passed(one.name, argument, own, simple)
 
 
-def _is_simple(argument: Declared) -> bool:
+def _is_simple(argument: Argument) -> bool:
     """Say whether the default of an argument is the same where it is passed on the command line."""
     written = argument.default
     quoted = written[:1] in ("'", '"') and argument.type == "text"
@@ -217,7 +217,7 @@ def _plain(written: str) -> str:
     return value if isinstance(value, str) else written
 
 
-def _given(argument: Declared, value: Any) -> str:
+def _text_of(argument: Argument, value: Any) -> str:
     """Return the value of this run as a text."""
     return value if isinstance(value, str) else _plain(argument.value)
 
@@ -228,7 +228,7 @@ def proven(carried: Carried, compiled: Compiled, given: Given, there: Path, pack
     It has to say the same to the byte, and to read nothing outside.
     """
     from ...diagnostics import has_errors
-    from ..shared import compile_one
+    from ..compiling import compile_one
 
     packages = {one.name: Path(one.answer) for one in compiled.resolved if one.kind == ROS_PACKAGE and one.answer}
     packages |= {**given.packages, package: there}

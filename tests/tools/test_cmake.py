@@ -207,7 +207,7 @@ def test_arguments_arrive_to_the_letter(tmp_path: Path, generator: str) -> None:
     (folder / "note.jinja").write_text("{{ output.options.options.said | join('|') }}")
     configure(source, generator=generator)
     assert len(ran(build(source, "-j2"))) == len(TEXTS)
-    said = [text or "None" for text in TEXTS]  # as all has it: nothing is nothing
+    said = [text or "none" for text in TEXTS]  # as all has it: what is given empty is not given
     notes = [made(source, f"odd{number}", "odd") / "note.txt" for number in range(len(TEXTS))]
     assert [note.read_text() for note in notes] == [f"{text}|last" for text in said]
     assert ran(build(source)) == []
@@ -408,6 +408,8 @@ def test_a_program_that_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyP
             (tools / name).symlink_to(str(shutil.which(name)))
     monkeypatch.setenv("PATH", f"{tools}")
     with pytest.raises(Built) as failed:
-        configure(source, program=program)
+        # Away from its own place: beside that the program may stand.
+        package = shutil.copytree(data_folder("cmake"), tmp_path / "cmake")
+        configure(source, f"-Drosorin_compile_DIR={package}", program=program)
     assert "There is no program rosorin-compile" in str(failed.value)
     assert "pip install path/to/rosorin-compile" in str(failed.value)

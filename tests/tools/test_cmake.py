@@ -407,9 +407,9 @@ def test_a_program_that_is_not_there(tmp_path: Path, monkeypatch: pytest.MonkeyP
         if shutil.which(name):
             (tools / name).symlink_to(str(shutil.which(name)))
     monkeypatch.setenv("PATH", f"{tools}")
+    # Away from its own place: beside that the program may stand.
+    package = shutil.copytree(data_folder("cmake"), tmp_path / "cmake")
     with pytest.raises(Built) as failed:
-        # Away from its own place: beside that the program may stand.
-        package = shutil.copytree(data_folder("cmake"), tmp_path / "cmake")
         configure(source, f"-Drosorin_compile_DIR={package}", program=program)
     assert "There is no program rosorin-compile" in str(failed.value)
     assert "pip install path/to/rosorin-compile" in str(failed.value)

@@ -60,8 +60,11 @@ def colcon(workspace: Path, generator: str, *options: str, fails: bool = False) 
 
 
 def next_second() -> None:
-    """Wait for the next second: CMake installs files with the time of their source, to the second."""
-    time.sleep(1 - time.time() % 1)
+    """Wait for the next second: CMake installs files with the time of their source, to the second.
+
+    Files get their time from a clock that is some milliseconds late, hence the tenth of a second.
+    """
+    time.sleep(1.1 - time.time() % 1)
 
 
 def share(workspace: Path, package: str) -> Path:

@@ -1,0 +1,208 @@
+"""What the page of a robot is fed with: the model as plain data (``schemas/page.schema.json``).
+
+A URDF would not do: it lacks the frames that others publish, and what sensors see.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from ...model import (
+    MOVING_TYPES,
+    Box,
+    Capsule,
+    Cylinder,
+    Edge,
+    HeightMap,
+    Inertial,
+    Joint,
+    JointPose,
+    Link,
+    Mesh,
+    Pose,
+    Robot,
+    Sensor,
+    ServoGroup,
+    Shape,
+    Sphere,
+    Vector,
+)
+from ...model.frame_tree import Row, publishers, rows
+from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, Simulated
+from ..drawing import colours
+from ..drawing.situations import Situation, TooMany, situations
+from ..static_tf import describe
+
+Data = dict[str, Any]
+
+_FLAT = 1e-9  # rad; rays closer than this to one layer are in it
+
+
+def robot_data(robot: Robot) -> Data:
+    """Return a robot as the page draws it: metres, radians, kg; the meshes that it names are the caller's to add."""
+    return {
+        "name": robot.name,
+        "root": robot.root,
+        "links": [_link(robot, link) for link in robot.links],
+        "joints": [_joint(robot, joint) for joint in robot.joints],
+        "sensors": [_sensor(sensor) for sensor in robot.sensors],
+        "poses": [_pose(pose) for pose in robot.poses],
+        "modes": list(robot.modes),
+        "publishers": dict(colours(publishers(rows(robot)))),
+        "situations": _situations(robot),
+        "meshes": {},
+    }
+
+
+def mesh_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the meshes that the page draws, each once, in the order of the description."""
+    shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
+    yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
+
+
+def _link(robot: Robot, link: Link) -> Data:
+    made: Data = {"name": link.name}
+    if link.inertial is not None:
+        made["inertial"] = _inertial(link.inertial)
+    made["visual"] = [_shape(shape) | _colour(robot, shape) for shape in link.visual]
+    made["collision"] = [_shape(shape) for shape in link.collision]
+    return made
+
+
+def _placed(pose: Pose) -> Data:
+    return {"xyz": _numbers(pose.xyz), "rpy": _numbers(pose.rpy)}
+
+
+def _numbers(values: Sequence[float]) -> list[float]:
+    return [value + 0.0 for value in values]  # minus zero is zero
+
+
+def _inertial(inertial: Inertial) -> Data:
+    moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
+    return {"mass": inertial.mass, **_placed(inertial.pose), **moments}
+
+
+def _shape(shape: Shape) -> Data:
+    geometry = shape.geometry
+    made = _placed(shape.origin())
+    if shape.name:
+        made["name"] = shape.name
+    if isinstance(geometry, Box):
+        return made | {"kind": "box", "size": _numbers(geometry.size)}
+    if isinstance(geometry, Cylinder | Capsule):
+        kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
+        return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
+    if isinstance(geometry, Sphere):
+        return made | {"kind": "sphere", "radius": geometry.radius}
+    if isinstance(geometry, Mesh):
+        return made | {"kind": "mesh", "mesh": geometry.file, "scale": _numbers(geometry.scale)}
+    heights = [_numbers(row) for row in geometry.heights]
+    return made | {"kind": "height_map", "origin": list(geometry.origin), "cell": geometry.cell, "heights": heights}
+
+
+def _colour(robot: Robot, shape: Shape) -> Data:
+    rgba = robot.colour(shape)
+    return {} if rgba is None else {"rgba": list(rgba)}
+
+
+def _joint(robot: Robot, joint: Joint) -> Data:
+    made: Data = {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
+    made |= _placed(joint.origin)
+    if joint.type in (*MOVING_TYPES, "planar"):
+        made["axis"] = _numbers(joint.axis)
+    limit = joint.limit
+    if limit is not None and limit.lower is not None and limit.upper is not None:
+        if math.isfinite(limit.lower) and math.isfinite(limit.upper):
+            made["limit"] = {"lower": limit.lower, "upper": limit.upper}
+    if joint.mimic is not None:
+        mimic = joint.mimic
+        made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
+    servo = next((group for group in robot.servos if joint.name in group.joints), None)
+    if servo is not None:
+        made["servo"] = _servo(servo)
+    if describe(joint.source):
+        made["source"] = describe(joint.source)
+    return made
+
+
+def _servo(servo: ServoGroup) -> Data:
+    return {
+        "rad_per_pulse": servo.rad_per_pulse,
+        "zero": servo.zero_pulse,
+        "flipped": servo.flipped,
+        "range": list(servo.pulse_range),
+    }
+
+
+def _pose(pose: JointPose) -> Data:
+    return {"name": pose.name, "positions": dict(pose.positions), "about": describe(pose.source)}
+
+
+def _situations(robot: Robot) -> list[Data]:
+    """Return the trees of frames with the modes in which each holds; the first one holds for all that are not said."""
+    try:
+        found = situations(robot, {})
+    except TooMany:
+        return [{"label": "", "modes": [{}], "edges": [_edge(row) for row in rows(robot)]}]
+    return [_situation(one) for one in found]
+
+
+def _situation(situation: Situation) -> Data:
+    modes = [dict(one) for one in situation.modes]
+    return {"label": situation.label, "modes": modes, "edges": [_edge(row) for row in situation.edges]}
+
+
+def _edge(row: Row) -> Data:
+    made: Data = {"parent": row.parent, "child": row.child, "publisher": row.publisher, "published": row.published}
+    told = {"topic": row.topic if row.published else "", "why": row.why, "joint": row.joint, "kind": row.kind}
+    return made | {key: value for key, value in told.items() if value}
+
+
+def _sensor(sensor: Sensor) -> Data:
+    made: Data = {"name": sensor.name, "type": sensor.type, "frame": sensor.frame}
+    if sensor.optical_frame:
+        made["optical_frame"] = sensor.optical_frame
+    sees = [seen for one in sensor.simulated if (seen := _sees(one))]
+    return made | ({"sees": _merged(sees)} if sees else {})
+
+
+def _sees(simulated: Simulated) -> Data | None:
+    """Return what an element of a simulation sees: a camera a pyramid, a ray or a row of them a fan."""
+    attributes = simulated.attributes
+    if simulated.kind == BODY_ELEMENT and simulated.element == "camera":
+        fovy, resolution = attributes.get("fovy"), attributes.get("resolution")
+        if not isinstance(fovy, float | int) or not isinstance(resolution, tuple):
+            return None
+        wide, tall = (float(value) for value in resolution)
+        vertical = math.radians(float(fovy))
+        horizontal = 2 * math.atan(math.tan(vertical / 2) * wide / tall)
+        return {"kind": "frustum", "frame": simulated.link, **_placed(Pose()), "hfov": horizontal, "vfov": vertical}
+    if simulated.kind == SENSOR_ELEMENT and simulated.element == "rangefinder" and simulated.pose is not None:
+        return _fan(simulated, simulated.pose)
+    return None
+
+
+def _fan(simulated: Simulated, pose: Pose) -> Data:
+    """Return the rays of a rangefinder: it measures along z of its site, the next ones are turned about z."""
+    x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
+    copies = simulated.replicas
+    made = {"kind": "fan", "frame": simulated.link, "xyz": _numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
+    made |= {"layers": [math.atan2(z, math.hypot(x, y))], "first": math.atan2(y, x)}
+    made |= {"step": copies.step.rpy[2] if copies else 0.0, "count": copies.count if copies else 1}
+    cutoff = simulated.attributes.get("cutoff")
+    return made | ({"range": float(cutoff)} if isinstance(cutoff, float | int) and cutoff > 0 else {})
+
+
+def _merged(sees: Sequence[Data]) -> list[Data]:
+    """Return fans that differ in their rise alone as layers of one."""
+    made: list[Data] = []
+    for seen in sees:
+        rest = {key: value for key, value in seen.items() if key != "layers"}
+        same = next((one for one in made if {k: v for k, v in one.items() if k != "layers"} == rest), None)
+        if same is not None and "layers" in seen:
+            same["layers"] += [rise for rise in seen["layers"] if min(abs(rise - r) for r in same["layers"]) > _FLAT]
+        else:
+            made.append(seen)
+    return made

@@ -1,0 +1,215 @@
+"""rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import threading
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics import Diagnostic
+from ...diagnostics.console import Console
+from ...diagnostics.report import text as as_text
+from ...diagnostics.wording import counted, first_of
+from ...formats.page import MAX_MEGABYTES, html
+from ...output.watch import Inputs
+from ...project import Description
+from ..shared import (
+    FINE,
+    PROBLEMS,
+    Given,
+    WrongUsage,
+    argument_options,
+    given_arguments,
+    one,
+    one_robot,
+    package_option,
+    place,
+)
+from .server import LOOPBACK, Page, Server, bound
+from .showing import Looked, Shown, look, on_disk, served
+
+_LOOK = 0.15  # seconds between two looks at the files
+_HOW = "rosorin-compile view ROBOT"
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    command.add_argument("--html", type=place, metavar="FILE", help="write the page into a file instead of serving it")
+    command.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+    command.add_argument(
+        "--max-megabytes",
+        type=float,
+        default=MAX_MEGABYTES,
+        metavar="NUMBER",
+        help=f"with --html: how much meshes may have together; default: {MAX_MEGABYTES}",
+    )
+    command.add_argument("--no-open", action="store_true", help="open no browser")
+    command.add_argument("--port", type=int, metavar="NUMBER", help="default: 8642, or another one where that is taken")
+    command.add_argument(
+        "--host",
+        default=LOOPBACK,
+        metavar="ADDRESS",
+        help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
+    )
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show a robot."""
+    given, names = given_arguments(options, options.words)
+    if len(names) > 1:
+        raise WrongUsage(f"a page shows one robot: {_HOW}")
+    description = one(names[0] if names else "", _HOW)
+    if options.html is not None:
+        return _write(options, given, description)
+    return _Followed(given, description).serve(options)
+
+
+def _looked(given: Given, description: Description, console: Console) -> Looked:
+    from ...frontend.load import LoadError
+
+    try:
+        return look(given, description, console)
+    except LoadError as problem:
+        return Looked(None, [problem.diagnostic], (description.path,))
+
+
+def _write(options: argparse.Namespace, given: Given, description: Description) -> int:
+    """Write the page of a robot into a file."""
+    from ...output import OutputError, write_file
+
+    console = Console("text")
+    looked = _looked(given, description, console)
+    console.show([one for one in looked.diagnostics if one.severity == "error"])
+    if looked.shown is None:
+        console.warn(f"{description.name}: a robot with errors is not shown")
+        return PROBLEMS
+    limit = int(options.max_megabytes * 1_000_000)
+    data, left = on_disk(looked.shown, limit, not options.no_meshes)
+    text = html({"robot": data})
+    try:
+        write_file(Path(options.html), text)
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    if left:
+        reasons = ", ".join(dict.fromkeys(left.values()))
+        console.warn(f"not shown: {counted(len(left), 'mesh', 'meshes')} ({first_of(list(left), 3)}): {reasons}")
+    console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
+    return FINE
+
+
+class _Followed:
+    """One robot that is shown while its files change."""
+
+    def __init__(self, given: Given, description: Description) -> None:
+        self.given = given
+        self.description = description
+        self.console = Console("text")
+        self.inputs = Inputs()
+        self.page = Page()
+        self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
+
+    def serve(self, options: argparse.Namespace) -> int:
+        """Serve the page until Ctrl-C."""
+        import gc
+
+        gc.enable()  # this run is a long one
+        self.inputs.read(self._compile)
+        if not self.page.text:
+            self.console.warn(f"{self.description.name}: a robot with errors is not shown; correct it, and call again")
+            return PROBLEMS
+        try:
+            server = bound(self.page, options.host, options.port)
+        except (OSError, OverflowError) as problem:
+            raise WrongUsage(f"cannot serve at {options.host}: {getattr(problem, 'strerror', None) or problem}") from None
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        address = _address(server, options.host)
+        print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
+        if server.names is None:
+            self.console.warn(f"every machine that reaches {options.host} sees this robot, its meshes and its sources")
+        sys.stdout.flush()
+        if not options.no_open:
+            import webbrowser
+
+            webbrowser.open(address)
+        try:
+            self._follow()
+        except KeyboardInterrupt:
+            print()
+        return FINE
+
+    def _follow(self) -> None:
+        while True:
+            time.sleep(_LOOK)
+            if self.inputs.changed():
+                self.inputs.settle()
+                self.inputs.read(self._compile)
+
+    def _compile(self) -> Iterable[Path]:
+        """Read the robot, and tell the pages; after an error the last one stays. Return the files that were read."""
+        looked = _looked(self.given, self.description, self.console)
+        errors = [one for one in looked.diagnostics if one.severity == "error"]
+        self.console.show(errors)
+        if looked.shown is None:
+            self._failed(errors)
+            return [self.description.path, *self.given.files, *looked.files, *self.inputs.marks]
+        self._show(looked.shown)
+        return [self.description.path, *self.given.files, *looked.files]
+
+    def _failed(self, errors: list[Diagnostic]) -> None:
+        self.page.problem = as_text(errors)
+        self.page.publish("problem", {"text": self.page.problem})
+
+    def _show(self, shown: Shown) -> None:
+        data = dict(shown.data)
+        data["meshes"], files = served(shown)
+        page = self.page
+        page.problem, page.files, page.data = "", files, {"robot": data}
+        page.text = html(page.data, live=True)
+
+        def explained(frame: str) -> list[str]:
+            with self.compiled:
+                return shown.explained(frame)
+
+        page.explain, page.touching = explained, _Touching(shown, self.compiled)
+        page.publish("robot", None)
+
+
+class _Touching:
+    """Which links are inside each other, by MuJoCo, where that is installed; the scene is made at the first question."""
+
+    def __init__(self, shown: Shown, lock: threading.Lock) -> None:
+        self.shown = shown
+        self.lock = lock
+        self.scene: Any = None
+
+    def __call__(self, state: Mapping[str, Any]) -> list[list[str]] | None:
+        """Return pairs of links at positions by joint (rad or m); None where nobody knows."""
+        from ..physics.checking import lacking
+
+        if lacking():
+            return None
+        with self.lock:
+            if self.scene is None:
+                self.scene = self._made()
+            joints = self.shown.robot.joint
+            positions = {name: at for name, at in state.items() if name in joints and joints[name].moves}
+            return [list(pair) for pair in self.scene.overlaps({name: float(at) for name, at in positions.items()})]
+
+    def _made(self) -> Any:
+        from ..physics.files import Meshes
+        from ..physics.scene import Scene
+
+        return Scene(self.shown.robot, Meshes(self.shown.case(), self.shown.meshes))
+
+
+def _address(server: Server, host: str) -> str:
+    name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
+    return f"http://{name}:{server.port}/"

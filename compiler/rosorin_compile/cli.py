@@ -23,6 +23,7 @@ GROUPS = {
     "describe and compile": {
         "init": "start a new robot",
         "all": "compile, and write every artifact",
+        "print": "compile, and print one artifact on standard output, as xacro does",
         "check": "compile, and compare with the committed artifacts",
         "watch": "compile on every change, and say what moved",
         "schema": "print a JSON Schema: of descriptions, for editors, or of a format for programs",
@@ -52,6 +53,7 @@ COMMANDS = {name: help for group in GROUPS.values() for name, help in group.item
 WORDS = {
     "init": "NAME",
     "all": "[ROBOT ...]",
+    "print": "OUTPUT [ROBOT] [NAME:=VALUE ...]",
     "check": "[ROBOT ...]",
     "watch": "[ROBOT ...]",
     "schema": "[NAME]",

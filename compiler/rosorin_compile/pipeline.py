@@ -21,6 +21,7 @@ from .frontend.expression.functions import plugged as plugged_functions
 from .frontend.lower import Lowered, lower
 from .frontend.tree import Map, locate
 from .frontend.validate import validate
+from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
@@ -94,29 +95,41 @@ def understand(
     arguments: Mapping[str, Any] | None = None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
+    wanted: Sequence[str] = (),
 ) -> Understood:
     """Return what the description whose first file is ``path`` says; no artifact is made.
 
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
-    are folders of ROS packages by name, for robots that are included.
+    are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``.
     """
-    expanded = expand(path, arguments or {}, _Readers(), tell, packages)
+    return judged(expand(path, arguments or {}, _Readers(), tell, packages), wanted)
+
+
+def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
+    """Return what a tree says, and whether it may.
+
+    ``wanted`` are outputs that somebody asks for: names under ``outputs``, or of formats, which are taken with their
+    defaults (see ``frontend.wanted``).
+    """
     said = [*expanded.diagnostics, *plugged_functions().diagnostics, *plugged().diagnostics, *plugged_diagnostics()]
     if expanded.tree is None:
         return Understood(expanded, None, arrange(said))
-    diagnostics = [*said, *validate(expanded.tree, FORMATS), *unknown(expanded.tree, acceptable())]
+    tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
+    expanded = expanded._replace(tree=tree)
+    said += unknown_outputs
+    diagnostics = [*said, *validate(tree, FORMATS), *unknown(tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
-    lowered = lower(expanded.tree)
+    lowered = lower(tree)
     diagnostics += lowered.diagnostics
     if lowered.robot is not None:
         try:
-            diagnostics += check(lowered.robot, expanded.tree, lowered.places, FORMATS, expanded.scope)
+            diagnostics += check(lowered.robot, tree, lowered.places, FORMATS, expanded.scope)
         except PluginFailed as problem:
             diagnostics.append(problem.diagnostic)
     if not has_errors(diagnostics):  # else what is wrong may be the use
         diagnostics += expanded.unused
-    left = settled(expanded.tree, diagnostics, acceptable())
+    left = settled(tree, diagnostics, acceptable())
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 
@@ -223,26 +236,40 @@ def compile_robot(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
+    wanted: Sequence[str] = (),
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``. ``search`` looks for the files of meshes, by the tree and the outputs; without it
-    each is taken to be where the artifacts look.
+    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``.
     """
-    expanded, lowered, diagnostics, used = understand(path, arguments, tell, packages)
+    return emitted(understand(path, arguments, tell, packages, wanted), path, search, wanted)
+
+
+def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:
+    """Return the artifacts of a robot that is understood; ``path`` is its first file.
+
+    ``search`` looks for the files of meshes, by the tree and the outputs; without it each is taken to be where the
+    artifacts look. ``wanted`` are the names of the only outputs that are made, in their order; without it all are.
+    """
+    expanded, lowered, diagnostics, used = understood
     if expanded.tree is None or lowered is None or lowered.robot is None or has_errors(diagnostics):
         return Compiled(None, (), diagnostics, expanded.files)
     robot, meshes = lowered.robot, None
+    named = {output.name: output for output in robot.outputs}
+    outputs = tuple(named[name] for name in dict.fromkeys(wanted)) if wanted else robot.outputs
     if search is not None and any(map(_has_mesh, robot.links)):
-        meshes = search(expanded.tree, robot.outputs)
+        # An artifact that opens meshes finds the same ones, whether the others are made or not.
+        opening = any(FORMATS[output.backend].opens is not None for output in outputs)
+        meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = replace(robot, missing_meshes=meshes.missing)
-    artifacts, said, templates = _emit(robot, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path.parent)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
         artifacts = ()
-    said += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
+    if not wanted:  # else what is accepted may be about the others
+        said += unused(expanded.tree, used | more, acceptable(), ("",) if search is None else ("", "meshes"))
     inputs = (*expanded.files, *templates, *(meshes.inputs if meshes else ()))
     led = (*expanded.resolved, *(meshes.resolved if meshes else ()))
     return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, led, meshes)
@@ -252,22 +279,27 @@ def _has_mesh(link: Link) -> bool:
     return any(isinstance(shape.geometry, Mesh) for shape in (*link.visual, *link.collision))
 
 
-def _emit(robot: Robot, tree: Map, folder: Path) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
-    """Return the artifacts that the robot's outputs ask for, what the formats cannot say, and the templates used."""
+def _emit(
+    robot: Robot, outputs: Sequence[Output], tree: Map, folder: Path
+) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
+    """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
     from .formats.templating import TemplateProblem, Templates
 
     templates = Templates(folder)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
-    for output in robot.outputs:
+    for output in outputs:
         place = locate(tree, ("outputs", output.name), key=True)
         try:
             text, said = FORMATS[output.backend].written(robot, output, templates)
         except TemplateProblem as problem:
             found = problem.diagnostic
-            diagnostics.append(found if found.span else error(found.rule, found.message, place.span, found.help))
+            there = error(found.rule, found.message, place.span, found.help, place.stack())
+            diagnostics.append(found if found.span else there)
             continue
-        diagnostics += [d if d.span else d._replace(span=place.span) for d in said]
+        diagnostics += [
+            d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
+        ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
     own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
     return tuple(artifacts), diagnostics, own

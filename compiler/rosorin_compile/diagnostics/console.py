@@ -71,16 +71,26 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the letter, but for a terminal."""
-    (sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)).write(text)
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal."""
+    stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
+    raw = getattr(stream, "buffer", None)
+    if isinstance(stream, _Guard) or raw is None:
+        stream.write(text)
+        return
+    stream.flush()
+    raw.write(text.encode())
 
 
 class Console:
-    """Prints what a run has to say, in one of the forms of ``report``; ``quiet``: only what keeps it from its end."""
+    """Prints what a run has to say, in one of the forms of ``report``.
 
-    def __init__(self, form: str, quiet: bool = False) -> None:
+    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read.
+    """
+
+    def __init__(self, form: str, quiet: bool = False, verbose: bool = False) -> None:
         self.form = form
         self.quiet = quiet
+        self.verbose = verbose
         self.collected: list[Diagnostic] = []
         self.ran = 0
         self.stand_ins = 0
@@ -127,6 +137,12 @@ class Console:
         if self.quiet:
             return
         print(line, file=sys.stdout if self.for_people else sys.stderr)
+
+    def tell_read(self, files: Iterable[object]) -> None:
+        """Say which files were read, for people who want to know."""
+        if self.verbose and self.for_people:
+            for file in dict.fromkeys(map(str, files)):
+                self.warn(f"read {file}")
 
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""

@@ -173,9 +173,7 @@ class _Search:
         return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, tuple(self.inputs), led)
 
     def _look(self, one: Named) -> None:
-        wanted = {
-            posixpath.normpath(posixpath.join(_folder(o), name)) for o in self.opening if (name := _opened(o, one))
-        }
+        wanted = {name for output in self.opening if (name := opened_by(output, one.name))}
         file = self._file(one, wanted)
         if file is None or (self.opening and not wanted):
             self.missing.append(one.name)
@@ -343,9 +341,14 @@ def _folder(output: Output) -> str:
     return posixpath.dirname(output.file)
 
 
-def _opened(output: Output, one: Named) -> str:
+def opened_by(output: Output, name: str) -> str:
+    """Return by which name an artifact opens a mesh, seen from the folder of all; empty if it does not.
+
+    ``name`` is that of the mesh in the description.
+    """
     opens = RECORDS[output.backend].opens
-    return opens(one.name) if opens is not None else ""
+    opened = opens(name) if opens is not None else ""
+    return posixpath.normpath(posixpath.join(_folder(output), opened)) if opened else ""
 
 
 def _kind(path: Path) -> int:

@@ -97,12 +97,15 @@ class OutputError(Exception):
         self.diagnostic: Diagnostic = error(rule, printable(message), None, printable(help))
 
 
-def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False) -> Written:
-    """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost."""
+def write_outputs(folder: Path, files: Mapping[str, str | bytes], prune: bool = False, whole: bool = True) -> Written:
+    """Make ``files`` the set of artifacts in ``folder``, as ``write_set``; a file of somebody else is not lost.
+
+    They are all that the robot has, or, without ``whole``, some of it.
+    """
     from . import ours
 
     written = write_set(folder, files, prune, None if prune else ours.judge(folder, files))
-    ours.remember(folder, files)
+    ours.remember(folder, files, whole)
     return written
 
 
@@ -118,7 +121,7 @@ def write_set(
     """
     _check_place(folder)
     _check_names(files)
-    contents = {name: _encode(name, files[name]) for name in sorted(files)}
+    contents = {name: encoded(name, files[name]) for name in sorted(files)}
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
         with _locked(folder.parent, exclusive=True) as alone:
@@ -126,7 +129,7 @@ def write_set(
                 tidy(folder.parent)
             return _update(folder, contents, prune, judge)
     except OSError as problem:
-        raise _explained(problem, folder, "write") from None
+        raise explained(problem, folder, "write") from None
 
 
 def read_set(folder: Path) -> dict[str, bytes]:
@@ -144,7 +147,7 @@ def read_set(folder: Path) -> dict[str, bytes]:
             entries = [(n, entry.path) for n, entry in staging.below(folder) if entry.is_file(follow_symlinks=False)]
             return {printable(name): Path(path).read_bytes() for name, path in sorted(entries)}
     except OSError as problem:
-        raise _explained(problem, folder, "read") from None
+        raise explained(problem, folder, "read") from None
 
 
 @contextmanager
@@ -184,7 +187,8 @@ def _parents(name: str) -> list[str]:
     return ["/".join(parts[:count]) for count in range(1, len(parts))]
 
 
-def _encode(name: str, text: str | bytes) -> bytes:
+def encoded(name: str, text: str | bytes) -> bytes:
+    """Return the bytes of an artifact. Raises OutputError for what UTF-8 cannot write."""
     if isinstance(text, bytes):
         return text
     try:
@@ -331,8 +335,8 @@ def _check_writable(folder: Path, status: os.stat_result | None) -> None:
             raise OutputError("output-folder", message, "run the command from another folder")
 
 
-def _explained(problem: OSError, folder: Path, verb: str) -> OutputError:
-    """Return the error for a user: what cannot be done, why, and the way out."""
+def explained(problem: OSError, folder: Path, verb: str, what: str = "output folder") -> OutputError:
+    """Return the error for a user: what cannot be done, why, and the way out; ``what`` is it that cannot be written."""
     place = problem.filename if isinstance(problem.filename, str) else str(folder)
     # The folder in which the new set is prepared has a name by chance, and is gone already.
     place = str(folder.parent) if any(is_stage(part) for part in Path(place).parts) else place
@@ -340,13 +344,13 @@ def _explained(problem: OSError, folder: Path, verb: str) -> OutputError:
     message = f"cannot {verb} {folder}: {reason} ({place})"
     if problem.errno in _READ_ONLY:
         rule = "output-read-only" if verb == "write" else "output-unreadable"
-        return OutputError(rule, message, f"give yourself the right to {verb} there, or name another output folder")
+        return OutputError(rule, message, f"give yourself the right to {verb} there, or name another {what}")
     if problem.errno in _FULL:
-        return OutputError("output-full", message, "make room on the disk, or name an output folder on another one")
+        return OutputError("output-full", message, f"make room on the disk, or name an {what} on another one")
     if problem.errno in _NOT_A_FOLDER:
         message = f"cannot {verb} {folder}: {place} is not a folder"
-        return OutputError("output-folder", message, "name another output folder, or move that file away")
+        return OutputError("output-folder", message, f"name another {what}, or move that file away")
     if problem.errno in _MOUNTED:
         message = f"cannot replace {folder} as a whole: a file system is mounted at {place}"
         return OutputError("output-mounted", message, "name a folder below the mount point as the output folder")
-    return OutputError("output-failed", message, "name another output folder")
+    return OutputError("output-failed", message, f"name another {what}")

@@ -78,11 +78,15 @@ def judge(folder: Path, files: Collection[str]) -> Callable[[str, bytes, bytes],
     return why
 
 
-def remember(folder: Path, files: Collection[str]) -> None:
-    """Remember in the cache which names are those of artifacts in a folder."""
-    path = _memory(folder)
-    if path is not None and _before(folder) != set(files):
-        keep(path, json.dumps(sorted(files)).encode())
+def remember(folder: Path, files: Collection[str], whole: bool = True) -> None:
+    """Remember in the cache which names are those of artifacts in a folder; without ``whole`` there may be others.
+
+    Of a folder about which nothing is known, some names say too little: the others would be those of somebody else.
+    """
+    path, before = _memory(folder), _before(folder)
+    names = set(files) if whole else set(files) | (before or set())
+    if path is not None and before != names and (whole or before is not None):
+        keep(path, json.dumps(sorted(names)).encode())
 
 
 def _before(folder: Path) -> set[str] | None:

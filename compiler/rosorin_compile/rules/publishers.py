@@ -9,6 +9,7 @@ from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
 from ..diagnostics.wording import first_of, listed, quoted
 from ..frontend.tree import Path, Seq
+from ..frontend.wanted import is_listed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from . import conditions
 from .case import Case, at, exists, fed
@@ -210,7 +211,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" is {joint.type}, but a static_transform_publisher says what never moves'
             help = "let robot_state_publisher publish it"
             yield case.problem("static-tf-moves", message, path, help)
-    if any(output.backend not in case.formats for output in robot.outputs):
+    if any(output.backend not in case.formats for output in robot.outputs) or not _lists_outputs(case):
         return
     for kind, is_there in (
         (STATIC_TRANSFORM_PUBLISHER, launched),
@@ -220,7 +221,7 @@ def started(case: Case) -> Iterator[Diagnostic]:
         if kind == STATIC_TRANSFORM_PUBLISHER:
             joints = tuple(joint for joint, _, _ in statics)
         explicit = [joint for joint in joints if exists(case.tree, case.joint(joint, "publisher"))]
-        if not robot.outputs or is_there or not (explicit or (launched and joints)):
+        if is_there or not (explicit or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
         names = first_of([joint.name for joint in joints], 3)
@@ -229,6 +230,11 @@ def started(case: Case) -> Iterator[Diagnostic]:
         one = next(one for one in case.formats.values() if one.write is not None and kind in one.feeds)
         help = f"add {one.name}: {{file: {one.file.format(robot.name)}}} to outputs"
         yield case.problem("unpublished-edge", message, ("outputs",), help, key=True)
+
+
+def _lists_outputs(case: Case) -> bool:
+    """Say whether a description lists what is to be made; one that somebody asks for alone says nothing of others."""
+    return any(is_listed(entry) for entry in (case.tree.get("outputs") or {}).values())
 
 
 def static_publishers(case: Case) -> Iterator[tuple[Joint, Publisher, Path]]:

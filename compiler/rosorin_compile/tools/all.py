@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,15 +16,22 @@ from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file,
 from .shared import (
     FINE,
     PROBLEMS,
+    USAGE,
     Run,
+    WrongUsage,
     compile_proven,
     count,
+    depfile_options,
+    descriptions,
     for_each,
     format_options,
+    given_arguments,
     lacks_meshes,
     mesh_files,
     nothing_written,
     output_options,
+    place,
+    read_by,
     robot_options,
 )
 
@@ -54,12 +61,22 @@ def options(command: argparse.ArgumentParser) -> None:
     robot_options(command)
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
+    command.add_argument(
+        "--only",
+        action="append",
+        default=[],
+        type=place,
+        metavar="OUTPUT",
+        help="write this output, with the meshes that belong to it, and leave the others alone; may be given again",
+    )
     output_options(command)
+    depfile_options(command, "the first artifact of --only, else by the names of the outputs")
     format_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and write its artifacts."""
+    _check_options(options)
     if options.dry_run:
         from .check import check_one
 
@@ -67,8 +84,27 @@ def run(options: argparse.Namespace) -> int:
     return for_each(options, _write_one)
 
 
+def _check_options(options: argparse.Namespace) -> None:
+    """Raise WrongUsage for options that do not go together."""
+    if options.only and (options.prune or options.dry_run):
+        other = "--prune" if options.prune else "--dry-run"
+        raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")
+    if options.depfile_target is not None and options.depfile is None:
+        raise WrongUsage("--depfile-target goes with --depfile FILE")
+    if options.depfile is None:
+        return
+    if options.dry_run:
+        raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
+    found = descriptions(given_arguments(options, options.words)[1])
+    if len(found) > 1:
+        robots = ", ".join(description.name for description in found)
+        raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
+
+
 def _write_one(run: Run, description: Description) -> int:
     """Compile one robot and write its artifacts, or see that nothing has changed since that was done last."""
+    if run.options.only:
+        return _write_some(run, description)
     from ..output import stamp
 
     key = {
@@ -81,11 +117,12 @@ def _write_one(run: Run, description: Description) -> int:
     }
     remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
-        case [str(said), str(summary), int(stand_ins)]:
+        case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
             run.console.again(said)
             run.console.stand_ins += stand_ins
+            run.console.tell_read([*inputs, *run.given.files])
             run.console.say(f"{summary}, unchanged")
-            return FINE
+            return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
     compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
@@ -93,6 +130,7 @@ def _write_one(run: Run, description: Description) -> int:
         return nothing_written(run.console, description.name, compiled.diagnostics)
     files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
     meshes = mesh_files(compiled)
+    names = [*files, *meshes]
     written = _write(run, description, {**meshes, **files})
     if written is None:
         return PROBLEMS
@@ -102,9 +140,62 @@ def _write_one(run: Run, description: Description) -> int:
     if not written.kept and run.console.ran == ran and not lacks_meshes(compiled):
         written_too = {description.outputs / name for name in meshes}  # what stands there already, and is its own copy
         inputs = [*(set(compiled.inputs) - written_too), *run.given.files]
-        told = [said, summary, run.console.stand_ins - before]
+        told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs))]
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
+    return _tell_build(run, description, names, read_by(run.given, compiled))
+
+
+def _write_some(run: Run, description: Description) -> int:
+    """Compile a robot and write the artifacts that are asked for."""
+    from ..frontend.wanted import UNKNOWN
+
+    compiled = compile_proven(run.given, description, run.console, run.options.only)
+    run.console.show(compiled.diagnostics)
+    if not compiled.artifacts:
+        unknown = any(one.rule == UNKNOWN for one in compiled.diagnostics)
+        return max(nothing_written(run.console, description.name, compiled.diagnostics), USAGE if unknown else FINE)
+    files: dict[str, str | bytes] = {artifact.file: artifact.text for artifact in compiled.artifacts}
+    meshes = _belonging(compiled)
+    written = _write(run, description, {**meshes, **files})
+    if written is None:
+        return PROBLEMS
+    summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
+    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    return _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled))
+
+
+def _belonging(compiled: Compiled) -> dict[str, bytes]:
+    """Return the mesh files that belong to the artifacts that were made, of those of all."""
+    from ..formats.mesh_files import opened_by
+
+    robot, searched = compiled.robot, compiled.meshes
+    if robot is None or searched is None:
+        return {}
+    made = {artifact.output for artifact in compiled.artifacts}
+    outputs = [output for output in robot.outputs if output.name in made]
+    names = {opened_by(output, found.named.name) for found in searched.found for output in outputs}
+    return {name: data for name, data in searched.files.items() if name in names}
+
+
+def _tell_build(run: Run, description: Description, names: Sequence[str], inputs: Sequence[Path]) -> int:
+    """Write the depfile, if one is asked for; the artifacts, the first of ``names`` the first, get newer than it.
+
+    A mesh that was read where it stands, in the folder of the artifacts, is an input, too, and keeps its time.
+    """
+    if run.options.depfile is None:
+        return FINE
+    from ..output import OutputError
+    from ..output.one_file import touch, write_depfile
+
+    read = {os.path.realpath(file) for file in inputs}
+    made = [description.outputs / name for name in names]
+    try:
+        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs)
+        touch(file for file in made if os.path.realpath(file) not in read)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
     return FINE
 
 
@@ -125,12 +216,12 @@ def _write(run: Run, description: Description, files: Mapping[str, str | bytes])
     from ..output import OutputError, write_outputs
 
     try:
-        written = write_outputs(description.outputs, files, run.options.prune)
+        written = write_outputs(description.outputs, files, run.options.prune, whole=not run.options.only)
     except OutputError as problem:
         run.console.show([problem.diagnostic])
         return None
     run.console.show(put_aside(description.outputs, written))
-    for name in written.kept:
+    for name in written.kept if not run.options.only else ():
         message = f"{description.outputs}/{name} is no artifact of this robot; it is kept"
         run.console.show([Diagnostic("not-an-artifact", NOTE, message, help="all --prune removes it")])
     return written

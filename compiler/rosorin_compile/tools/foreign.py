@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 
 from ..diagnostics import Diagnostic, arrange, has_errors
@@ -13,8 +13,8 @@ from ..formats.templating import Templates
 from ..frontend.expand import Expanded
 from ..frontend.lower import lower
 from ..frontend.tree import Map
-from ..pipeline import Compiled, Understood
-from .importer.description import outputs as wanted
+from ..pipeline import Compiled, Search, Understood, emitted, judged
+from .importer.description import outputs as wanted_outputs
 
 Tell = Callable[[Diagnostic], None]
 
@@ -32,7 +32,7 @@ def understand_foreign(
     ``trust`` in what it runs or without; joints are published as in any description.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
-    tree = None if imported.tree is None else _with_published(imported, imported.tree)
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [published().name])
     expanded = Expanded(tree, imported.diagnostics, imported.files)
     if tree is None or has_errors(imported.diagnostics):
         return Understood(expanded, None, arrange(imported.diagnostics))
@@ -59,16 +59,45 @@ def compile_foreign(
     return Compiled(lowered.robot, (artifact,), arrange([*diagnostics, *remarks]), expanded.files)
 
 
-def _with_published(imported: Imported, tree: Map) -> Map:
-    """Return the tree of a robot with what robot_state_publisher reads as its only output."""
-    name = published().name
+def emit_foreign(
+    path: Path,
+    arguments: Mapping[str, str],
+    packages: Mapping[str, Path],
+    tell: Tell | None,
+    trust: bool,
+    search: Search | None,
+    wanted: Sequence[str],
+) -> Compiled:
+    """Return artifacts of a foreign robot, as ``pipeline.compile_robot`` does of the description that is made of it.
+
+    It is read as in ``understand_foreign``, and lists the outputs that such a description lists.
+    """
+    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree)
+    return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)
+
+
+def listed_foreign(
+    path: Path, arguments: Mapping[str, str], packages: Mapping[str, Path], tell: Tell | None, trust: bool
+) -> Understood:
+    """Return what a foreign robot says, with the outputs that its description would list."""
+    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree)
+    return judged(Expanded(tree, imported.diagnostics, imported.files))
+
+
+def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None = None) -> Map:
+    """Return the tree of a robot with the outputs that its description would list, or only some of them."""
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
         if key != "outputs":
             made.put(key, value, tree.key_spans[key], tree.value_spans[key])
-    outputs, output = Map(tree.span), Map(tree.span)
-    for key, value in wanted(imported).entries[name].items():
-        output.put(key, value, tree.span, tree.span)
-    outputs.put(name, output, tree.span, tree.span)
+    outputs = Map(tree.span)
+    for name, entry in wanted_outputs(imported).entries.items():
+        if names is None or name in names:
+            output = Map(tree.span)
+            for key, value in entry.items():
+                output.put(key, value, tree.span, tree.span)
+            outputs.put(name, output, tree.span, tree.span)
     made.put("outputs", outputs, tree.span, tree.span)
     return made

@@ -175,8 +175,25 @@ def output_options(command: argparse.ArgumentParser) -> None:
 def format_options(command: argparse.ArgumentParser) -> None:
     """Add the option that chooses how diagnostics are printed."""
     command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
-    command.add_argument(
+    how_much = command.add_mutually_exclusive_group()
+    how_much.add_argument(
         "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+    )
+    how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
+
+
+def console_of(options: argparse.Namespace) -> Console:
+    """Return where a command prints that has the options of ``format_options``."""
+    return Console(options.format, options.quiet, options.verbose)
+
+
+def depfile_options(command: argparse.ArgumentParser, target: str) -> None:
+    """Add the options that tell a build tool which files were read; ``target`` says which target it is by default."""
+    command.add_argument(
+        "--depfile", type=place, metavar="FILE", help="write which files were read, as Make and Ninja take it"
+    )
+    command.add_argument(
+        "--depfile-target", type=place, metavar="NAME", help=f"the target that the depfile names; default: {target}"
     )
 
 
@@ -215,17 +232,19 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     """Do something with each description that is asked for; return the worst exit code."""
     given, names = given_arguments(options, options.words)
     found = descriptions(names, getattr(options, "outputs", None))
-    run = Run(options, Console(options.format, options.quiet), given)
+    run = Run(options, console_of(options), given)
     code = max(one(run, description) for description in found)
     run.console.finish()
     return code
 
 
-def compile_one(given: Given, description: Description, console: Console, meshes: bool = False) -> Compiled:
+def compile_one(
+    given: Given, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
+) -> Compiled:
     """Return what becomes of one description; a file of arguments that is no good is a problem like others.
 
     What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
-    for; without that each is taken to be where the artifacts look.
+    for; without that each is taken to be where the artifacts look. ``wanted`` are the only outputs that are made.
     """
     from ..frontend.load import LoadError
     from ..pipeline import Compiled, compile_robot
@@ -235,7 +254,14 @@ def compile_one(given: Given, description: Description, console: Console, meshes
     except LoadError as problem:
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description) if meshes else None
-    return compile_robot(description.path, arguments, telling(given, console), given.packages, search)
+    compiled = compile_robot(description.path, arguments, telling(given, console), given.packages, search, wanted)
+    console.tell_read(read_by(given, compiled))
+    return compiled
+
+
+def read_by(given: Given, compiled: Compiled) -> list[Path]:
+    """Return the files that a run has read: what it was compiled of, and the files of arguments."""
+    return list(dict.fromkeys([*compiled.inputs, *given.files]))
 
 
 def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
@@ -266,9 +292,9 @@ def lacks_meshes(compiled: Compiled) -> bool:
     )
 
 
-def compile_proven(given: Given, description: Description, console: Console) -> Compiled:
+def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
     """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
-    return proven(compile_one(given, description, console, meshes=True))
+    return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
 
 
 def proven(compiled: Compiled) -> Compiled:
@@ -324,7 +350,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
     if len(names) > 1:
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
-    console = Console(options.format, options.quiet)
+    console = console_of(options)
     compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):

@@ -18,6 +18,7 @@ from ..shared import (
     PROBLEMS,
     WrongUsage,
     argument_options,
+    console_of,
     format_options,
     given_arguments,
     package_option,
@@ -69,13 +70,14 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
-    console = Console(options.format, options.quiet)
+    console = console_of(options)
     how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
     imported = read_robot(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
+    console.tell_read(imported.files)
     _show(console, imported.diagnostics)
     code = _describe(options, console, source, imported)
     console.finish()

@@ -1,0 +1,234 @@
+"""rosorin-compile print: compile one artifact, and print it on standard output and nothing else.
+
+Launch files and build rules call it where they call xacro: what is right prints nothing on standard error, and nothing
+is written beside the file that ``-o`` names.
+"""
+
+from __future__ import annotations
+
+import argparse
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnostics.console import Console, give
+from ..diagnostics.wording import counted, first_of
+from ..project import Description, NoDescription, first_file
+from .shared import (
+    FINE,
+    PROBLEMS,
+    USAGE,
+    Given,
+    WrongUsage,
+    argument_options,
+    compile_one,
+    depfile_options,
+    given_arguments,
+    is_foreign,
+    one,
+    package_option,
+    place,
+    proven,
+    read_by,
+    search_meshes,
+    telling,
+    texts,
+)
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from ..model import Output
+    from ..pipeline import Compiled, Understood
+
+_CALL = "rosorin-compile print"
+_MOST_NAMED = 20
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    command.add_argument(
+        "words",
+        nargs="*",
+        metavar="OUTPUT [ROBOT]",
+        help="a name under outputs, or a format such as urdf, which has its defaults then; the robot (name, folder or "
+        "file, also a URDF, xacro or MJCF) is needed where there are several",
+    )
+    command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
+    command.add_argument("--list", action="store_true", help="list the outputs of the robot: name, format, file")
+    command.add_argument("--json", action="store_true", help="the list as JSON")
+    depfile_options(command, "the FILE of -o")
+    # A launch file takes whatever stands on standard error for a failure.
+    command.add_argument(
+        "-v",
+        "--verbose",
+        action="store_false",
+        dest="quiet",
+        help="on standard error, show warnings and notes, and which files were read",
+    )
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Print one artifact, or list those that there are."""
+    given, words = given_arguments(options, options.words)
+    console = Console("text", options.quiet, not options.quiet)
+    if options.list:
+        return _list(options, given, words, console)
+    if not words:
+        raise WrongUsage(f"print what? {_CALL} OUTPUT [ROBOT]{_outputs_here(given)}")
+    if len(words) > 2:
+        raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
+    if options.json:
+        raise WrongUsage("--json goes with --list")
+    target = options.depfile_target or options.output
+    if options.depfile is None and options.depfile_target is not None:
+        raise WrongUsage("--depfile-target goes with --depfile FILE")
+    if options.depfile is not None and target is None:
+        raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
+    description = _robot(words)
+    compiled = proven(_compiled(given, description, console, words[0]))
+    console.show(compiled.diagnostics)
+    if not compiled.artifacts:
+        return _nothing_printed(console, description, compiled.diagnostics)
+    return _put(options, console, compiled, read_by(given, compiled), target)
+
+
+def _robot(words: list[str]) -> Description:
+    """Return the robot that is asked for. Raises WrongUsage."""
+    output, *names = words
+    how = f"{_CALL} {output} ROBOT"
+    if not names and _is_robot(output):
+        how = f"{output} is a robot; write {_CALL} OUTPUT {output}"
+    return one("".join(names), how)
+
+
+def _is_robot(word: str) -> bool:
+    try:
+        first_file(word)
+    except NoDescription:
+        return False
+    return True
+
+
+def _compiled(given: Given, description: Description, console: Console, output: str) -> Compiled:
+    """Return what becomes of one output of a robot in any format."""
+    from ..frontend.load import LoadError
+    from ..pipeline import Compiled
+    from .foreign import emit_foreign
+
+    if not is_foreign(description.path):
+        return compile_one(given, description, console, meshes=True, wanted=(output,))
+    try:
+        arguments = texts(given.values())
+    except LoadError as problem:
+        return Compiled(None, (), [problem.diagnostic], ())
+    search = partial(search_meshes, given, description)
+    tell = telling(given, console)
+    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, (output,))
+    console.tell_read(read_by(given, compiled))
+    return compiled
+
+
+def _put(
+    options: argparse.Namespace, console: Console, compiled: Compiled, inputs: list[Path], target: str | None
+) -> int:
+    """Print an artifact, or write it into the file that is named; then the depfile."""
+    from ..output import OutputError, encoded
+    from ..output.one_file import write_depfile, write_file
+
+    (artifact,) = compiled.artifacts
+    try:
+        data = encoded(artifact.file, artifact.text)
+        if options.output is not None:
+            write_file(Path(options.output), data, inputs)
+        if options.depfile is not None and target is not None:
+            write_depfile(Path(options.depfile), target, inputs)
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    if options.output is None:
+        give(artifact.text)
+    return FINE
+
+
+def _nothing_printed(console: Console, description: Description, diagnostics: list[Diagnostic]) -> int:
+    from ..frontend.wanted import UNKNOWN
+
+    errors = [one for one in diagnostics if one.severity == "error"]
+    console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
+    return USAGE if all(one.rule == UNKNOWN for one in errors) else PROBLEMS
+
+
+def _list(options: argparse.Namespace, given: Given, words: list[str], console: Console) -> int:
+    """List the outputs of a robot."""
+    if len(words) > 1 or options.output or options.depfile:
+        raise WrongUsage(f"a list is of one robot: {_CALL} --list ROBOT")
+    description = one("".join(words), f"{_CALL} --list ROBOT")
+    understood = _understood(given, description, console)
+    outputs = _listed(understood)
+    if outputs is None:
+        console.show([one for one in understood.diagnostics if one.severity == "error"])
+        console.warn(f"{description.name}: a description with errors has no outputs")
+        return PROBLEMS
+    if options.json:
+        import json
+
+        rows = [{"name": output.name, "format": output.backend, "file": output.file} for output in outputs]
+        print(json.dumps(rows, indent=2))
+    else:
+        print("\n".join(_lines(description.name, outputs)))
+    return FINE
+
+
+def _understood(given: Given, description: Description, console: Console) -> Understood:
+    """Return what a robot in any format says, with the outputs that it lists."""
+    from ..frontend.expand import Expanded
+    from ..frontend.load import LoadError
+    from ..pipeline import Understood, understand
+    from .foreign import listed_foreign
+
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
+    tell = telling(given, console)
+    if is_foreign(description.path):
+        return listed_foreign(description.path, texts(arguments), given.packages, tell, given.trust)
+    return understand(description.path, arguments, tell, given.packages)
+
+
+def _listed(understood: Understood) -> tuple[Output, ...] | None:
+    """Return the outputs of a robot; None of one with errors."""
+    from ..diagnostics import has_errors
+
+    lowered = understood.lowered
+    if lowered is None or lowered.robot is None or has_errors(understood.diagnostics):
+        return None
+    return lowered.robot.outputs
+
+
+def _lines(name: str, outputs: tuple[Output, ...]) -> list[str]:
+    if not outputs:
+        return [f"{name} lists no outputs; print takes the name of a format: {', '.join(_written())}"]
+    rows = [("output", "format", "file"), *((output.name, output.backend, output.file) for output in outputs)]
+    widths = [max(len(row[index]) for row in rows) for index in range(2)]
+    return [f"{first:<{widths[0]}}  {second:<{widths[1]}}  {third}" for first, second, third in rows]
+
+
+def _written() -> list[str]:
+    from ..formats import FORMATS
+
+    return [format.name for format in FORMATS.values() if format.write is not None]
+
+
+def _outputs_here(given: Given) -> str:
+    """Return the outputs of the one robot here, as the end of a sentence; nothing if that cannot be said."""
+    try:
+        description = one("", "")
+    except WrongUsage:
+        return "; --list ROBOT shows what there is"
+    outputs = _listed(_understood(given, description, Console("json")))
+    if not outputs:
+        return "; --list ROBOT shows what there is"
+    return f"; the outputs of {description.name}: {first_of([output.name for output in outputs], _MOST_NAMED)}"

@@ -71,7 +71,6 @@ export class Stage {
   #light() {
     const maker = new THREE.PMREMGenerator(this.renderer);
     this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
-    this.scene.environment.mapping = THREE.CubeUVReflectionMapping;
     this.scene.environmentRotation.set(Math.PI / 2, 0, 0); // its ceiling is along y
     this.scene.environmentIntensity = 0.42;
     this.sun = new THREE.DirectionalLight(0xfff6ea, 2.2);

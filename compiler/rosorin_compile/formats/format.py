@@ -190,7 +190,7 @@ class Format:
     its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
     has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
     URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where
-    it is not opened), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
+    it is not opened), ``embeds`` (it holds the meshes themselves), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
     generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
     package).
 
@@ -241,6 +241,7 @@ class Format:
     located: bool = False
     meshes: bool = False
     opens: Callable[[str], str] | None = None
+    embeds: bool = False
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""

@@ -82,7 +82,8 @@ def _looked(given: Given, description: Description, console: Console) -> Looked:
 
 def _write(options: argparse.Namespace, given: Given, description: Description) -> int:
     """Write the page of a robot into a file."""
-    from ...output import OutputError, write_file
+    from ...output import OutputError
+    from ...output.one_file import write_file
 
     console = Console("text")
     looked = _looked(given, description, console)
@@ -94,7 +95,7 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
     data, left = on_disk(looked.shown, limit, not options.no_meshes)
     text = html({"robot": data})
     try:
-        write_file(Path(options.html), text)
+        write_file(Path(options.html), text.encode(), looked.files)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS

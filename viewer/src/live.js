@@ -12,6 +12,13 @@ export function follow({ onrobot, onproblem, onstate }) {
   return { events, pathname };
 }
 
+/** Ask where the numbers of a frame come from, line by line; empty where nobody answers that. */
+export async function explained(frame) {
+  if (document.body.dataset.live !== "yes") return [];
+  const answer = await fetch(`explain?frame=${encodeURIComponent(frame)}`);
+  return answer.ok ? answer.json() : [];
+}
+
 /** Ask which links touch at a state; null where nobody answers that. */
 export async function touching(state) {
   if (document.body.dataset.live !== "yes") return null;

@@ -1,6 +1,7 @@
 /** The card of what is chosen: what it is, its numbers, the lines that say so; and the way between two frames. */
 
 import { element } from "../dom.js";
+import { explained } from "../live.js";
 import { inverse, rpy, then } from "../transform.js";
 import { angle, length, vector } from "../units.js";
 
@@ -42,8 +43,17 @@ export class Card {
     const body = link
       ? element("table", {}, ...this.#link(link), ...this.#joint(joint), ...this.#sensor(sensor), ...this.#measured(name))
       : element("p", { class: "quiet" }, "a frame of another node: only that one knows where it is");
-    const chain = link?.said?.length ? [element("details", { class: "chain" }, element("summary", {}, "where this comes from"), ...link.said.map((line) => element("pre", {}, line)))] : [];
-    this.root.replaceChildren(head, body, ...chain, this.#tools(link));
+    this.root.replaceChildren(head, body, this.#chain(link), this.#tools(link));
+  }
+
+  /** The lines of the description that put the frame where it is; a live page asks for them when it is unfolded. */
+  #chain(link) {
+    if (!link || (!link.said && document.body.dataset.live !== "yes")) return "";
+    const lines = element("pre", {}, (link.said ?? []).join("\n"));
+    const ask = async () => {
+      if (!lines.textContent) lines.textContent = (await explained(link.name)).join("\n") || "nothing is known of it";
+    };
+    return element("details", { class: "chain", ontoggle: ask }, element("summary", {}, "where this comes from"), lines);
   }
 
   #link(link) {

@@ -192,7 +192,7 @@ class _Touching:
         self.scene: Any = None
 
     def __call__(self, state: Mapping[str, Any]) -> list[list[str]] | None:
-        """Return pairs of links at positions by joint (rad or m); None where nobody knows."""
+        """Return pairs of links at positions by joint (rad or m), neighbours left aside; None where nobody knows."""
         from ..physics.checking import lacking
 
         if lacking():
@@ -202,7 +202,8 @@ class _Touching:
                 self.scene = self._made()
             joints = self.shown.robot.joint
             positions = {name: at for name, at in state.items() if name in joints and joints[name].moves}
-            return [list(pair) for pair in self.scene.overlaps({name: float(at) for name, at in positions.items()})]
+            found = self.scene.overlaps({name: float(at) for name, at in positions.items()})
+            return [list(pair) for pair in found if self.scene.joint_of(pair) is None]
 
     def _made(self) -> Any:
         from ..physics.files import Meshes

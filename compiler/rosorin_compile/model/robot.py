@@ -122,8 +122,8 @@ class Output:
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
-    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file of
-    each that is.
+    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
+    of each that is.
     """
 
     name: str

@@ -184,7 +184,8 @@ class Format:
 
     When two robots are compared: ``lacks`` (topics that it has no word for, see ``meaning.unsaid``), ``leaves_out``
     and ``why`` (links that its files lack by nature), ``adds`` (links of its files that stand for something else in a
-    description), ``names_robot`` (its files say what the robot is called).
+    description), ``brings`` (the elements of XML that it makes of what a description says in words), ``names_robot``
+    (its files say what the robot is called).
 
     In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
     its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
@@ -231,6 +232,7 @@ class Format:
     complete: bool = False
     lacks: frozenset[str] = frozenset()
     leaves_out: Callable[[Robot, str], bool] | None = None
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None
     why: str = ""
     adds: Callable[[Robot, str, Robot], bool] | None = None
     names_robot: bool = True

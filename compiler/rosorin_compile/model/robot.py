@@ -12,7 +12,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
 from .link import NO_SOURCE, Link, Source
 from .motion import motion
 from .shape import Material, Rgba, Shape
-from .simulated import Simulated
+from .simulated import GazeboSensor, Simulated
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,6 +61,7 @@ class Sensor:
     source: Source = NO_SOURCE
     simulated: tuple[Simulated, ...] = ()
     stamps: tuple[str, ...] = ()
+    gazebo: tuple[GazeboSensor, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -36,8 +36,8 @@ export class App {
     this.stage.scene.add(this.frames.lines);
     this.#colours();
     this.#listen();
-    this.load(data, true);
-    follow({ onrobot: (next) => this.load(next, false), onproblem: (said) => this.fail(said), onstate: (said) => this.say(said) });
+    if (data.robot) this.load(data, true);
+    follow({ onrobot: (next) => this.load(next, !this.robot), onproblem: (said) => this.fail(said), onstate: (said) => this.say(said) });
   }
 
   #layout(root) {
@@ -63,15 +63,17 @@ export class App {
     const { robot, before, changes } = data;
     Object.assign(this, { robot, before, changes: changes ?? null });
     this.kinematics = new Kinematics(robot);
-    this.meshes = new Meshes(robot.meshes);
+    this.meshes = new Meshes(robot.meshes, this.meshes);
     this.view = this.#replaced(this.view, new RobotView(robot, this.meshes));
     this.ghost = this.#replaced(this.ghost, before ? new RobotView(before, new Meshes(before.meshes), { ghost: true }) : null);
     this.ghostKinematics = before && new Kinematics(before);
     if (first && !this.view.hasVisuals) Object.assign(this.shown, { visual: false, collision: true });
     this.state = Object.fromEntries(Object.entries(this.state).filter(([name]) => this.kinematics.byName.has(name)));
     this.modes = Object.fromEntries(robot.modes.map((mode) => [mode, this.modes[mode] ?? false]));
+    this.touching = new Set();
     this.#place();
     this.#measure();
+    if (!this.places.has(this.selected) && !this.edgeTo(this.selected)) this.selected = "";
     this.title.textContent = robot.name;
     document.title = robot.name;
     this.problem.show("");
@@ -186,6 +188,7 @@ export class App {
   select(name) {
     this.selected = name;
     this.#mark();
+    this.panels.tree.reveal();
     this.show({});
     this.card.draw();
   }
@@ -265,7 +268,7 @@ export class App {
 
   /** The description has a mistake: the last good robot stays, dimmed. */
   fail({ text }) {
-    this.problem.show(text);
+    this.problem.show(text, !this.robot);
     this.root.classList.add("dimmed");
   }
 
@@ -276,6 +279,7 @@ export class App {
   #listen() {
     const ray = new THREE.Raycaster();
     const pieceAt = (event) => {
+      if (!this.view) return null;
       const { left, top, width, height } = this.canvas.getBoundingClientRect();
       const at = new THREE.Vector2(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
       ray.setFromCamera(at, this.stage.camera);
@@ -289,13 +293,13 @@ export class App {
     });
     this.canvas.addEventListener("wheel", () => (this.moved = true), { passive: true });
     this.canvas.addEventListener("pointerup", (event) => {
-      if (down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(pieceAt(event)?.link ?? "");
+      if (this.robot && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(pieceAt(event)?.link ?? "");
       down = null;
     });
     this.canvas.addEventListener("pointermove", (event) => {
-      if (!event.buttons) this.hover(pieceAt(event)?.link ?? "");
+      if (this.robot && !event.buttons) this.hover(pieceAt(event)?.link ?? "");
     });
-    window.addEventListener("keydown", (event) => onKey(this, event));
+    window.addEventListener("keydown", (event) => this.robot && onKey(this, event));
     window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#colours());
   }
 }

@@ -26,7 +26,11 @@ export function dot(colour) {
   return element("i", { class: "dot", style: `background:${colour}` });
 }
 
-/** Return a section of a panel: a heading that folds what is below. */
+const folded = new Set();
+
+/** Return a section of a panel: a heading that folds what is below; it stays folded when the panel is drawn anew. */
 export function section(title, ...children) {
-  return element("details", { class: "section", open: true }, element("summary", {}, title), ...children);
+  const made = element("details", { class: "section", open: !folded.has(title) }, element("summary", {}, title), ...children);
+  made.addEventListener("toggle", () => folded[made.open ? "delete" : "add"](title));
+  return made;
 }

@@ -8,9 +8,11 @@ import { STLLoader } from "three/addons/loaders/STLLoader.js";
 
 /** Reads the meshes of a robot by the names that its description has for them. */
 export class Meshes {
-  constructor(table) {
+  /** `old` are the meshes of the robot before: what has not changed is not read again. */
+  constructor(table, old = null) {
     this.table = table ?? {};
-    this.read = new Map();
+    const same = [...(old?.read ?? [])].filter(([name]) => isSame(this.table[name], old.table[name]));
+    this.read = new Map(same);
   }
 
   /** Return the surfaces of a mesh: geometries, each with the colour that its file gives it, or null. */
@@ -25,6 +27,10 @@ export class Meshes {
     const bytes = entry.data ? decoded(entry.data) : await fetched(entry.url);
     return parse(entry.format, bytes);
   }
+}
+
+function isSame(entry, other) {
+  return Boolean(entry) && ["url", "data", "missing"].every((key) => entry[key] === other[key]);
 }
 
 function decoded(text) {
@@ -68,7 +74,7 @@ function flattened(scene, coloured) {
     const geometry = node.geometry.clone().applyMatrix4(node.matrixWorld);
     if (!geometry.getAttribute("normal")) geometry.computeVertexNormals();
     const material = Array.isArray(node.material) ? node.material[0] : node.material;
-    found.push({ geometry, colour: coloured && material?.color ? material.color.clone() : null });
+    found.push({ geometry, colour: coloured && material?.color && !material.map ? material.color.clone() : null });
   });
   return found;
 }

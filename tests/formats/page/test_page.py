@@ -132,7 +132,7 @@ def test_the_page_asks_for_nothing() -> None:
     found = _Elements(page(sharp_robot("plain")))
     assert not {"link", "img", "iframe", "base", "object"} & set(found.tags)
     assert "default-src 'none'" in page(sharp_robot("plain"))
-    assert "connect-src 'self'" in html({"robot": robot_data(sharp_robot("plain"))}, live=True)
+    assert "connect-src 'self'" in html({"robot": robot_data(sharp_robot("plain"))}, live="1")
 
 
 SENSORS = """\

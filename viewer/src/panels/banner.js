@@ -8,9 +8,11 @@ export class Problem {
     this.root = element("section", { class: "problem", hidden: true, role: "alert" });
   }
 
-  show(text) {
+  /** Show what the compiler says; nothing hides it. `alone`: there was no robot yet. */
+  show(text, alone = false) {
+    const below = alone ? "The robot appears as soon as it does." : "Below is the last robot that did.";
     this.root.hidden = !text;
-    this.root.replaceChildren(element("b", {}, "This does not compile. Below is the last robot that did."), element("pre", {}, text));
+    this.root.replaceChildren(element("b", {}, `This does not compile. ${below}`), element("pre", {}, text));
   }
 }
 

@@ -48,7 +48,7 @@ export class Card {
 
   /** The lines of the description that put the frame where it is; a live page asks for them when it is unfolded. */
   #chain(link) {
-    if (!link || (!link.said && document.body.dataset.live !== "yes")) return "";
+    if (!link || (!link.said && !document.body.dataset.live)) return "";
     const lines = element("pre", {}, (link.said ?? []).join("\n"));
     const ask = async () => {
       if (!lines.textContent) lines.textContent = (await explained(link.name)).join("\n") || "nothing is known of it";

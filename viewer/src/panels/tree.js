@@ -63,6 +63,10 @@ export class Tree {
       row.classList.toggle("selected", name === selected);
       row.classList.toggle("touching", touching.has(name));
     }
-    this.rows?.get(selected)?.scrollIntoView({ block: "nearest" });
+  }
+
+  /** Scroll to the chosen frame. */
+  reveal() {
+    this.rows?.get(this.app.selected)?.scrollIntoView({ block: "nearest" });
   }
 }

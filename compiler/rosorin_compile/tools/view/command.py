@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import argparse
+import errno
+import secrets
 import sys
 import threading
 import time
@@ -29,11 +31,12 @@ from ..shared import (
     package_option,
     place,
 )
-from .server import LOOPBACK, Page, Server, bound
+from .server import LOOPBACK, Data, Page, Server, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 
 _LOOK = 0.15  # seconds between two looks at the files
 _HOW = "rosorin-compile view ROBOT"
+_LAST_PORT = 65535
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -66,6 +69,10 @@ def run(options: argparse.Namespace) -> int:
     if len(names) > 1:
         raise WrongUsage(f"a page shows one robot: {_HOW}")
     description = one(names[0] if names else "", _HOW)
+    if not options.max_megabytes >= 0:
+        raise WrongUsage("--max-megabytes wants a number from 0 on")
+    if options.html is None and (options.no_meshes or options.max_megabytes != MAX_MEGABYTES):
+        raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
     if options.html is not None:
         return _write(options, given, description)
     return _Followed(given, description).serve(options)
@@ -115,38 +122,39 @@ class _Followed:
         self.console = Console("text")
         self.inputs = Inputs()
         self.page = Page()
+        self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
         self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
 
     def serve(self, options: argparse.Namespace) -> int:
-        """Serve the page until Ctrl-C."""
+        """Serve the page until Ctrl-C or SIGTERM; one with errors is waited for."""
         import gc
+        import signal
 
         gc.enable()  # this run is a long one
-        self.inputs.read(self._compile)
-        if not self.page.text:
-            self.console.warn(f"{self.description.name}: a robot with errors is not shown; correct it, and call again")
-            return PROBLEMS
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        server = _bound(self.page, options)
         try:
-            server = bound(self.page, options.host, options.port)
-        except (OSError, OverflowError) as problem:
-            raise WrongUsage(
-                f"cannot serve at {options.host}: {getattr(problem, 'strerror', None) or problem}"
-            ) from None
-        threading.Thread(target=server.serve_forever, daemon=True).start()
-        address = _address(server, options.host)
+            self.inputs.read(self._compile)
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self._tell(server, options)
+            self._follow()
+        except KeyboardInterrupt:
+            print()
+        finally:
+            server.socket.close()
+        return FINE
+
+    def _tell(self, server: Server, options: argparse.Namespace) -> None:
+        """Say where the page is, and to whom; open it."""
+        address = _address(server)
         print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
-        if server.names is None:
-            self.console.warn(f"every machine that reaches {options.host} sees this robot, its meshes and its sources")
         sys.stdout.flush()
+        if not is_loopback(server.host):
+            self.console.warn(f"every machine that reaches {server.host} sees this robot, its meshes and its sources")
         if not options.no_open:
             import webbrowser
 
             webbrowser.open(address)
-        try:
-            self._follow()
-        except KeyboardInterrupt:
-            print()
-        return FINE
 
     def _follow(self) -> None:
         while True:
@@ -163,26 +171,37 @@ class _Followed:
         if looked.shown is None:
             self._failed(errors)
             return [self.description.path, *self.given.files, *looked.files, *self.inputs.marks]
+        if self.page.problem:
+            self.console.warn(f"{self.description.name}: that is corrected")
         self._show(looked.shown)
         return [self.description.path, *self.given.files, *looked.files]
 
     def _failed(self, errors: list[Diagnostic]) -> None:
+        if not self.page.text:
+            self._serve({"robot": None}, {})
         self.page.problem = as_text(errors)
-        self.page.publish("problem", {"text": self.page.problem})
+        self.page.changed()
+
+    def _serve(self, data: Data, files: Mapping[str, Path]) -> None:
+        """Have a new version of the page served."""
+        page = self.page
+        version = secrets.token_hex(8)
+        text = html(data, live=version)
+        page.files, page.data, page.text, page.version = files, {**data, "version": version}, text, version
 
     def _show(self, shown: Shown) -> None:
         data = dict(shown.data)
-        data["meshes"], files = served(shown)
+        data["meshes"], files = served(shown, self.numbers)
         page = self.page
-        page.problem, page.files, page.data = "", files, {"robot": data}
-        page.text = html(page.data, live=True)
 
         def explained(frame: str) -> list[str]:
             with self.compiled:
                 return shown.explained(frame)
 
         page.explain, page.touching = explained, _Touching(shown, self.compiled)
-        page.publish("robot", None)
+        page.problem = ""
+        self._serve({"robot": data}, files)
+        page.changed()
 
 
 class _Touching:
@@ -214,6 +233,24 @@ class _Touching:
         return Scene(self.shown.robot, Meshes(self.shown.case(), self.shown.meshes))
 
 
-def _address(server: Server, host: str) -> str:
+def _bound(page: Page, options: argparse.Namespace) -> Server:
+    """Return the server at the address and the port that are asked for. Raises WrongUsage."""
+    port, host = options.port, options.host
+    if port is not None and not 0 <= port <= _LAST_PORT:
+        raise WrongUsage(f"there is no port {port}: they go from 0 to {_LAST_PORT}")
+    try:
+        return bound(page, host, port)
+    except OSError as problem:
+        if problem.errno == errno.EADDRINUSE:
+            raise WrongUsage(f"port {port} is taken; without --port a free one is found") from None
+        if problem.errno in (errno.EACCES, errno.EPERM):
+            raise WrongUsage(f"port {port} is not for everybody; take one above 1023, or leave --port out") from None
+        raise WrongUsage(f"{host} is no address of this machine ({problem.strerror or problem})") from None
+    except UnicodeError:
+        raise WrongUsage(f"{host} is no address of this machine") from None
+
+
+def _address(server: Server) -> str:
+    host = server.host
     name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
     return f"http://{name}:{server.port}/"

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, has_errors
 from ...diagnostics.console import Console
-from ...formats.mesh_files import Places, files_of
+from ...formats.mesh_files import Places, files_of, named_meshes
 from ...formats.page import MESHES
 from ...formats.page.data import mesh_names, robot_data
 from ...formats.page.seen import Data
-from ...frontend.tree import locate
+from ...frontend.tree import Map, locate
+from ...output.watch import mark
 from ...project import Description
 from ..shared import Given, is_foreign, read
 
@@ -82,7 +83,14 @@ def look(given: Given, description: Description, console: Console) -> Looked:
         if where is not None:
             link["where"] = where
     shown = Shown(lowered.robot, data, meshes, understood, {} if foreign else given.values())
-    return Looked(shown, diagnostics, (*expanded.files, *meshes.values()))
+    return Looked(shown, diagnostics, (*expanded.files, *meshes.values(), *_awaited(expanded.tree, meshes)))
+
+
+def _awaited(tree: Map, meshes: Mapping[str, Path]) -> Iterator[Path]:
+    """Yield where meshes would be that are not there: they may come."""
+    for name, spans in named_meshes(tree):
+        if name not in meshes and "://" not in name:
+            yield from (Path(span.source.path).parent / name for span in spans)
 
 
 def _where(understood: Understood, link: str) -> Data | None:
@@ -102,18 +110,28 @@ def _where(understood: Understood, link: str) -> Data | None:
     }
 
 
-def served(shown: Shown) -> tuple[Data, list[Path]]:
-    """Return the meshes of a page by name, each at a number that is asked for; and the files by number."""
+def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, Path]]:
+    """Return the meshes of a page by name, each at a number that is asked for; and the files by number.
+
+    ``numbers`` has those of files that were shown before; new ones are added. What follows "?" tells one version of a
+    file from the next, so that a page reads again only what has changed.
+    """
     table: Data = {}
-    files: list[Path] = []
+    files: dict[str, Path] = {}
     for name in mesh_names(shown.robot):
         kind, file = MESHES.get(PurePosixPath(name).suffix.lower()), shown.meshes.get(name)
         if kind is None or file is None:
             table[name] = {"missing": "not found" if file is None else "no browser reads it"}
             continue
-        table[name] = {"format": kind, "url": f"mesh/{len(files)}"}
-        files.append(file)
+        number = numbers.setdefault(file, str(len(numbers)))
+        table[name] = {"format": kind, "url": f"mesh/{number}?{_version(file)}"}
+        files[number] = file
     return table, files
+
+
+def _version(file: Path) -> str:
+    seen = mark(file)
+    return "".join(f"{number:x}" for number in seen) if seen else "0"
 
 
 def on_disk(shown: Shown, limit: int, with_meshes: bool) -> tuple[Data, dict[str, str]]:

@@ -155,6 +155,13 @@ export class Stage {
     this.touch();
   }
 
+  /** Return the pixel of the window at which a point (m, in the root frame) is seen. */
+  pixel(point) {
+    const { left, top, width, height } = this.renderer.domElement.getBoundingClientRect();
+    const { x, y } = new THREE.Vector3(...point).project(this.camera);
+    return [left + ((x + 1) / 2) * width, top + ((1 - y) / 2) * height];
+  }
+
   resize() {
     const { clientWidth, clientHeight } = this.renderer.domElement.parentElement;
     if (!clientWidth || !clientHeight) return;

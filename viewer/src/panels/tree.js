@@ -8,12 +8,14 @@ export function situationFor(robot, modes) {
   return robot.situations.find((situation) => situation.modes.some(fits)) ?? robot.situations[0] ?? null;
 }
 
-/** Shows the frames of a robot as a tree; a click chooses one. */
+const DEEPEST = 9; // levels that are indented: below, frames would leave the panel
+
+/** Shows the frames of a robot as a tree; a click chooses one, and so do the arrows of the keyboard with Enter. */
 export class Tree {
   constructor(app) {
     this.app = app;
     this.search = element("input", { type: "search", placeholder: "find a frame ( / )", oninput: () => this.filter() });
-    this.list = element("ul", { class: "tree", role: "tree" });
+    this.list = element("ul", { class: "tree", role: "tree", "aria-label": "frames", onkeydown: (event) => this.#key(event) });
     this.root = element("div", { class: "pane" }, this.search, this.list);
   }
 
@@ -33,6 +35,18 @@ export class Tree {
     this.list.replaceChildren(...tops.map((name) => this.#row(name, null, below, seen, 0)).flat());
     this.filter();
     this.mark();
+    this.list.firstChild?.setAttribute("tabindex", "0");
+  }
+
+  #key(event) {
+    const rows = [...this.list.children].filter((row) => !row.hidden);
+    const at = rows.indexOf(document.activeElement);
+    const to = { ArrowDown: at + 1, ArrowUp: at - 1, Home: 0, End: rows.length - 1 }[event.key];
+    if (event.key === "Enter" || event.key === " ") document.activeElement.click();
+    else if (to === undefined) return;
+    else rows[to]?.focus();
+    event.preventDefault();
+    event.stopPropagation();
   }
 
   #row(name, edge, below, seen, depth) {
@@ -40,7 +54,7 @@ export class Tree {
     const title = edge ? `${edge.parent} → ${edge.child}\n${edge.published ? `published by ${edge.publisher} on ${edge.topic}` : `published by nobody${edge.why ? `: ${edge.why}` : ""}`}` : "";
     const row = element(
       "li",
-      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, style: `--depth:${depth}`, onclick: () => this.app.select(name), onmouseenter: () => this.app.hover(name), onmouseleave: () => this.app.hover("") },
+      { class: edge && !edge.published ? "row unpublished" : "row", role: "treeitem", tabindex: "-1", title, "aria-level": depth + 1, style: `--depth:${Math.min(depth, DEEPEST)}`, onclick: () => this.app.select(name), onmouseenter: () => this.app.hover(name), onmouseleave: () => this.app.hover("") },
       dot(colour),
       element("span", {}, name),
       edge?.joint && edge.kind !== "fixed" && element("small", {}, edge.kind),

@@ -41,8 +41,10 @@ class Browser:
     def close(self) -> None:
         """End the browser."""
         assert self.process.stdin is not None
+        assert self.process.stdout is not None
         self.process.stdin.close()
         self.process.wait(60)
+        self.process.stdout.close()
 
     def ask(self, do: str, **more: Any) -> Any:
         """Return what the driver answers."""

@@ -7,6 +7,8 @@ import { ofPose, then } from "./transform.js";
 
 const AXES = [0xe5484d, 0x30a46c, 0x3e63dd];
 const MAX_LABELS = 80; // names that are placed at once
+const LINE = 13; // pixels from a name to the next one below
+const LINES = 4;
 
 /** The axes of frames as lines: one draw call, however many. */
 export class Frames {
@@ -42,6 +44,7 @@ export class Frames {
       this.labels.append(tag);
       return tag;
     });
+    this.widths = this.tags.map((tag) => tag.offsetWidth);
   }
 
   place(places) {
@@ -58,19 +61,31 @@ export class Frames {
     positions.needsUpdate = true;
   }
 
-  /** Put the names where their frames are on the screen. */
+  /** Put the names where their frames are on the screen, or some lines below, so that none covers another. */
   label(camera, { clientWidth, clientHeight }) {
     const at = new THREE.Vector3();
+    const taken = [];
     this.tags?.forEach((tag, index) => {
       at.fromArray(this.places.get(this.names[index]).p).project(camera);
       const hidden = at.z > 1 || Math.abs(at.x) > 1.1 || Math.abs(at.y) > 1.1;
-      tag.hidden = hidden;
-      if (!hidden) {
-        const [x, y] = [((at.x + 1) / 2) * clientWidth, ((1 - at.y) / 2) * clientHeight];
-        tag.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
-      }
+      const x = ((at.x + 1) / 2) * clientWidth;
+      const y = hidden ? null : free(taken, x, ((1 - at.y) / 2) * clientHeight, this.widths[index]);
+      tag.hidden = y === null;
+      if (y === null) return;
+      taken.push([x, y, this.widths[index]]);
+      tag.style.transform = `translate(${x.toFixed(1)}px, ${y.toFixed(1)}px)`;
     });
   }
+}
+
+/** Return where below a place there is room for a name among those that stand already; null where there is none. */
+function free(taken, x, y, width) {
+  for (let line = 0; line < LINES; line += 1) {
+    const here = y + line * LINE;
+    const covers = ([left, top, wide]) => Math.abs(top - here) < LINE - 1 && left < x + width && x < left + wide;
+    if (!taken.some(covers)) return here;
+  }
+  return null;
 }
 
 function lines(points, colour, opacity = 0.9) {
@@ -97,6 +112,7 @@ function frustum({ hfov, vfov }, range) {
 
 /** Return the rays of a scanner: layers of directions around z, from ``first`` in steps (rad). */
 function fan({ layers, first, step, count }, range) {
+  if (count === 1 && layers.length === 1) return ray({ layers, first }, range);
   const [edges, faces] = [[], []];
   const every = Math.max(1, Math.floor(count / 180));
   for (const rise of layers) {
@@ -113,6 +129,27 @@ function fan({ layers, first, step, count }, range) {
   return [lines(edges, 0x12a594, edges.length > 720 ? 0.25 : 0.7), veil(faces, 0x12a594)];
 }
 
+/** Return the axes that an IMU or a force sensor measures along, with a ball at their root. */
+function axes(_, reach) {
+  const length = 0.2 * reach;
+  const arrows = AXES.map((colour, index) => {
+    const along = new THREE.Vector3().setComponent(index, 1);
+    return new THREE.ArrowHelper(along, new THREE.Vector3(), length, colour, 0.3 * length, 0.18 * length);
+  });
+  for (const { line, cone } of arrows) for (const { material } of [line, cone]) material.depthTest = false;
+  const ball = new THREE.SphereGeometry(0.09 * length, 16, 12);
+  return [...arrows, new THREE.Mesh(ball, new THREE.MeshBasicMaterial({ color: 0xf5a524, depthTest: false }))];
+}
+
+/** Return a single ray with a ring where it ends. */
+function ray({ layers: [rise], first }, range) {
+  const to = new THREE.Vector3(Math.cos(rise) * Math.cos(first), Math.cos(rise) * Math.sin(first), Math.sin(rise));
+  const ring = new THREE.Mesh(new THREE.RingGeometry(0.035 * range, 0.05 * range, 32), new THREE.MeshBasicMaterial({ color: 0x12a594, side: THREE.DoubleSide }));
+  ring.quaternion.setFromUnitVectors(new THREE.Vector3(0, 0, 1), to);
+  ring.position.copy(to).multiplyScalar(range);
+  return [lines([0, 0, 0, ...ring.position], 0x12a594), ring];
+}
+
 function box({ size }) {
   const solid = new THREE.BoxGeometry(...size);
   return [new THREE.LineSegments(new THREE.EdgesGeometry(solid), new THREE.LineBasicMaterial({ color: 0xe93d82 }))];
@@ -126,8 +163,9 @@ export class Sensors {
     for (const sensor of robot.sensors) {
       for (const seen of sensor.sees ?? []) {
         const reach = seen.range ? Math.min(seen.range, 2.5 * size) : 0.6 * size;
-        const drawn = { frustum, fan, box }[seen.kind]?.(seen, reach) ?? [];
-        const group = new THREE.Group().add(...drawn);
+        const drawn = { frustum, fan, box, axes }[seen.kind]?.(seen, reach) ?? [];
+        const group = new THREE.Group();
+        for (const part of drawn) group.add(part);
         group.matrixAutoUpdate = false;
         this.group.add(group);
         this.entries.push({ group, frame: seen.frame, local: ofPose(seen.xyz, seen.rpy) });

@@ -16,6 +16,7 @@ import * as THREE from "three";
 
 const CLICK = 5; // pixels that a pointer may move between down and up
 const ASK_AGAIN = 120; // ms after a move before it is asked what touches
+const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
 /** Everything that the page knows. Panels read it and call its methods. */
@@ -49,13 +50,20 @@ export class App {
     this.card = new Card(this);
     this.problem = new Problem();
     this.changesPanel = new Changes(this);
-    const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => root.classList.toggle(`no-${side}`) }, "☰");
+    const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     root.replaceChildren(
       element("nav", { class: "side left" }, element("header", {}, this.title, this.status), this.panels.tree.root),
       element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.changesPanel.root), this.card.root),
       element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
     );
     this.root = root;
+    if (NARROW.matches) root.classList.add("no-left", "no-right");
+  }
+
+  /** Show or hide a panel; where there is room for one alone, the other one goes. */
+  #fold(side) {
+    const isHidden = this.root.classList.toggle(`no-${side}`);
+    if (NARROW.matches && !isHidden) this.root.classList.add(side === "left" ? "no-right" : "no-left");
   }
 
   /** Show a robot: the first one, or what became of it; then camera, joints and toggles stay. */

@@ -5,7 +5,7 @@ What moved itself is told apart from what only went with it. A shape that is whe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
 from ..model import Pose, Robot, Shape, pose_of
@@ -32,11 +32,16 @@ class Moves(NamedTuple):
 
 
 def moves(
-    old: Robot, new: Robot, tolerance: float = _LEAST, printings: tuple[Printing, Printing] = (EXACT, EXACT)
+    old: Robot,
+    new: Robot,
+    tolerance: float = _LEAST,
+    printings: tuple[Printing, Printing] = (EXACT, EXACT),
+    unsaid: Collection[str] = (),
 ) -> Moves:
     """Return what became of each link of two robots that call the same links by the same names.
 
-    ``tolerance`` (m, rad) is no difference, besides what ``printings`` leave open.
+    ``tolerance`` (m, rad) is no difference, besides what ``printings`` leave open; ``unsaid`` are links that one of the
+    two has no word for.
     """
     work = _Moves(Bodies(old, printings[0]), Bodies(new, printings[1]), max(tolerance, _LEAST))
     work.walk()
@@ -44,10 +49,11 @@ def moves(
         (link.name, purpose): found
         for link in old.links
         for purpose in PURPOSES
-        if (found := tuple(work.drawn(link.name, purpose)))
+        if link.name not in unsaid and (found := tuple(work.drawn(link.name, purpose)))
     }
     removed = {link.name: REMOVED for link in old.walk() if link.name not in new.link}
-    return Moves({**work.how, **removed}, shapes, work.at())
+    how = {name: what for name, what in {**work.how, **removed}.items() if name not in unsaid}
+    return Moves(how, shapes, work.at())
 
 
 class _Moves:
@@ -135,18 +141,31 @@ class _Moves:
         known = self._rest.get((name, purpose))
         if known is None:
             old, new = (list(_pieces(side, name, purpose)) for side in (self.old, self.new))
-            bodies = [list(_around(side, name, purpose)) for side in (self.old, self.new)]
-            gone = match([piece.solid for _, piece in old], bodies[1], self.tolerance).old
-            fresh = match(bodies[0], [piece.solid for _, piece in new], self.tolerance).new
+            before = list(_around(self.old, name, purpose))
+            gone = match([piece.solid for _, piece in old], list(_around(self.new, name, purpose)), self.tolerance).old
+            fresh = match(before, [piece.solid for _, piece in new], self.tolerance).new
             known = self._rest[name, purpose] = ([old[index][0] for index in gone], bool(fresh))
         return known
+
+    def _left(self, name: str, purpose: str) -> list[Shape]:
+        """Return the shapes of a link that is no more, but for those that another link of the same body has now."""
+        pieces = list(_pieces(self.old, name, purpose))
+        mates = [other for other in self.old.members[self.old.top[name]] if other in self.new.robot.link]
+        mate = next((other for other in mates if self.how.get(other) not in (MOVED, CARRIED)), None)
+        if mate is None:
+            return [shape for shape, _ in pieces]
+        place = self.old.relative(mate, name, {})
+        solids = [seen(piece, place).solid for _, piece in pieces]
+        return [pieces[index][0] for index in match(solids, list(_around(self.new, mate, purpose)), self.tolerance).old]
 
     def drawn(self, name: str, purpose: str) -> list[Shape]:
         """Return the shapes of an old link that are drawn: all, if it is elsewhere, or only those that are no more."""
         how = self.how.get(name, "" if name in self.new.robot.link else REMOVED)
         if how == SHAPED:
             return self._difference(name, purpose)[0] if purpose in self.told else []
-        return list(getattr(self.old.robot.link[name], purpose)) if how in (MOVED, CARRIED, REMOVED) else []
+        if how == REMOVED:
+            return self._left(name, purpose)
+        return list(getattr(self.old.robot.link[name], purpose)) if how in (MOVED, CARRIED) else []
 
 
 def _pieces(side: Bodies, name: str, purpose: str) -> Iterator[tuple[Shape, Piece]]:

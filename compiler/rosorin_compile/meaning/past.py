@@ -203,6 +203,8 @@ def _hang(root: str, known: Iterable[_Told], links: dict[str, Link], joints: dic
     """Put what the root of now hung on above it."""
     for told in known:
         name = root
+        if _place(told.new, root) is not None:
+            continue  # its parent is no link, such as a world
         while told.carries_links and (place := _place(told.old, name)) is not None and name not in joints:
             joints[name] = replace(_added(told, name, place)[1])
             if place[0] in links:

@@ -226,7 +226,7 @@ def of_sides(shown: Sequence[Shown], sides: tuple[Side, Side], difference: Diffe
     pairing = side_by_side(a, b, difference.tolerance, prefix)
     names = _Names(pairing, b.robot)
     old = names.old()
-    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing))
+    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.unsaid(a, b))
     changes = [_said(item.text, names.frame(item.name)) for item in difference.items]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
@@ -239,6 +239,7 @@ class _Names:
     """What the two robots of a comparison call things, by the names that it has for both."""
 
     def __init__(self, pairing: Pairing, second: Robot) -> None:
+        self.pairing = pairing
         self.first, self.second = pairing.a.robot, pairing.b.robot
         self.links = _renaming([link.name for link in second.links], [link.name for link in self.second.links])
         self.joints = _renaming([joint.name for joint in second.joints], [joint.name for joint in self.second.joints])
@@ -250,6 +251,13 @@ class _Names:
         from ...meaning.pairing import renamed
 
         return renamed(self.first, self.old_links, self.old_joints)
+
+    def unsaid(self, a: Side, b: Side) -> set[str]:
+        """Return the links that the format of one of the two has no word for."""
+        from ...meaning.unsaid import not_carried
+
+        missing, _ = not_carried(self.pairing, a, b)
+        return {self.links.get(name, self.old_links.get(name, name)) for name in missing}
 
     def frame(self, name: str) -> str:
         """Return the frame at which something of that name is to be seen; empty if there is none."""

@@ -167,7 +167,9 @@ class Format:
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
-    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
+    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
+      that is not JSON itself. Raises ValueError.
+    - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
     - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
       or is not installed. For ``check``.
@@ -221,6 +223,8 @@ class Format:
     facts: Callable[[str], Facts] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
+    data: Callable[[str], Any] | None = None
+    differ: Callable[[str, str], str] | None = None
     shown: bool = True
     refusal: Callable[[str, Path], str] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None

@@ -103,7 +103,9 @@ def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
     shown = FORMATS[artifact.backend].shown
-    return TextDifference(artifact.file, CHANGED, remark, unified(artifact.file, old, artifact.text), shown)
+    large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
+    lines = () if large else unified(artifact.file, old, artifact.text)
+    return TextDifference(artifact.file, CHANGED, remark, lines, shown)
 
 
 def _remarked(
@@ -115,8 +117,10 @@ def _remarked(
     if FORMATS[artifact.backend].facts is None:
         return text
     old = _decoded(committed[artifact.file]) or ""
-    same = same_syntax(FORMATS[artifact.backend], old, artifact.text)
-    return text._replace(remark=_SAME_MEANING if same else _NOTHING_COMPARED)
+    format = FORMATS[artifact.backend]
+    differ = format.differ(old, artifact.text) if format.differ is not None else ""
+    same = same_syntax(format, old, artifact.text)
+    return text._replace(remark=differ or (_SAME_MEANING if same else _NOTHING_COMPARED))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
@@ -141,6 +145,7 @@ MAX_LINES = 40
 MAX_WIDTH = 160
 # Above this number of lines, comparing line by line takes too long.
 _MAX_COMPARED = 20_000
+_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
 _NO_END = "\\ No newline at end of file"
 
 

@@ -18,13 +18,14 @@ from typing import Any
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.bounded import json_of
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted, first_of
+from ...diagnostics.wording import counted, first_of, listed
 from ...model import Output, Pose, Robot
 from ...project import data_folder
 from ..facts import frame_facts
 from ..format import Fact, Facts, Format, Value
 from ..templating import Templates
-from .data import Data, mesh_names, robot_data
+from .data import mesh_names, robot_data
+from .seen import Data
 
 RULES = (
     Rule(
@@ -39,6 +40,15 @@ RULES = (
 MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
 MAX_MEGABYTES = 40
 _SHOWN = 3
+_SHOWN_OF = {
+    "name": "the name",
+    "joints": "joints",
+    "sensors": "sensors",
+    "poses": "poses",
+    "modes": "modes",
+    "situations": "who publishes what",
+    "meshes": "meshes",
+}
 
 # The page asks nothing from anywhere: a browser holds it to that.
 _ALONE = (
@@ -162,6 +172,25 @@ def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:  # 
     )
 
 
+def differ(old: str, new: str) -> str:
+    """Return what differs between two pages that say the same of frames, joints and masses."""
+    try:
+        before, after = data_of(old)["robot"], data_of(new)["robot"]
+        found = [what for key, what in _SHOWN_OF.items() if before[key] != after[key]]
+        found += [f"shapes of {first_of(names, _SHOWN)}" for names in [_reshaped(before, after)] if names]
+    except (KeyError, TypeError, ValueError):
+        return ""
+    if found:
+        return f"what the page shows differs: {listed(found)}"
+    return "the page shows the same robot, by another version of its program" if before == after else ""
+
+
+def _reshaped(before: Data, after: Data) -> list[str]:
+    """Return the links whose shapes or places of mass are others."""
+    known = {link["name"]: link for link in before["links"]}
+    return [link["name"] for link in after["links"] if known.get(link["name"]) != link]
+
+
 FORMAT = Format(
     name="page",
     word="page of a robot",
@@ -180,6 +209,9 @@ FORMAT = Format(
     endings=(".html",),
     write=write,
     facts=read,
+    schema="page",
+    data=data_of,
+    differ=differ,
     shown=False,
     disagreements=disagreements,
     folder="doc",

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 from ...model import (
     MOVING_TYPES,
@@ -27,15 +26,12 @@ from ...model import (
     Sphere,
 )
 from ...model.frame_tree import Row, publishers, rows
-from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, Simulated
 from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
-
-Data = dict[str, Any]
+from .seen import Data, numbers, placed, seen_by
 
 _PURPOSES = ("visual", "collision")
-_FLAT = 1e-9  # rad; rays closer than this to one layer are in it
 
 
 def robot_data(robot: Robot) -> Data:
@@ -67,7 +63,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
     """
     return {
         "root": robot.root,
-        "at": _placed(at),
+        "at": placed(at),
         "links": [
             {"name": link.name} | {key: [_shape(one) for one in shapes.get((link.name, key), ())] for key in _PURPOSES}
             for link in robot.links
@@ -87,34 +83,26 @@ def _link(robot: Robot, link: Link) -> Data:
     return made
 
 
-def _placed(pose: Pose) -> Data:
-    return {"xyz": _numbers(pose.xyz), "rpy": _numbers(pose.rpy)}
-
-
-def _numbers(values: Sequence[float]) -> list[float]:
-    return [value + 0.0 for value in values]  # minus zero is zero
-
-
 def _inertial(inertial: Inertial) -> Data:
     moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
-    return {"mass": inertial.mass, **_placed(inertial.pose), **moments}
+    return {"mass": inertial.mass, **placed(inertial.pose), **moments}
 
 
 def _shape(shape: Shape) -> Data:
     geometry = shape.geometry
-    made = _placed(shape.origin())
+    made = placed(shape.origin())
     if shape.name:
         made["name"] = shape.name
     if isinstance(geometry, Box):
-        return made | {"kind": "box", "size": _numbers(geometry.size)}
+        return made | {"kind": "box", "size": numbers(geometry.size)}
     if isinstance(geometry, Cylinder | Capsule):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
     if isinstance(geometry, Sphere):
         return made | {"kind": "sphere", "radius": geometry.radius}
     if isinstance(geometry, Mesh):
-        return made | {"kind": "mesh", "mesh": geometry.file, "scale": _numbers(geometry.scale)}
-    heights = [_numbers(row) for row in geometry.heights]
+        return made | {"kind": "mesh", "mesh": geometry.file, "scale": numbers(geometry.scale)}
+    heights = [numbers(row) for row in geometry.heights]
     return made | {"kind": "height_map", "origin": list(geometry.origin), "cell": geometry.cell, "heights": heights}
 
 
@@ -125,9 +113,9 @@ def _colour(robot: Robot, shape: Shape) -> Data:
 
 def _joint(robot: Robot, joint: Joint) -> Data:
     made: Data = {"name": joint.name, "type": joint.type, "parent": joint.parent, "child": joint.child}
-    made |= _placed(joint.origin)
+    made |= placed(joint.origin)
     if joint.type in (*MOVING_TYPES, "planar"):
-        made["axis"] = _numbers(joint.axis)
+        made["axis"] = numbers(joint.axis)
     limit = joint.limit
     bounds = (None, None) if limit is None else (limit.lower, limit.upper)
     if all(bound is not None and math.isfinite(bound) for bound in bounds):
@@ -180,45 +168,5 @@ def _sensor(sensor: Sensor) -> Data:
     made: Data = {"name": sensor.name, "type": sensor.type, "frame": sensor.frame}
     if sensor.optical_frame:
         made["optical_frame"] = sensor.optical_frame
-    sees = [seen for one in sensor.simulated if (seen := _sees(one))]
-    return made | ({"sees": _merged(sees)} if sees else {})
-
-
-def _sees(simulated: Simulated) -> Data | None:
-    """Return what an element of a simulation sees: a camera a pyramid, a ray or a row of them a fan."""
-    attributes = simulated.attributes
-    if simulated.kind == BODY_ELEMENT and simulated.element == "camera":
-        fovy, resolution = attributes.get("fovy"), attributes.get("resolution")
-        if not isinstance(fovy, float | int) or not isinstance(resolution, tuple):
-            return None
-        wide, tall = (float(value) for value in resolution)
-        vertical = math.radians(float(fovy))
-        horizontal = 2 * math.atan(math.tan(vertical / 2) * wide / tall)
-        return {"kind": "frustum", "frame": simulated.link, **_placed(Pose()), "hfov": horizontal, "vfov": vertical}
-    if simulated.kind == SENSOR_ELEMENT and simulated.element == "rangefinder" and simulated.pose is not None:
-        return _fan(simulated, simulated.pose)
-    return None
-
-
-def _fan(simulated: Simulated, pose: Pose) -> Data:
-    """Return the rays of a rangefinder: it measures along z of its site, the next ones are turned about z."""
-    x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
-    copies = simulated.replicas
-    made: Data = {"kind": "fan", "frame": simulated.link, "xyz": _numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
-    made |= {"layers": [math.atan2(z, math.hypot(x, y))], "first": math.atan2(y, x)}
-    made |= {"step": copies.step.rpy[2] if copies else 0.0, "count": copies.count if copies else 1}
-    cutoff = simulated.attributes.get("cutoff")
-    return made | ({"range": float(cutoff)} if isinstance(cutoff, float | int) and cutoff > 0 else {})
-
-
-def _merged(sees: Sequence[Data]) -> list[Data]:
-    """Return fans that differ in their rise alone as layers of one."""
-    made: list[Data] = []
-    for seen in sees:
-        rest = {key: value for key, value in seen.items() if key != "layers"}
-        same = next((one for one in made if {k: v for k, v in one.items() if k != "layers"} == rest), None)
-        if same is not None and "layers" in seen:
-            same["layers"] += [rise for rise in seen["layers"] if min(abs(rise - r) for r in same["layers"]) > _FLAT]
-        else:
-            made.append(seen)
-    return made
+    sees = seen_by(sensor)
+    return made | ({"sees": sees} if sees else {})

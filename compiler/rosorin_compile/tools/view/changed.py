@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, first_of
 from ...formats.page import MAX_MEGABYTES, embedded, html
-from ...formats.page.data import Data, before_data
+from ...formats.page.data import before_data
+from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
 from ...model import Link, Mesh, Robot

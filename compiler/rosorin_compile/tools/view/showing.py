@@ -11,7 +11,8 @@ from ...diagnostics import Diagnostic, has_errors
 from ...diagnostics.console import Console
 from ...formats.mesh_files import Places, files_of
 from ...formats.page import MESHES
-from ...formats.page.data import Data, mesh_names, robot_data
+from ...formats.page.data import mesh_names, robot_data
+from ...formats.page.seen import Data
 from ...frontend.tree import locate
 from ...project import Description
 from ..shared import Given, is_foreign, read

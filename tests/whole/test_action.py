@@ -173,7 +173,7 @@ def test_the_page(repository: Path) -> None:
     page = data_of(Path(job.outputs["page"]).read_text("utf-8"))
     assert [page["robot"]["name"], *(one["robot"]["name"] for one in page["others"])] == ["dog", "arm"]
     assert page["moved"] == {"mast": "moved"}
-    assert "The page `robots.html` shows the robots, and what moved." in job.summary
+    assert "The page robots.html shows the robots, and what moved." in job.summary
     plain = act(repository, STEPS[1:], working_directory="robots")
     assert plain.outputs["page"] == ""
     assert "robots.html" not in plain.summary

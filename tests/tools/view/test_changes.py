@@ -38,9 +38,11 @@ PROJECT = {f"descriptions/{name}/robot.yaml": CART.format(name) for name in NAME
 
 
 def stl(size: float) -> bytes:
-    """Return a mesh of one triangle (m)."""
-    corners = (0.0, 0.0, 1.0, 0.0, 0.0, 0.0, size, 0.0, 0.0, 0.0, size, 0.0)
-    return bytes(80) + struct.pack("<I", 1) + struct.pack("<12fH", *corners, 0)
+    """Return a mesh: the corner of a cube of that size (m)."""
+    corners = ((0, 0, 0), (size, 0, 0), (0, size, 0), (0, 0, size))
+    faces = ((0, 2, 1), (0, 1, 3), (0, 3, 2), (1, 2, 3))
+    triangles = [struct.pack("<12fH", 0, 0, 0, *(v for i in face for v in corners[i]), 0) for face in faces]
+    return bytes(80) + struct.pack("<I", len(faces)) + b"".join(triangles)
 
 
 @pytest.fixture
@@ -90,15 +92,21 @@ def test_what_is_carried_is_told_apart_and_its_mesh_is_there_once(committed: Pat
     assert data["before"]["meshes"] == {}
 
 
-def test_another_mesh_is_drawn_as_it_was(committed: Path, capsys: Shown) -> None:
-    (committed / "descriptions/cart/camera.stl").write_bytes(stl(0.06))
-    data = page(capsys, "check", "cart", code=1)
+def test_another_mesh_is_drawn_as_it_was(home: Path, capsys: Shown) -> None:
+    """Meshes stand beside an MJCF: the one that is committed is another one than that of the description."""
+    part = home / "descriptions/part/part.stl"
+    robot = "robot: part\nlinks: {base: {collision: [{mesh: {file: part.stl}}]}}\n"
+    write_files(home, {"descriptions/part/robot.yaml": f"{robot}outputs: {{mjcf: {{file: part.xml}}}}\n"})
+    part.write_bytes(stl(0.03))
+    assert main(["all"]) == 0
+    part.write_bytes(stl(0.06))
+    data = page(capsys, "check", code=1)
     assert data["changes"] == []
-    assert (data["moved"], drawn(data)) == ({"camera": "shaped"}, {"camera": ["mesh"]})
-    now, was = data["robot"]["meshes"]["camera.stl"], data["before"]["meshes"]["camera.stl"]
+    assert (data["moved"], drawn(data)) == ({"base": "shaped"}, {"base": ["mesh"]})
+    now, was = data["robot"]["meshes"]["part.stl"], data["before"]["meshes"]["part.stl"]
     assert now["data"] != was["data"]
-    assert data["notes"] == ["camera.stl: another file than the mesh is; rosorin-compile all writes it"]
-    bare = page(capsys, "check", "cart", "--no-meshes", code=1)
+    assert data["notes"] == ["part.stl: another file than the mesh is; rosorin-compile all writes it"]
+    bare = page(capsys, "check", "--no-meshes", code=1)
     assert (bare["robot"]["meshes"], bare["before"]["meshes"]) == ({}, {})
 
 
@@ -162,7 +170,8 @@ def test_it_goes_with_a_comparison_alone(capsys: Shown, words: list[str]) -> Non
 
 def test_the_page_is_not_written_over_what_it_is_made_of(committed: Path, capsys: Shown) -> None:
     before = (committed / "outputs/cart/cart.urdf").read_bytes()
-    ask(capsys, "check", "cart", "--html", "outputs/cart/cart.urdf", code=2)
+    assert main(["check", "cart", "--html", "outputs/cart/cart.urdf"]) == 2
+    assert "is one of the files that it would be made of" in capsys.readouterr().err
     assert (committed / "outputs/cart/cart.urdf").read_bytes() == before
 
 

@@ -28,12 +28,8 @@ outputs: {urdf: {file: mast.urdf}}
 """
 }
 WORDS = [
-    "--headless=new",
-    "--no-sandbox",
-    "--use-angle=swiftshader",
-    "--enable-unsafe-swiftshader",
-    "--virtual-time-budget=8000",
-    "--window-size=1000,700",
+    *("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--virtual-time-budget=8000", "--window-size=1000,700"),
 ]
 # Asks the page what it shows when it is ready, and leaves the answer where the test finds it.
 PROBE = """

@@ -1,12 +1,14 @@
 /** The page: one robot, what is chosen and shown of it, and the panels that follow. */
 
 import { element } from "./dom.js";
+import { Ghost } from "./ghost.js";
 import { Kinematics } from "./kinematics.js";
 import { follow, touching } from "./live.js";
 import { Meshes } from "./meshes.js";
 import { Frames, JointAxis, Masses, Sensors } from "./overlays.js";
 import { Card } from "./panels/card.js";
-import { Changes, Problem } from "./panels/banner.js";
+import { Problem } from "./panels/banner.js";
+import { Changes } from "./panels/changes.js";
 import { Joints } from "./panels/joints.js";
 import { Look, onKey } from "./panels/look.js";
 import { Tree, situationFor } from "./panels/tree.js";
@@ -52,8 +54,8 @@ export class App {
     this.changesPanel = new Changes(this);
     const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
     root.replaceChildren(
-      element("nav", { class: "side left" }, element("header", {}, this.title, this.status), this.panels.tree.root),
-      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root, this.changesPanel.root), this.card.root),
+      element("nav", { class: "side left" }, element("header", {}, this.title, this.status), this.changesPanel.root, this.panels.tree.root),
+      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root), this.card.root),
       element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
     );
     this.root = root;
@@ -69,12 +71,11 @@ export class App {
   /** Show a robot: the first one, or what became of it; then camera, joints and toggles stay. */
   load(data, first) {
     const { robot, before, changes } = data;
-    Object.assign(this, { robot, before, changes: changes ?? null });
+    Object.assign(this, { robot, before, changes: changes ?? null, became: data.moved ?? {}, said: data.said, notes: data.notes });
     this.kinematics = new Kinematics(robot);
     this.meshes = new Meshes(robot.meshes, this.meshes);
     this.view = this.#replaced(this.view, new RobotView(robot, this.meshes));
-    this.ghost = this.#replaced(this.ghost, before ? new RobotView(before, new Meshes(before.meshes), { ghost: true }) : null);
-    this.ghostKinematics = before && new Kinematics(before);
+    this.ghost = this.#replaced(this.ghost, before ? new Ghost(data, this.view) : null);
     if (first && !this.view.hasVisuals) Object.assign(this.shown, { visual: false, collision: true });
     this.state = Object.fromEntries(Object.entries(this.state).filter(([name]) => this.kinematics.byName.has(name)));
     this.modes = Object.fromEntries(robot.modes.map((mode) => [mode, this.modes[mode] ?? false]));
@@ -88,7 +89,7 @@ export class App {
     this.root.classList.remove("dimmed");
     this.#redraw();
     if (first) this.#begin();
-    this.view.ready.then(() => this.#settle(first));
+    Promise.all([this.view.ready, this.ghost?.ready]).then(() => this.#settle(first));
   }
 
   /** The meshes are there: what was measured without them is measured again. */
@@ -96,15 +97,17 @@ export class App {
     this.#place();
     this.#measure();
     if (first && !this.moved) this.lookFrom(this.from ?? "iso");
+    if (first && this.asked) this.changesPanel.fly(this.asked);
     this.show({});
     document.body.dataset.ready = "yes";
   }
 
-  /** Take what the address asks for: #pose=tuck&from=front&frames=all&show=collision&theme=dark&panels=off. */
+  /** Take what the address asks for: #pose=tuck&from=front&frames=all&show=collision&theme=dark&panels=off&change=FRAME. */
   #begin() {
     const asked = new URLSearchParams(window.location.hash.slice(1));
     const pose = this.robot.poses.find((one) => one.name === asked.get("pose"));
     this.from = asked.get("from") ?? "iso";
+    this.asked = asked.get("change");
     if (asked.has("theme")) this.use({ theme: asked.get("theme") });
     if (asked.get("panels") === "off") this.root.classList.add("no-left", "no-right");
     const layers = Object.fromEntries((asked.get("show") ?? "").split(",").filter(Boolean).map((name) => [name, true]));
@@ -145,7 +148,7 @@ export class App {
   #place() {
     this.places = this.kinematics.places(this.state);
     this.view.place(this.places);
-    this.ghost?.place(this.ghostKinematics.places(this.state));
+    this.ghost?.place(this.state, this.places);
     for (const overlay of [this.sensors, this.masses]) overlay?.place(this.places);
     if (this.frames.names.every((name) => this.places.has(name))) this.frames.place(this.places);
     this.stage.touch(true);
@@ -224,10 +227,7 @@ export class App {
     Object.assign(this.shown, layers);
     const { shown } = this;
     this.view.show(shown);
-    if (this.ghost) {
-      this.ghost.show(shown);
-      this.ghost.group.visible = shown.before;
-    }
+    this.ghost?.show(shown);
     this.sensors.group.visible = shown.sensors;
     this.masses.group.visible = shown.masses;
     this.frames.show(this.#frameNames(), 0.07 * this.size);
@@ -248,9 +248,10 @@ export class App {
 
   /** Choose a frame and look at it from nearby. */
   fly(name) {
-    if (!this.places.has(name)) return;
-    this.select(name);
-    const box = this.view.boundsOf(name);
+    const box = this.ghost?.boundsOf(name) ?? new THREE.Box3();
+    if (this.places.has(name)) box.union(this.view.boundsOf(name));
+    if (box.isEmpty()) return;
+    this.select(this.places.has(name) ? name : "");
     box.expandByScalar(0.08 * this.size);
     this.stage.look(box);
   }

@@ -16,4 +16,4 @@ export const THEMES = {
 export const COLLISION = 0xe8833a;
 export const TOUCHING = 0xd7263d;
 export const SELECTED = 0x2f80ed;
-export const GHOST = 0x7c8794;
+export const GHOST = 0xd6409f; // what was before

@@ -31,11 +31,15 @@ _MAX_CHANGES = 100
 
 
 class Comparison(NamedTuple):
-    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs."""
+    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs.
+
+    ``pairs`` are the artifacts that differ and can be read, as they were and as they are.
+    """
 
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
     same: bool
+    pairs: tuple[Pair, ...] = ()
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
@@ -58,7 +62,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     told = {output for change in found for output in change.artifacts}
     by_file = {artifact.file: artifact for artifact in artifacts}
     remarked = sorted(_remarked(text, by_file.get(text.file), told, committed) for text in texts)
-    return Comparison(found, tuple(remarked), not remarked)
+    return Comparison(found, tuple(remarked), not remarked, tuple(pairs))
 
 
 def _whole(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,12 +17,15 @@ from .shared import (
     argument_options,
     given_arguments,
     json_option,
+    one,
     package_option,
     packages_of,
+    page_options,
 )
 
 if TYPE_CHECKING:
-    from ..meaning.difference import Side
+    from ..meaning.difference import Difference, Side
+    from .shared import Given
     from .sides import Read
 
 _SIDES = ("A", "B")
@@ -59,6 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "default: 1e-9",
     )
     command.add_argument("--full", action="store_true", help="show every difference")
+    page_options(command, "write a page that shows B, with A under it, and what differs")
     package_option(command)
     json_option(command)
     argument_options(command)
@@ -96,7 +101,25 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps(as_json(found), indent=2))
     else:
         print("\n".join(lines(found, options.full)))
+    if options.html is not None:
+        givens = [given._replace(texts={**given.texts, **_pairs(texts)}) for texts in (options.a_arg, options.b_arg)]
+        _write_page(options, list(zip(words, givens, strict=True)), sides, found)
     return FINE if found.same else PROBLEMS
+
+
+def _write_page(
+    options: argparse.Namespace, givens: Sequence[tuple[str, Given]], sides: tuple[Side, Side], found: Difference
+) -> None:
+    """Write the page that shows B with A under it. Raises WrongUsage."""
+    from .view.changed import Pictures, of_sides
+    from .view.showing import look
+
+    console = Console("json")  # what is wrong was said before
+    shown = [look(given, one(word, "rosorin-compile diff A B"), console).shown for word, given in givens]
+    pictures = Pictures(options)
+    if shown[0] is not None and shown[1] is not None:
+        pictures.taken.append(of_sides((shown[0], shown[1]), sides, found, options.prefix))
+    pictures.write(Console(options.format))
 
 
 def _tolerance(text: str) -> float:
@@ -145,9 +168,9 @@ def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[
 def _sides(read: list[Read], words: list[str]) -> tuple[Side, Side] | None:
     """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
     console = Console("text")
-    for word, one in zip(words, read, strict=True):
-        console.show(one.diagnostics)
-        if one.side is None:
+    for word, side in zip(words, read, strict=True):
+        console.show(side.diagnostics)
+        if side.side is None:
             console.warn(f"{word}: cannot be compared")
     first, second = read[0].side, read[1].side
     return (first, second) if first is not None and second is not None else None

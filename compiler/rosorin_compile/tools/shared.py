@@ -49,6 +49,7 @@ RULES = (
 FINE, PROBLEMS, USAGE = 0, 1, 2
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
+PAGE_MEGABYTES = 40  # of the meshes of a page
 MARK = ":="  # between name and value of an argument, as xacro has it
 
 
@@ -194,6 +195,18 @@ def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
 def console_of(options: argparse.Namespace) -> Console:
     """Return where a command prints that has the options of ``format_options``."""
     return Console(options.format, options.quiet, options.verbose, getattr(options, "summary", None) is not None)
+
+
+def page_options(command: argparse.ArgumentParser, what: str) -> None:
+    """Add the options of a page that is written into a file; ``what`` says what it shows."""
+    command.add_argument("--html", type=place, metavar="FILE", help=what)
+    command.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+    command.add_argument(
+        "--max-megabytes",
+        type=float,
+        metavar="NUMBER",
+        help=f"with --html: how much meshes may have together; default: {PAGE_MEGABYTES}",
+    )
 
 
 def depfile_options(command: argparse.ArgumentParser, target: str) -> None:

@@ -1,4 +1,4 @@
-/** What is above the robot: a mistake of the description, what changed, and what cannot be told. */
+/** What is above the robot: a mistake of the description. */
 
 import { element } from "../dom.js";
 
@@ -13,24 +13,5 @@ export class Problem {
     const below = alone ? "The robot appears as soon as it does." : "Below is the last robot that did.";
     this.root.hidden = !text;
     this.root.replaceChildren(element("b", {}, `This does not compile. ${below}`), element("pre", {}, text));
-  }
-}
-
-/** Lists what moved, by meaning; a click flies there. */
-export class Changes {
-  constructor(app) {
-    this.app = app;
-    this.root = element("section", { class: "changes", hidden: true });
-  }
-
-  draw() {
-    const { changes } = this.app;
-    this.root.hidden = !changes;
-    if (!changes) return;
-    const rows = changes.map(({ text, frame }) =>
-      element("li", frame ? { class: "link", onclick: () => this.app.fly(frame) } : {}, text),
-    );
-    const said = changes.length === 1 ? "1 change" : `${changes.length || "no"} changes`;
-    this.root.replaceChildren(element("details", { open: true }, element("summary", {}, said), element("ul", {}, ...rows)));
   }
 }

@@ -33,7 +33,7 @@ export class Look {
     const views = Object.keys(VIEWS).map((view, index) =>
       element("button", { onclick: () => app.lookFrom(view), title: `key ${index + 1}`, "data-view": view }, view),
     );
-    const old = app.before && toggle("the robot before", app.shown.before, (on) => app.show({ before: on }), { id: "show-before" });
+    const old = app.before && toggle("the robot before", app.shown.before, (on) => app.show({ before: on }), { id: "show-before", title: "key b" });
     const units = Object.fromEntries(Object.keys(UNITS).map((name) => [name, name]));
     const themes = { auto: "as the system", light: "light", dark: "dark" };
     this.root.replaceChildren(
@@ -52,6 +52,8 @@ export function onKey(app, event) {
   if (layer) app.show({ [layer[0]]: !app.shown[layer[0]] });
   else if (event.key === "f") app.show({ frames: Object.keys(FRAMES)[(Object.keys(FRAMES).indexOf(app.shown.frames) + 1) % 4] });
   else if (view) app.lookFrom(view);
+  else if (event.key === "b" && app.ghost) app.show({ before: !app.shown.before });
+  else if (event.key === "n" || event.key === "N") app.changesPanel.next(event.key === "n" ? 1 : -1);
   else if (event.key === "Escape") app.select("");
   else if (event.key === "h" || event.key === "Home") app.lookFrom("iso");
   else if (event.key === "/") app.find();

@@ -6,7 +6,7 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 
 from ...model import (
     MOVING_TYPES,
@@ -18,6 +18,7 @@ from ...model import (
     JointPose,
     Link,
     Mesh,
+    Pose,
     Robot,
     Sensor,
     ServoGroup,
@@ -29,6 +30,8 @@ from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
 from .seen import Data, numbers, placed, seen_by
+
+_PURPOSES = ("visual", "collision")
 
 
 def robot_data(robot: Robot) -> Data:
@@ -51,6 +54,24 @@ def mesh_names(robot: Robot) -> Iterator[str]:
     """Yield the names of the meshes that the page draws, each once, in the order of the description."""
     shapes = (shape for link in robot.links for shape in (*link.visual, *link.collision))
     yield from dict.fromkeys(shape.geometry.file for shape in shapes if isinstance(shape.geometry, Mesh))
+
+
+def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]], at: Pose) -> Data:
+    """Return the robot of before as the page draws it under that of now: ``shapes`` by link and purpose, no others.
+
+    ``at`` is where its root sits in that of now.
+    """
+    return {
+        "root": robot.root,
+        "at": placed(at),
+        "links": [
+            {"name": link.name} | {key: [_shape(one) for one in shapes.get((link.name, key), ())] for key in _PURPOSES}
+            for link in robot.links
+        ],
+        "joints": [_joint(robot, joint) for joint in robot.joints],
+        "collision_only": not any(link.visual for link in robot.links),
+        "meshes": {},
+    }
 
 
 def _link(robot: Robot, link: Link) -> Data:

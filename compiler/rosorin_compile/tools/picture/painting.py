@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from .camera import Box, Camera
 from .light import FloorShadow, Shadows, floor_shadow, linear, on_screen, shaded, shadows, toned
-from .raster import NOTHING, Layer, Scene, Whole, first_seen, next_seen, scene, turns_left
+from .raster import Layer, Scene, Whole, first_seen, next_seen, scene, turns_left
 from .soup import Piece
 
 Floats = NDArray[np.float64]
@@ -133,30 +133,38 @@ def in_view(model: Model, camera: Camera, fine: int) -> tuple[Scene, Whole]:
 
 
 class Fragments(NamedTuple):
-    """What is shaded, once each: a pixel and a triangle; ``at`` (x, y) is the middle of what the pixel sees of it."""
+    """What is shaded, once each: a pixel of a band and a triangle, and how many samples of the pixel see it.
+
+    ``x`` and ``y`` are the middle of these samples in the picture. ``sample`` is where each covered sample is (pixel of
+    the band, times the samples of a pixel, plus sample), ``of`` its fragment.
+    """
 
     pixel: Whole
     triangle: Whole
+    many: Whole
     x: Floats
     y: Floats
+    sample: Whole
+    of: Whole
 
 
-def fragments(layer: Layer, first: int, fine: int) -> tuple[Fragments, Whole, Whole]:
-    """Return what to shade of a layer that begins at the row ``first`` of pixels; and for each covered sample its place
-    (pixel of the band, times the samples of a pixel, plus sample) and its fragment."""
-    rows, columns = layer.keys.shape
-    height, width = rows // fine, columns // fine
-    seen = layer.triangle.reshape(height, fine, width, fine).transpose(0, 2, 1, 3).reshape(-1)
-    place = np.nonzero(seen != NOTHING)[0]
-    pixel, sample = place // fine**2, place % fine**2
-    number = int(seen.max(initial=0)) + 1
-    key, of, many = np.unique(pixel * number + seen[place], return_inverse=True, return_counts=True)
+def fragments(layer: Layer, first: int, fine: int) -> Fragments:
+    """Return what to shade of a layer that begins at the row ``first`` of pixels."""
+    columns = layer.keys.shape[1]
+    width = columns // fine
+    flat = layer.keys.reshape(-1)
+    place = np.nonzero(flat >= 0)[0]
+    triangle = Layer(flat[place]).triangle
+    row, column = place // columns, place % columns
+    pixel = row // fine * width + column // fine
+    across, below = column % fine, row % fine
+    number = int(triangle.max(initial=0)) + 1
+    key, of, many = np.unique(pixel * number + triangle, return_inverse=True, return_counts=True)
     of = of.reshape(-1)
-    across = np.bincount(of, weights=(sample % fine).astype(np.float64), minlength=len(key)) / np.maximum(many, 1)
-    below = np.bincount(of, weights=(sample // fine).astype(np.float64), minlength=len(key)) / np.maximum(many, 1)
+    right, down = (np.bincount(of, weights=v, minlength=len(key)) / np.maximum(many, 1) for v in (across, below))
     at = key // number
-    x, y = at % width + (across + 0.5) / fine, first + at // width + (below + 0.5) / fine
-    return Fragments(at, key % number, x, y), place, of
+    x, y = at % width + (right + 0.5) / fine, first + at // width + (down + 0.5) / fine
+    return Fragments(at, key % number, many, x, y, pixel * fine**2 + below * fine + across, of)
 
 
 def colours(model: Model, camera: Camera, seen: Fragments, outlines: bool = True) -> Floats:
@@ -236,40 +244,55 @@ def painted(model: Model, camera: Camera, transparent: bool, progress: Progress)
     return made if transparent else made[..., :3]
 
 
-def _cover(
-    band: Floats, model: Model, camera: Camera, of: tuple[Scene, Whole, Whole], first: int, end: int
-) -> None:
+def _cover(band: Floats, model: Model, camera: Camera, of: tuple[Scene, Whole, Whole], first: int, end: int) -> None:
     """Draw the surfaces that the rows from ``first`` to ``end`` see over their background, which is changed."""
     drawn, solid, veils = of
-    flat = band.reshape(-1, 4)
     rows = (camera.width * FINE, first * FINE, end * FINE)
     base = first_seen(drawn, solid, *rows)
     layers = [base, *_veils(drawn, veils, base, rows)] if len(veils) else [base]
+    found = [fragments(layer, first, FINE) for layer in layers]
+    shown = [(seen, colours(model, camera, seen)) for seen in found]
+    flat = band.reshape(-1, 4)
+    if len(layers) == 1:
+        _laid(flat, *shown[0])
+    else:
+        _mixed(flat, shown, model.opacity[model.surfaces.piece])
+
+
+def _laid(flat: Floats, seen: Fragments, colour: Floats) -> None:
+    """Lay solid surfaces over pixels (n, 4), each by the share of its samples."""
+    share = seen.many / FINE**2
+    covered = np.bincount(seen.pixel, weights=share, minlength=len(flat))
+    there = np.nonzero(covered)[0]
+    left = (1.0 - covered[there]) * flat[there, 3]
+    alpha = covered[there] + left
+    for i in range(3):
+        sums = np.bincount(seen.pixel, weights=share * colour[:, i], minlength=len(flat))[there]
+        flat[there, i] = (sums + left * flat[there, i]) / alpha
+    flat[there, 3] = alpha
+
+
+def _mixed(flat: Floats, shown: Sequence[tuple[Fragments, Floats]], opacity: Floats) -> None:
+    """Lay surfaces over pixels (n, 4), sample by sample, the farthest first; ``opacity`` is that of the triangles."""
     covered = np.zeros(len(flat), bool)
-    shaded_layers = []
-    for layer in layers:
-        seen, place, of_sample = fragments(layer, first, FINE)
-        covered[place // FINE**2] = True
-        shaded_layers.append((colours(model, camera, seen), seen, place, of_sample))
+    for seen, _ in shown:
+        covered[seen.pixel] = True
     pixels = np.nonzero(covered)[0]
-    if not len(pixels):
-        return
-    row = np.zeros(len(flat), np.int64)
-    row[pixels] = np.arange(len(pixels))
-    samples = np.repeat(flat[pixels][:, None], FINE**2, axis=1).reshape(-1, 4)
-    opacity = model.opacity[model.surfaces.piece]
-    for colour, seen, place, of_sample in shaded_layers:
-        at = row[place // FINE**2] * FINE**2 + place % FINE**2
-        share = opacity[seen.triangle][of_sample][:, None]
-        below = samples[at]
-        alpha = share[:, 0] + below[:, 3] * (1 - share[:, 0])
-        mixed = colour[of_sample] * share + below[:, :3] * below[:, 3:] * (1 - share)
+    row = np.cumsum(covered) - 1
+    samples = np.repeat(flat[pixels], FINE**2, axis=0)
+    for seen, colour in shown:
+        at = row[seen.sample // FINE**2] * FINE**2 + seen.sample % FINE**2
+        share, below = opacity[seen.triangle][seen.of], samples[at]
+        left = below[:, 3] * (1.0 - share)
+        alpha = share + left
+        mixed = colour[seen.of] * share[:, None] + below[:, :3] * left[:, None]
         samples[at, :3] = mixed / np.where(alpha == 0, 1.0, alpha)[:, None]
         samples[at, 3] = alpha
-    samples = samples.reshape(-1, FINE**2, 4)
-    alpha = samples[..., 3].sum(axis=1)
-    weighted = (samples[..., :3] * samples[..., 3:]).sum(axis=1) / np.where(alpha == 0, 1.0, alpha)[:, None]
-    flat[pixels, :3], flat[pixels, 3] = weighted, alpha / FINE**2
+    parts = samples.reshape(-1, FINE**2, 4)
+    alpha = parts[..., 3].sum(axis=1)
+    sums = (parts[..., :3] * parts[..., 3:]).sum(axis=1)
+    flat[pixels, :3] = sums / np.where(alpha == 0, 1.0, alpha)[:, None]
+    flat[pixels, 3] = alpha / FINE**2
 
 
 def _veils(drawn: Scene, veils: Whole, base: Layer, rows: tuple[int, int, int]) -> Iterator[Layer]:

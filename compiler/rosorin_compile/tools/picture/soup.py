@@ -134,10 +134,10 @@ def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> tup
     """Return the lower and the upper corner around a solid in its own frame."""
     if isinstance(geometry, HeightMap):
         x, y = geometry.origin
-        rows = len(geometry.heights)
-        columns = max(map(len, geometry.heights), default=0)
-        top = max((h for row in geometry.heights for h in row), default=0.0)
-        return (x, y, 0.0), (x + rows * geometry.cell, y + columns * geometry.cell, top)
+        cells = [(i, j, h) for i, row in enumerate(geometry.heights) for j, h in enumerate(row) if h > 0]
+        box = around(cells or [(0, 0, 0.0)])
+        (i, j, _), (I, J, top), cell = box.lower, box.upper, geometry.cell  # noqa: N806 - the last cell
+        return (x + i * cell, y + j * cell, 0.0), (x + (I + 1) * cell, y + (J + 1) * cell, top)
     if isinstance(geometry, BoxShape):
         half = tuple(side / 2 for side in geometry.size)
     elif isinstance(geometry, Sphere):

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import NamedTuple
-
-import numpy as np
-from numpy.typing import NDArray
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...model import Vector
-from ...model.geometry import dot, minus, plus, unit
+from ...model.geometry import minus, plus, unit
 
-Floats = NDArray[np.float64]
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    Floats = NDArray[np.float64]
 
 # Directions to the camera in the root frame: x ahead, y left, z up.
 VIEWS: Mapping[str, Vector] = {
@@ -98,5 +99,4 @@ def cross(a: Vector, b: Vector) -> Vector:
 def looking(azimuth: float, elevation: float) -> Vector:
     """Return the direction to a camera at angles (rad): azimuth from x to y, elevation from the floor up."""
     flat = math.cos(elevation)
-    made = (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))
-    return unit(made) if dot(made, made) else made
+    return (flat * math.cos(azimuth), flat * math.sin(azimuth), math.sin(elevation))

@@ -25,11 +25,11 @@ FINE = 3  # samples along the side of a pixel
 _BAND = 3_000_000  # samples that are looked at together
 _LAYERS = 6  # of translucent surfaces behind each other; more are not seen through
 SKY = (0xF3, 0xF5, 0xF8)
-_ZENITH = (0xFD, 0xFD, 0xFE)
-_GROUND = (0xE6, 0xEA, 0xEF)
-_GRID = (0xB9, 0xC2, 0xCD)
+ZENITH = (0xFD, 0xFD, 0xFE)
+GROUND = (0xE6, 0xEA, 0xEF)
+GRID = (0xB9, 0xC2, 0xCD)
 SHADE = 0.22  # how dark the shadow on the floor is
-_REACH = 6.0  # of the floor, times the diagonal of the robot
+REACH = 6.0  # of the floor, times the diagonal of the robot
 _EDGE = 0.62  # what is left of the light along the edges of boxes
 
 
@@ -326,7 +326,7 @@ def background(model: Model, camera: Camera, first: int, end: int, transparent: 
     floor, fade = _floor(model, at)
     fade = np.where(hits, fade, 0.0)
     for i in range(3):
-        sky = (SKY[i] + (_ZENITH[i] - SKY[i]) * up) / 255
+        sky = (SKY[i] + (ZENITH[i] - SKY[i]) * up) / 255
         made[..., i] = (sky + (floor[i] - sky) * fade) * (1.0 - dark)
     made[..., 3] = 1.0
     return made
@@ -341,10 +341,10 @@ def _floor(model: Model, at: list[Floats]) -> tuple[list[Floats], Floats]:
     wide = [np.abs(v[:-1, 1:] - v[:-1, :-1]) + np.abs(v[1:, :-1] - v[:-1, :-1]) + 1e-12 for v in (x, y)]
     x, y = x[:-1, :-1], y[:-1, :-1]
     drawn = np.maximum(0.35 * _lines(x, y, wide, step), 0.8 * _lines(x, y, wide, 10 * step))
-    reach = _REACH * size
+    reach = REACH * size
     t = np.clip((np.sqrt(x * x + y * y) / reach - 0.25) / 0.75, 0.0, 1.0)
     fade = 1.0 - t * t * (3.0 - 2.0 * t)
-    return [(_GROUND[i] + (_GRID[i] - _GROUND[i]) * drawn) / 255 for i in range(3)], fade
+    return [(GROUND[i] + (GRID[i] - GROUND[i]) * drawn) / 255 for i in range(3)], fade
 
 
 def grid_step(size: float) -> float:

@@ -54,10 +54,15 @@ class Model(NamedTuple):
     link: Whole
     colour: Floats
     opacity: Floats
-    one_sided: NDArray[np.bool_]
+    mesh: NDArray[np.bool_]
     box: Box
     sun: Shadows
     floor: FloorShadow
+
+    @property
+    def one_sided(self) -> NDArray[np.bool_]:
+        """Of which pieces what looks away is not drawn: it is hidden, or it would be seen through the other side."""
+        return ~self.mesh | (self.opacity < 1.0)
 
     @property
     def ground(self) -> float:
@@ -80,7 +85,7 @@ def modelled(pieces: Sequence[Piece], box: Box) -> Model:
         np.array([piece.link for piece in pieces] or [0]),
         np.array([linear(piece.colour) for piece in pieces] or [(0.0, 0.0, 0.0)]),
         opacity,
-        np.array([piece.one_sided for piece in pieces] or [True]),
+        np.array([piece.mesh for piece in pieces] or [False]),
         box,
         shadows(solid, box),
         floor_shadow(solid, ground_of(box), box),

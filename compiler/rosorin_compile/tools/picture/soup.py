@@ -43,14 +43,14 @@ class Patch(NamedTuple):
 
 
 class Piece(NamedTuple):
-    """One shape as it is drawn. ``link`` is its number in the robot; ``one_sided``: nobody sees it from inside."""
+    """One shape as it is drawn. ``link`` is its number in the robot; ``mesh``: it may be open."""
 
     link: int
     colour: Colour
     opacity: float
     patches: tuple[Patch, ...]
     box: Box
-    one_sided: bool
+    mesh: bool
     outlined: bool
     shown: bool = True
 
@@ -103,7 +103,7 @@ def _piece(
     box = around(corners)
     placed = tuple(_placed(patch, at) for patch in patches)
     mesh, is_box = isinstance(geometry, Mesh), isinstance(geometry, BoxShape)
-    yield Piece(link, colour, opacity, placed, box, not mesh, is_box, shown)
+    yield Piece(link, colour, opacity, placed, box, mesh, is_box, shown)
 
 
 def around(points: Sequence[Vector]) -> Box:

@@ -29,6 +29,7 @@ Point = tuple[float, float]
 
 _SAMPLES = 800_000  # of the grid on which it is looked up what is seen
 _MOST_FACES = 6_000  # of meshes; they are made coarser until there are no more
+_COARSER = 8  # times that this is tried
 _EDGE = 0.62  # what is left of the light along the edges of boxes
 _STOPS = 16  # of the gradient by which the floor fades
 
@@ -97,28 +98,30 @@ def _faces(model: Model, camera: Camera, progress: Progress) -> list[_Drawn]:
 
 def _fine_enough(model: Model, grid: Camera) -> tuple[Model, Whole]:
     """Return a model and its faces that are seen, its meshes so coarse that there are not too many of these."""
-    seen = _seen(model, grid)
-    cell = model.box.diagonal / 400
-    while len(seen) > _MOST_FACES and cell < model.box.diagonal / 10:
-        coarse = _coarser(model, cell)
-        seen_coarse = _seen(coarse, grid)
-        cell *= 1.5
-        if len(seen_coarse) >= len(seen) and cell > model.box.diagonal / 50:
-            break
-        model_next, seen = coarse, seen_coarse
+    made, seen = model, _seen(model, grid)
+    for step in range(_COARSER):
         if len(seen) <= _MOST_FACES:
-            return model_next, seen
-    return model, seen
+            break
+        made = _coarser(model, model.box.diagonal / 250 * 1.4**step)
+        seen = _seen(made, grid)
+    return made, seen
 
 
 def _coarser(model: Model, cell: float) -> Model:
-    """Return a model with the corners of its meshes on a grid (m), without the triangles that this makes flat."""
+    """Return a model in whose meshes the corners in one cell of a grid (m) are one, where they are on average."""
     every = model.surfaces
-    mesh = ~model.one_sided[every.piece]
-    corners = np.where(mesh[:, None, None], np.rint(every.corners / cell) * cell, every.corners)
-    a, b = corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]
-    area = sum((a[:, i] * b[:, j] - a[:, j] * b[:, i]) ** 2 for i, j in ((1, 2), (2, 0), (0, 1)))
-    keep = np.nonzero(~mesh | (area > 0))[0]
+    mesh = model.mesh[every.piece]
+    corners = every.corners.copy()
+    points = corners[mesh].reshape(-1, 3)
+    cells = np.rint(points / cell).astype(np.int64)
+    _, at = np.unique(np.column_stack([np.repeat(every.piece[mesh], 3), cells]), axis=0, return_inverse=True)
+    at = at.reshape(-1)
+    many = np.bincount(at)
+    corners[mesh] = np.stack([(np.bincount(at, weights=points[:, i]) / many)[at] for i in range(3)], -1).reshape(-1, 3, 3)
+    flat = np.zeros(len(mesh), bool)
+    a, b, c = at.reshape(-1, 3).T
+    flat[mesh] = (a == b) | (b == c) | (c == a)
+    keep = np.nonzero(~flat)[0]
     taken = type(every)(*(part[keep] for part in (corners, *every[1:5])), every.quads)
     return model._replace(surfaces=taken)
 
@@ -227,7 +230,7 @@ def _ground(model: Model, camera: Camera) -> Iterator[str]:
     yield f'<rect {whole} fill="{_rgb(GROUND)}"/>'
     size = max(model.box.diagonal, 0.05)
     step = grid_step(size)
-    for apart, reach, strength in ((step, 3 * size, 0.35), (10 * step, REACH * size, 0.8)):
+    for apart, reach, strength in ((step, 5 * size, 0.35), (10 * step, REACH * size, 0.8)):
         path = "".join(_grid(model, camera, apart, reach))
         if path:
             yield f'<path d="{path}" stroke="{_rgb(GRID)}" stroke-opacity="{strength}" fill="none"/>'

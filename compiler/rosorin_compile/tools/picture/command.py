@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...diagnostics import WARNING, error, has_errors
+from ...diagnostics import WARNING, error
 from ...diagnostics.console import Console, Progress
 from ...units import ANGLE, dimension_of, parse_quantity
 from ..shared import (
@@ -76,7 +76,9 @@ def options(command: argparse.ArgumentParser) -> None:
         help="iso, front, side, top, or AZIMUTH,ELEVATION of the camera: 30deg,20deg; default: iso",
     )
     look.add_argument("--size", default="1280x800", metavar="WxH", help="in pixels; default: 1280x800")
-    look.add_argument("--collision", action="store_true", help="show what collides, too; default: where nothing else is")
+    look.add_argument(
+        "--collision", action="store_true", help="show what collides, too; default: where nothing else is"
+    )
     look.add_argument("--frames", action="store_true", help="show the frames that are published, with their names")
     look.add_argument(
         "--frame", action="append", default=[], metavar="NAME", dest="chosen", help="show one frame; may be given again"
@@ -127,7 +129,7 @@ def _draw(
     from ...output.one_file import write_file
     from ..transforms.states import NoState, beyond, given
 
-    lacking = _lacking(shown.robot, asked)
+    lacking = _lacking(shown.robot)
     if lacking:
         help = "pip install 'rosorin-compile[view]' brings what draws pictures"
         message = f"a picture{lacking[1]} needs the package {lacking[0]}, which is not installed"
@@ -223,7 +225,7 @@ def _meshes(shown: Shown, console: Console) -> Triangles:
     return triangles  # type: ignore[return-value]
 
 
-def _lacking(robot: Robot, asked: Asked) -> tuple[str, str] | None:
+def _lacking(robot: Robot) -> tuple[str, str] | None:
     """Return a package that is not installed and what it is needed for; None if all are there."""
     from importlib.util import find_spec
 

@@ -45,13 +45,16 @@ class Name(NamedTuple):
         return len(self.text) * WIDE * _LETTER
 
 
-def drawn(places: Mapping[str, Transform], names: Sequence[str], camera: Camera, size: float) -> tuple[list[Axis], list[Name]]:
+def drawn(
+    places: Mapping[str, Transform], names: Sequence[str], camera: Camera, size: float
+) -> tuple[list[Axis], list[Name]]:
     """Return the axes and the names of frames; ``size`` is the diagonal of the robot (m)."""
     axes: list[Axis] = []
     wanted: list[tuple[float, float, str]] = []
     for name in names:
         place = places[name]
-        ends = [place.xyz, *(place.apply((LONG * size * (i == 0), LONG * size * (i == 1), LONG * size * (i == 2))) for i in range(3))]
+        long = LONG * size
+        ends = [place.apply(end) for end in ((0.0, 0.0, 0.0), (long, 0.0, 0.0), (0.0, long, 0.0), (0.0, 0.0, long))]
         x, y, depth = camera.seen(np.array(ends))
         if (depth <= 0).any():
             continue
@@ -76,7 +79,7 @@ def _free(x: float, y: float, text: str, taken: Sequence[Name], camera: Camera) 
         away = (step // 2 + step % 2) * (1 if step % 2 else -1) * HIGH / 2
         for left in (x + 5, x - 5 - wide):
             name = Name(round(left, 2), round(y + away, 2), text)
-            inside = 0 <= left and left + wide <= camera.width and HIGH / 2 <= name.y <= camera.height - HIGH / 2
+            inside = left >= 0 and left + wide <= camera.width and HIGH / 2 <= name.y <= camera.height - HIGH / 2
             if inside and not any(_overlap(name, other) for other in taken):
                 return name
     return Name(round(min(max(x + 5, 0.0), max(camera.width - wide, 0.0)), 2), y, text)

@@ -1,5 +1,6 @@
-"""Letters of strokes, so that names in a PNG need no font of the system: the common matrix of five by seven dots,
-with dots that touch joined by lines.
+"""Letters of strokes, so that names in a PNG need no font of the system.
+
+They are the common letters of five by seven dots, whose dots that touch are joined by lines.
 """
 
 from __future__ import annotations

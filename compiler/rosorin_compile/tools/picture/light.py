@@ -192,7 +192,7 @@ def _blurred(values: Floats, reach: int) -> Floats:
 
 
 def shaded(colours: Floats, normals: Floats, lit: Floats) -> Floats:
-    """Return the light (n, 3) that surfaces send back; ``colours`` (n, 3) are light, too, ``lit`` their share of sun."""
+    """Return the light (n, 3) that surfaces send back; ``colours`` (n, 3) are light, ``lit`` is their share of sun."""
     x, y, z = normals[:, 0], normals[:, 1], normals[:, 2]
     facing = np.maximum(along((x, y, z), SUN), 0.0) * lit
     terms = (np.ones(len(x)), x, y, z, x * x - y * y, z * z, x * y, x * z, y * z)

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from .camera import Camera
 from .painting import Model, Surfaces, in_view
-from .raster import Whole, every
+from .raster import every
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -107,14 +107,15 @@ def surfaces(pieces: Sequence[Piece]) -> Surfaces:
                 outline = np.repeat(np.arange(outlines, outlines + n), k - 2)
                 quads.append(corners)
                 outlines += n
-            made = (values[:, fan].reshape(-1, 3, 3) for values in (corners, normals))
-            parts.append((*made, face, np.full(len(face), index, np.int64), outline))
+            made, smooth = (values[:, fan].reshape(-1, 3, 3) for values in (corners, normals))
+            parts.append((made, smooth, face, np.full(len(face), index, np.int64), outline))
             faces += n
     if not parts:
         none, zero = np.empty((0, 3, 3)), np.empty(0, np.int64)
         return Surfaces(none, none, zero, zero, zero, np.empty((0, 4, 3)))
     all_quads = np.concatenate(quads) if quads else np.empty((0, 4, 3))
-    return Surfaces(*(np.concatenate(part) for part in zip(*parts, strict=True)), all_quads)
+    columns: Any = [np.concatenate(part) for part in zip(*parts, strict=True)]
+    return Surfaces._make([*columns, all_quads])
 
 
 def in_view(model: Model, camera: Camera, fine: int) -> tuple[Scene, Whole]:
@@ -302,7 +303,7 @@ def _mixed(flat: Floats, shown: Sequence[tuple[Fragments, Floats]], opacity: Flo
 
 def _veils(drawn: Scene, veils: Whole, base: Layer, rows: tuple[int, int, int]) -> Iterator[Layer]:
     """Return the translucent surfaces before the solid ones, the farthest layer first."""
-    columns, first, end = rows
+    first = rows[1]
     before = Layer(np.full_like(base.keys, np.iinfo(np.int64).max))
     found: list[Layer] = []
     for _ in range(_LAYERS):
@@ -338,8 +339,10 @@ def background(model: Model, camera: Camera, first: int, end: int, transparent: 
 
 
 def _floor(model: Model, at: list[Floats]) -> tuple[list[Floats], Floats]:
-    """Return the colour of the floor with its grid, and how much of it is seen, at points with neighbours below and to
-    the right."""
+    """Return the colour of the floor with its grid, and how much of it is seen.
+
+    ``at`` are points in x and y (m), with one more row and column than is asked for.
+    """
     size = max(model.box.diagonal, 0.05)
     centre, step = model.box.centre, grid_step(size)
     x, y = at[0] - centre[0], at[1] - centre[1]

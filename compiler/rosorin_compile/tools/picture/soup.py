@@ -9,7 +9,7 @@ from __future__ import annotations
 import colorsys
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import product
+from itertools import pairwise, product
 from typing import NamedTuple
 
 import numpy as np
@@ -66,8 +66,8 @@ def pieces(
 ) -> list[Piece]:
     """Return what is drawn of a robot whose links are at ``places``.
 
-    ``triangles`` returns the surface (n, 3, 3) of a mesh in metres, or None for one that cannot be read. Shapes that are
-    not shown have their box alone, because the page fits all of them.
+    ``triangles`` returns the surface (n, 3, 3) of a mesh in metres, or None for one that cannot be read. Shapes that
+    are not shown have their box alone, because the page fits all of them.
     """
     made: list[Piece] = []
     for index, link in enumerate(robot.links):
@@ -90,6 +90,7 @@ def _piece(
     shape: Shape, link: int, colour: Colour, opacity: float, at: Transform, triangles: Triangles, shown: bool
 ) -> Iterator[Piece]:
     geometry = shape.geometry
+    patches: tuple[Patch, ...]
     if isinstance(geometry, Mesh):
         surface = triangles(geometry)
         if surface is None or not len(surface):
@@ -99,8 +100,8 @@ def _piece(
     else:
         lower, upper = _extent(geometry)
         patches = tuple(_solid(geometry)) if shown else ()
-    corners = [at.apply(corner) for corner in product(*zip(map(float, lower), map(float, upper), strict=True))]
-    box = around(corners)
+    ends = [(float(low), float(high)) for low, high in zip(lower, upper, strict=True)]
+    box = around([at.apply((x, y, z)) for x, y, z in product(*ends)])
     placed = tuple(_placed(patch, at) for patch in patches)
     mesh, is_box = isinstance(geometry, Mesh), isinstance(geometry, BoxShape)
     yield Piece(link, colour, opacity, placed, box, mesh, is_box, shown)
@@ -136,8 +137,8 @@ def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> tup
         x, y = geometry.origin
         cells = [(i, j, h) for i, row in enumerate(geometry.heights) for j, h in enumerate(row) if h > 0]
         box = around(cells or [(0, 0, 0.0)])
-        (i, j, _), (I, J, top), cell = box.lower, box.upper, geometry.cell  # noqa: N806 - the last cell
-        return (x + i * cell, y + j * cell, 0.0), (x + (I + 1) * cell, y + (J + 1) * cell, top)
+        (first, left, _), (last, right, top), cell = box.lower, box.upper, geometry.cell
+        return (x + first * cell, y + left * cell, 0.0), (x + (last + 1) * cell, y + (right + 1) * cell, top)
     if isinstance(geometry, BoxShape):
         half = tuple(side / 2 for side in geometry.size)
     elif isinstance(geometry, Sphere):
@@ -212,12 +213,13 @@ def _ball(radius: float, apart: float) -> Iterator[Patch]:
     quads: list[list[Vector]] = []
     fans: list[list[Vector]] = []
     lifts: dict[int, list[float]] = {3: [], 4: []}
-    for ring in range(rings):
-        (high, z), (low, Z) = ((math.sin(a), math.cos(a)) for a in (math.pi * ring / rings, math.pi * (ring + 1) / rings))
+    latitudes = [(math.sin(math.pi * i / rings), math.cos(math.pi * i / rings)) for i in range(rings + 1)]
+    for ring, ((high, top), (low, bottom)) in enumerate(pairwise(latitudes)):
         lift = apart / 2 if ring < rings / 2 else -apart / 2
         for i in range(ROUND):
             (a, b), (c, d) = _circle(i), _circle(i + 1)
-            above, under = [(high * c, high * d, z), (high * a, high * b, z)], [(low * a, low * b, Z), (low * c, low * d, Z)]
+            above: list[Vector] = [(high * c, high * d, top), (high * a, high * b, top)]
+            under: list[Vector] = [(low * a, low * b, bottom), (low * c, low * d, bottom)]
             if ring == 0:
                 fans.append([*under, (0.0, 0.0, 1.0)])
             elif ring == rings - 1:
@@ -239,17 +241,17 @@ def _steps(shape: HeightMap) -> list[list[Vector]]:
     xs = [shape.origin[0] + (i - 1) * shape.cell for i in range(heights.shape[0] + 1)]
     ys = [shape.origin[1] + (j - 1) * shape.cell for j in range(heights.shape[1] + 1)]
     made: list[list[Vector]] = []
-    for (i, j, I, J), h in _rectangles(heights):  # noqa: N806 - the far corner
-        x, y, X, Y = xs[i], ys[j], xs[I], ys[J]  # noqa: N806
-        made.append([(x, y, h), (X, y, h), (X, Y, h), (x, Y, h)])
-        made.append([(x, Y, 0.0), (X, Y, 0.0), (X, y, 0.0), (x, y, 0.0)])
+    for (first, left, last, right), high in _rectangles(heights):
+        (a, b), (c, d) = (xs[first], xs[last]), (ys[left], ys[right])
+        made.append([(a, c, high), (b, c, high), (b, d, high), (a, d, high)])
+        made.append([(a, d, 0.0), (b, d, 0.0), (b, c, 0.0), (a, c, 0.0)])
     for i in range(1, heights.shape[0]):
-        for j, J, low, high, ahead in _walls(heights[i - 1], heights[i]):  # noqa: N806
-            a, b = (ys[J], ys[j]) if ahead else (ys[j], ys[J])
+        for first, end, low, high, ahead in _walls(heights[i - 1], heights[i]):
+            a, b = (ys[end], ys[first]) if ahead else (ys[first], ys[end])
             made.append([(xs[i], a, low), (xs[i], b, low), (xs[i], b, high), (xs[i], a, high)])
     for j in range(1, heights.shape[1]):
-        for i, I, low, high, ahead in _walls(heights[:, j - 1], heights[:, j]):  # noqa: N806
-            a, b = (xs[i], xs[I]) if ahead else (xs[I], xs[i])
+        for first, end, low, high, ahead in _walls(heights[:, j - 1], heights[:, j]):
+            a, b = (xs[first], xs[end]) if ahead else (xs[end], xs[first])
             made.append([(a, ys[j], low), (b, ys[j], low), (b, ys[j], high), (a, ys[j], high)])
     return made
 
@@ -260,7 +262,7 @@ def _rectangles(heights: Floats) -> Iterator[tuple[tuple[int, int, int, int], fl
     for i in range(heights.shape[0]):
         row = heights[i]
         cuts = [0, *(np.nonzero(row[1:] != row[:-1])[0] + 1).tolist(), len(row)]
-        runs = {(a, b, float(row[a])) for a, b in zip(cuts[:-1], cuts[1:], strict=True) if row[a] > 0}
+        runs = {(a, b, float(row[a])) for a, b in pairwise(cuts) if row[a] > 0}
         for run in sorted(set(open_runs) - runs):
             yield (open_runs.pop(run), run[0], i, run[1]), run[2]
         for run in runs:
@@ -271,7 +273,7 @@ def _walls(behind: Floats, ahead: Floats) -> Iterator[tuple[int, int, float, flo
     """Yield runs along which two rows of cells differ: first cell, end, lower and upper height, which one is higher."""
     changes = (behind[1:] != behind[:-1]) | (ahead[1:] != ahead[:-1])
     cuts = [0, *(np.nonzero(changes)[0] + 1).tolist(), len(behind)]
-    for first, end in zip(cuts[:-1], cuts[1:], strict=True):
+    for first, end in pairwise(cuts):
         one, other = float(behind[first]), float(ahead[first])
         if one != other:
             yield first, end, min(one, other), max(one, other), other > one

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 from xml.sax.saxutils import escape
 
 import numpy as np
@@ -18,7 +18,21 @@ from .camera import Box, Camera
 from .frames import HIGH, LABEL, Axis, Name
 from .light import FloorShadow
 from .ordering import Polygon, ordered, surfaces_of
-from .painting import GRID, GROUND, REACH, SHADE, SKY, ZENITH, Model, colours, fragments, grid_step, in_view, modelled
+from .painting import (
+    GRID,
+    GROUND,
+    REACH,
+    SHADE,
+    SKY,
+    ZENITH,
+    Model,
+    Surfaces,
+    colours,
+    fragments,
+    grid_step,
+    in_view,
+    modelled,
+)
 from .png import MARK
 from .raster import Layer, Whole, first_seen, next_seen
 from .soup import Piece
@@ -38,10 +52,10 @@ class _Drawn(NamedTuple):
     """A polygon as it is drawn: where its corners are (pixels), its colour and opacity."""
 
     points: tuple[Point, ...]
-    sides: tuple[bool, ...]
     colour: str
     dark: str
     opacity: float
+    sides: tuple[bool, ...]
 
 
 def svg(
@@ -92,7 +106,7 @@ def _faces(model: Model, camera: Camera, progress: Progress) -> list[_Drawn]:
             x, y, _ = camera.seen(polygon.corners)
             points = tuple((round(float(a), 1), round(float(b), 1)) for a, b in zip(x, y, strict=True))
             light, dark = _hex(colour[index]), _hex(colour[index] * _EDGE**0.5)
-            made.append(_Drawn(points, polygon.sides, light, dark, float(model.opacity[polygon.piece])))
+            made.append(_Drawn(points, light, dark, float(model.opacity[polygon.piece]), polygon.sides))
     return made
 
 
@@ -117,13 +131,14 @@ def _coarser(model: Model, cell: float) -> Model:
     _, at = np.unique(np.column_stack([np.repeat(every.piece[mesh], 3), cells]), axis=0, return_inverse=True)
     at = at.reshape(-1)
     many = np.bincount(at)
-    corners[mesh] = np.stack([(np.bincount(at, weights=points[:, i]) / many)[at] for i in range(3)], -1).reshape(-1, 3, 3)
+    middles = np.stack([np.bincount(at, weights=points[:, i]) / many for i in range(3)], axis=-1)
+    corners[mesh] = middles[at].reshape(-1, 3, 3)
     flat = np.zeros(len(mesh), bool)
     a, b, c = at.reshape(-1, 3).T
     flat[mesh] = (a == b) | (b == c) | (c == a)
     keep = np.nonzero(~flat)[0]
-    taken = type(every)(*(part[keep] for part in (corners, *every[1:5])), every.quads)
-    return model._replace(surfaces=taken)
+    taken: Any = [part[keep] for part in (corners, *every[1:5])]
+    return model._replace(surfaces=Surfaces._make([*taken, every.quads]))
 
 
 def _layers(model: Model, grid: Camera) -> Iterator[Layer]:
@@ -177,12 +192,11 @@ def _means(model: Model, grid: Camera, count: int) -> tuple[Floats, NDArray[np.b
 
 def _polygons(drawn: Sequence[_Drawn]) -> Iterator[str]:
     """Yield polygons as elements; those that follow each other with the same look are one."""
-    for (colour, dark, opacity, sides), group in groupby(drawn, lambda one: (one.colour, one.dark, one.opacity, one.sides)):
+    for (colour, dark, opacity, sides), group in groupby(drawn, lambda one: one[1:]):
         same = list(group)
         shape = "".join(_path(one.points) for one in same)
-        see = f' opacity="{opacity:.3g}"' if opacity < 1 else ""
         if opacity < 1:  # one by one: what lies over each other is seen through each other
-            yield from (f'<path d="{_path(one.points)}" fill="{colour}"{see}/>' for one in same)
+            yield from (f'<path d="{_path(one.points)}" fill="{colour}" opacity="{opacity:.3g}"/>' for one in same)
             continue
         yield f'<path d="{shape}" fill="{colour}" stroke="{dark if all(sides) else colour}"/>'
         if any(sides) and not all(sides):
@@ -225,7 +239,8 @@ def _ground(model: Model, camera: Camera) -> Iterator[str]:
     yield '<defs><linearGradient id="far" x1="0" y1="0" x2="0" y2="1">'
     for index in range(_STOPS + 1):
         part = index / _STOPS
-        yield f'<stop offset="{part:.4g}" stop-color="{_rgb(SKY)}" stop-opacity="{1 - _fade(model, camera, part, high):.3f}"/>'
+        veil = 1 - _fade(model, camera, part, high)
+        yield f'<stop offset="{part:.4g}" stop-color="{_rgb(SKY)}" stop-opacity="{veil:.3f}"/>'
     yield "</linearGradient></defs>"
     yield f'<rect {whole} fill="{_rgb(GROUND)}"/>'
     size = max(model.box.diagonal, 0.05)
@@ -255,8 +270,9 @@ def _grid(model: Model, camera: Camera, step: float, reach: float) -> Iterator[s
     count = int(reach / step)
     for index in range(-count, count + 1):
         at = index * step
-        for start, end in (((cx + at, cy - reach), (cx + at, cy + reach)), ((cx - reach, cy + at), (cx + reach, cy + at))):
-            line = _clipped(np.array([(*start, model.ground), (*end, model.ground)]), camera)
+        along, across = [(cx + at, cy - reach), (cx + at, cy + reach)], [(cx - reach, cy + at), (cx + reach, cy + at)]
+        for ends in (along, across):
+            line = _clipped(np.array([(*end, model.ground) for end in ends]), camera)
             if line is not None:
                 yield f"M{_at(line[0])}L{_at(line[1])}"
 
@@ -329,8 +345,8 @@ def outline(shadow: FloorShadow) -> list[list[Point]]:
                 loop.append(here)
                 here = after[here].pop()
             loops.append(_simple(loop))
-    x, y = shadow.corner
-    return [[(x + (i - 1) * shadow.cell, y + (j - 1) * shadow.cell) for i, j in loop] for loop in loops if len(loop) > 2]
+    (x, y), cell = shadow.corner, shadow.cell
+    return [[(x + (i - 1) * cell, y + (j - 1) * cell) for i, j in loop] for loop in loops if len(loop) > 2]
 
 
 def _simple(loop: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:

@@ -152,7 +152,7 @@ def _draw(
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    console.say(f"{shown.robot.name}: {target}, {asked.width} x {asked.height}, {len(made) / 1000:.0f} kB")
+    console.say(f"{shown.robot.name}: {target}, {asked.width} x {asked.height}")
     return FINE
 
 

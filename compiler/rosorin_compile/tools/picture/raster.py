@@ -105,7 +105,7 @@ def _samples(scene: Scene, chosen: Whole, columns: int, first: int, end: int) ->
         step = np.arange(int(many.sum())) - np.repeat(begin, many)
         at = (a[of] * (left[part] + 0.5) + (b[of] * (row[part] + 0.5) + c[of]) - scene.low) * scale
         level = np.repeat(at, many) + np.repeat(a[of] * scale, many) * step
-        level = np.clip(level, 0, _LEVELS - 1).astype(np.int64)
+        level = np.clip(np.rint(level), 0, _LEVELS - 1).astype(np.int64)
         place = np.repeat((row[part] - first) * columns + left[part], many) + step
         yield place, (level << 32) | np.repeat(_NUMBERS - 1 - of, many)
 

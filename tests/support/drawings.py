@@ -70,7 +70,9 @@ def _row(kind: int, row: np.ndarray, up: np.ndarray, step: int) -> np.ndarray:
 # Rays: where one meets an exact shape first, by textbook formulas.
 
 
-def first_hit(robot: Robot, places: Mapping[str, Transform], eye: Sequence[float], way: Sequence[float]) -> tuple[str, float]:
+def first_hit(
+    robot: Robot, places: Mapping[str, Transform], eye: Sequence[float], way: Sequence[float]
+) -> tuple[str, float]:
     """Return the link that a ray from outside meets first and how far away that is; "" and infinity for none."""
     found = ("", math.inf)
     for link in robot.links:

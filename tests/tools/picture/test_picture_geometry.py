@@ -32,7 +32,7 @@ def silent(done: int, total: int) -> None:
     """Take how far it is."""
 
 
-def no_meshes(mesh: object) -> None:
+def no_meshes(_: object) -> None:
     return None
 
 
@@ -83,7 +83,9 @@ def random_robot(folder: Path, seed: int) -> Robot:
     return robot_of(folder, links, joints)
 
 
-def clear_points(robot: Robot, places: dict, camera: Camera, seed: int, count: int = 250) -> Iterator[tuple[int, int, str]]:
+def clear_points(
+    robot: Robot, places: dict, camera: Camera, seed: int, count: int = 250
+) -> Iterator[tuple[int, int, str]]:
     """Yield pixels in which, and around which by a pixel, one and the same link is met first, and clearly so."""
     chance = random.Random(seed)  # noqa: S311
     for _ in range(count):
@@ -215,7 +217,10 @@ def test_of_shapes_in_one_plane_the_first_is_seen(tmp_path):
 
 def test_translucent_shapes_show_what_is_behind_them(tmp_path):
     veil = [*rgba("red")[:3], 0.5]
-    links = {"back": f"{{box: {{size: [0.1, 0.6, 0.6]}}, rgba: {rgba('blue')}}}", "veil": f"{{box: {{size: [0.1, 0.3, 0.3]}}, rgba: {veil}}}"}
+    links = {
+        "back": f"{{box: {{size: [0.1, 0.6, 0.6]}}, rgba: {rgba('blue')}}}",
+        "veil": f"{{box: {{size: [0.1, 0.3, 0.3]}}, rgba: {veil}}}",
+    }
     joints = {"veil": "{type: fixed, parent: back, child: veil, xyz: [0.3, 0, 0]}"}
     robot = robot_of(tmp_path, links, joints)
     _, pieces, box, camera = camera_of(robot, VIEWS["front"])
@@ -251,7 +256,9 @@ def test_colours_of_links_are_those_of_the_page():
     colours = (ROOT / "viewer" / "src" / "colours.js").read_text("utf-8")
     angle = float(re.search(r"GOLDEN_ANGLE = ([\d.]+)", colours)[1])
     formula = re.search(r"\((\d+) \+ index \* GOLDEN_ANGLE\) % 360", colours)
-    grey, full, odd, even = map(int, re.search(r"\? (\d+) : (\d+)\}%, \$\{index % 2 \? (\d+) : (\d+)\}%", colours).groups())
+    grey, full, odd, even = map(
+        int, re.search(r"\? (\d+) : (\d+)\}%, \$\{index % 2 \? (\d+) : (\d+)\}%", colours).groups()
+    )
     for index in range(60):
         hue, light, saturation = colorsys.rgb_to_hls(*soup.of_link(index))
         assert 360 * hue == pytest.approx((int(formula[1]) + index * angle) % 360, abs=0.06)

@@ -71,8 +71,8 @@ def pieces(
     """
     made: list[Piece] = []
     for index, link in enumerate(robot.links):
-        for purpose, shown, shape in _shapes(link, visual, collision):
-            veiled = purpose == "collision" and visual
+        for purpose, shown, shape in _shapes(link, triangles, visual, collision):
+            veiled = purpose == "collision" and visual and collision
             rgba = robot.colour(shape) if purpose == "visual" else None
             colour = COLLISION if veiled else rgba[:3] if rgba else of_link(index)
             opacity = VEIL if veiled else rgba[3] if rgba else 1.0
@@ -81,9 +81,15 @@ def pieces(
     return made
 
 
-def _shapes(link: Link, visual: bool, collision: bool) -> Iterator[tuple[str, bool, Shape]]:
+def _shapes(link: Link, triangles: Triangles, visual: bool, collision: bool) -> Iterator[tuple[str, bool, Shape]]:
+    """Yield the shapes of a link, what they are for, and whether they are shown.
+
+    Of a link whose visuals are meshes that cannot be read the collision shapes are shown.
+    """
+    lost = all(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
+    instead = visual and bool(link.visual) and lost
     yield from (("visual", visual, shape) for shape in link.visual)
-    yield from (("collision", collision, shape) for shape in link.collision)
+    yield from (("collision", collision or instead, shape) for shape in link.collision)
 
 
 def _piece(

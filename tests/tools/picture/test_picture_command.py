@@ -122,7 +122,7 @@ def test_frames_have_their_axes_and_names():
 
 def test_a_robot_of_frames_alone_shows_them():
     shown = drawn_by("bare", "--size", "400x300", file="bare.png")
-    assert all(count_of(shown, colour) > 10 for colour in AXES)
+    assert all(count_of(shown, colour) > 4 for colour in AXES)
     assert main(["picture", "bare", "-o", "bare.svg"]) == 0
     texts = [text.text for text in ElementTree.parse("bare.svg").iter(f"{SVG}text")]
     assert texts == ["base", "tip"]
@@ -133,7 +133,7 @@ def test_names_at_one_place_do_not_cover_each_other():
     from rosorin_compile.tools.picture.camera import VIEWS, Box, fitted
 
     camera = fitted(Box((0, 0, 0), (1, 1, 1)), VIEWS["iso"], 600, 400)
-    _, names = drawn({f"frame_{i}": Transform() for i in range(12)}, [f"frame_{i}" for i in range(12)], camera, 1.0)
+    _, names = drawn({f"frame_{i}": Transform() for i in range(12)}, camera, 1.0)
     assert len(names) == 12
     for index, one in enumerate(names):
         for other in names[:index]:

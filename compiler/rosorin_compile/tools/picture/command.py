@@ -188,7 +188,7 @@ def _png(
 
     pixels = painted(modelled(pieces, box), camera, asked.transparent, progress)
     if frames:
-        paint(pixels, *drawn(frames, list(frames), camera, max(box.diagonal, 0.05)))
+        paint(pixels, *drawn(frames, camera, _size_of(pieces, box)))
     return png(pixels, f" picture: the robot {robot.name}")
 
 
@@ -204,8 +204,13 @@ def _svg(
     from .frames import drawn
     from .svg import svg
 
-    axes, names = drawn(frames, list(frames), camera, max(box.diagonal, 0.05))
+    axes, names = drawn(frames, camera, _size_of(pieces, box))
     return svg(pieces, box, camera, axes, names, asked.transparent, robot.name, progress).encode()
+
+
+def _size_of(pieces: Sequence[Piece], box: Box) -> float:
+    """Return the size of a robot (m) by which its axes are drawn; where they are all there is, they are larger."""
+    return max(box.diagonal, 0.05) * (1.0 if pieces else 2.0)
 
 
 def _meshes(shown: Shown, console: Console) -> Triangles:

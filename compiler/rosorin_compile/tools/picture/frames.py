@@ -70,14 +70,11 @@ class Name(NamedTuple):
         return len(self.text) * WIDE * _LETTER
 
 
-def drawn(
-    places: Mapping[str, Transform], names: Sequence[str], camera: Camera, size: float
-) -> tuple[list[Axis], list[Name]]:
-    """Return the axes and the names of frames; ``size`` is the diagonal of the robot (m)."""
+def drawn(places: Mapping[str, Transform], camera: Camera, size: float) -> tuple[list[Axis], list[Name]]:
+    """Return the axes and the names of frames by their places; ``size`` is that of the robot (m)."""
     axes: list[Axis] = []
     wanted: list[tuple[float, float, str]] = []
-    for name in names:
-        place = places[name]
+    for name, place in places.items():
         long = LONG * size
         ends = [place.apply(end) for end in ((0.0, 0.0, 0.0), (long, 0.0, 0.0), (0.0, long, 0.0), (0.0, 0.0, long))]
         x, y, depth = camera.seen(np.array(ends))
@@ -102,12 +99,12 @@ def _free(x: float, y: float, text: str, taken: Sequence[Name], camera: Camera) 
     wide = Name(0, 0, text).width
     for step in range(60):
         away = (step // 2 + step % 2) * (1 if step % 2 else -1) * HIGH / 2
-        for left in (x + 5, x - 5 - wide):
-            name = Name(round(left, 2), round(y + away, 2), text)
+        for left in (x - 4 - wide, x + 4):  # axes mostly go up and to the right
+            name = Name(round(left, 2), round(y + 3 + away, 2), text)
             inside = left >= 0 and left + wide <= camera.width and HIGH / 2 <= name.y <= camera.height - HIGH / 2
             if inside and not any(_overlap(name, other) for other in taken):
                 return name
-    return Name(round(min(max(x + 5, 0.0), max(camera.width - wide, 0.0)), 2), y, text)
+    return Name(round(min(max(x + 4, 0.0), max(camera.width - wide, 0.0)), 2), y, text)
 
 
 def _overlap(one: Name, other: Name) -> bool:

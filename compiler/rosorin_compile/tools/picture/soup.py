@@ -84,10 +84,10 @@ def pieces(
 def _shapes(link: Link, triangles: Triangles, visual: bool, collision: bool) -> Iterator[tuple[str, bool, Shape]]:
     """Yield the shapes of a link, what they are for, and whether they are shown.
 
-    Of a link whose visuals are meshes that cannot be read the collision shapes are shown.
+    Of a link with a visual mesh that cannot be read the collision shapes are shown as well.
     """
-    lost = all(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
-    instead = visual and bool(link.visual) and lost
+    lost = any(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
+    instead = visual and lost
     yield from (("visual", visual, shape) for shape in link.visual)
     yield from (("collision", collision or instead, shape) for shape in link.collision)
 

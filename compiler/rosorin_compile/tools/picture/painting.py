@@ -366,6 +366,6 @@ def _lines(x: Floats, y: Floats, wide: list[Floats], step: float) -> Floats:
     for value, pixel in zip((x, y), wide, strict=True):
         there = value / step
         off = np.abs(there - np.rint(there)) * step / pixel
-        close = np.clip((pixel / step - 0.25) / 0.5, 0.0, 1.0)
+        close = np.clip((pixel / step - 0.08) / 0.22, 0.0, 1.0)
         found = np.maximum(found, (1.0 - np.minimum(off, 1.0)) * (1.0 - close))
     return found

@@ -18,7 +18,7 @@ def png(pixels: NDArray[np.uint8], about: str = "") -> bytes:
     comment = b"Comment\0" + f"{MARK}{about}".encode("latin-1", "replace")
     plain = np.pad(
         pixels.reshape(rows, columns * channels), ((0, 0), (1, 0))
-    )  # a grid on a floor is best left as it is
+    )
     data = min((zlib.compress(made.tobytes(), 9) for made in (plain, _filtered(pixels))), key=len)
     parts = ((b"IHDR", head), (b"sRGB", b"\0"), (b"tEXt", comment), (b"IDAT", data), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_part(kind, content) for kind, content in parts)
@@ -29,7 +29,7 @@ def _part(kind: bytes, content: bytes) -> bytes:
 
 
 def _filtered(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    """Return the rows (rows, 1 + bytes) as a PNG has them: the number of the filter that leaves least, and the rest."""
+    """Return the rows (rows, 1 + bytes) as a PNG has them: the number of the filter that leaves least, then that."""
     rows, columns, channels = pixels.shape
     here = pixels.reshape(rows, columns * channels).astype(np.int16)
     left = np.pad(here, ((0, 0), (channels, 0)))[:, :-channels]

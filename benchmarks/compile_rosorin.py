@@ -1,7 +1,8 @@
-"""How long ``rosorin-compile all`` takes on the reference robot, against xacro on the same robot.
+"""How long ``rosorin-compile`` takes on the reference robot, against xacro on the same robot.
 
-Whole processes in pairs. ``rosorin-compile`` writes and validates all artifacts; xacro expands ``rosorin.xacro`` to the
-same URDF and checks nothing. Run with the environment's Python: ``python benchmarks/compile_rosorin.py [PAIRS]``.
+Whole processes in pairs. ``all`` writes and validates all artifacts, ``print urdf`` validates one and prints it, as a
+launch file has it done; xacro expands ``rosorin.xacro`` to the same URDF and checks nothing. Run with the environment's
+Python: ``python benchmarks/compile_rosorin.py [PAIRS]``.
 """
 
 from __future__ import annotations
@@ -27,10 +28,14 @@ def main(pairs: int) -> None:
         os.chdir(folder)
         os.environ["ROSORIN_COMPILE_CACHE"] = str(folder / "cache")
         ours = [str(BIN / "rosorin-compile"), "all"]
+        printing = [str(BIN / "rosorin-compile"), "print", "urdf", "rosorin"]
         theirs = [str(BIN / "xacro"), str(HERE / "rosorin.xacro"), "-o", str(folder / "rosorin.urdf")]
 
         def xacro() -> float:
             return wall_time(theirs)
+
+        def xacro_to_stdout() -> float:
+            return wall_time(theirs[:2])
 
         print(f"{'rosorin-compile all / xacro':<42} {'ours':>11} {'xacro':>11}   ratio, median of {pairs} pairs")
         for case, prepare, goal in (
@@ -39,6 +44,8 @@ def main(pairs: int) -> None:
             ("nothing changed", None, 0.8),
         ):
             print(row(case, compare(partial(wall_time, ours, prepare), xacro, pairs), goal))
+        for case, prepare in (("print urdf, nothing cached", partial(_forget, folder)), ("print urdf", None)):
+            print(row(case, compare(partial(wall_time, printing, prepare), xacro_to_stdout, pairs), 2.0))
 
 
 def _forget(folder: Path) -> None:

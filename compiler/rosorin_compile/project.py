@@ -8,7 +8,7 @@ from __future__ import annotations
 import errno
 import os
 import stat
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from importlib import import_module
 from pathlib import Path
@@ -48,7 +48,29 @@ def find(names: list[str], outputs: str | None) -> list[Description]:
 
 def all_here() -> list[Path]:
     """Return the first files of all descriptions of the project around this folder, sorted by name."""
-    return sorted(Path(around(), DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+    return all_in(around())
+
+
+def all_in(project: Path) -> list[Path]:
+    """Return the first files of all descriptions of a project, sorted by name."""
+    return sorted(Path(project, DESCRIPTIONS).glob(f"*/{ROOT_FILE}"))
+
+
+def all_with(files: Iterable[str]) -> list[Path]:
+    """Return the first files of all descriptions of the projects that some files are in, project by project.
+
+    The project of a file is that of its folder, or of the nearest one above it.
+    """
+    known: dict[Path, list[Path]] = {}
+    found: dict[Path, None] = {}
+    for file in files:
+        for folder in Path(file).parents:
+            if known.setdefault(folder, all_in(folder)):
+                found |= dict.fromkeys(known[folder])
+                break
+        else:
+            found |= dict.fromkeys(all_here())
+    return sorted(found)
 
 
 def around() -> Path:

@@ -52,6 +52,7 @@ def authoring() -> Schema:
     definitions = {
         name: fragment if name == "arg" else opened(fragment) for name, fragment in plain_definitions(plain).items()
     }
+    definitions["element"] = _with_value(definitions["element"])
     made: Schema = {
         "$schema": "http://json-schema.org/draft-07/schema#",
         "title": plain["title"],
@@ -112,6 +113,14 @@ def _as_entry(made: Schema, fragment: Schema) -> Schema:
         made["if"], made["then"] = {"type": "object"}, {"oneOf" if exactly else "anyOf": _each_required(names)}
     made["properties"] = {**made.get("properties", {}), **CONTROLS}
     return made
+
+
+def _with_value(text: Schema) -> Schema:
+    """Return a text that may also stand as ``value`` beside a loop or a condition."""
+    properties = {"value": {"type": "string", "description": text["description"]}, **CONTROLS}
+    return {**text, "type": ["string", "object"], "properties": properties, "required": ["value"]} | {
+        "additionalProperties": False
+    }
 
 
 def _each_required(names: list[str]) -> list[Schema]:

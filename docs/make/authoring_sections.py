@@ -218,6 +218,8 @@ def _sensor_type(help: Schema) -> Schema:
             "let": _ref("let"),
             "optical": _ref("optical"),
             "mjcf": {"$ref": "#/definitions/sensor/properties/mjcf"},
+            "gazebo": {"$ref": "#/definitions/sensor/properties/gazebo"},
+            "urdf_elements": {"$ref": "#/definitions/sensor/properties/urdf_elements"},
             "publisher": _ref("publisher"),
             "source": _ref("source"),
         },

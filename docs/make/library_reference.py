@@ -69,8 +69,8 @@ _OWN = """
 ## A type of your own
 
 A new type is YAML under `sensor_types`, beside `sensors`. It has `params`, `let`, and what every sensor of the type
-gets unless it says otherwise: `optical`, `publisher`, `source` and `mjcf`. Its expressions know `name`, `frame` and
-`parent` of the sensor. A number among the `params` may have bounds, `min` and `max`.
+gets unless it says otherwise: `optical`, `publisher`, `source`, `mjcf`, `gazebo` and `urdf_elements`. Its expressions
+know `name`, `frame` and `parent` of the sensor. A number among the `params` may have bounds, `min` and `max`.
 
 <!-- file: descriptions/mole/robot.yaml -->
 ```yaml
@@ -91,8 +91,13 @@ sensor_types:
         replicate: {count: "${count}", rpy: [0, 0, "${360*deg / count}"]}
         attributes: {cutoff: 4}
   compass:
+    params:
+      rate: {type: frequency, default: 50 Hz}
     mjcf:
       - sensor: magnetometer
+    gazebo:
+      - sensor: magnetometer
+        elements: {update_rate: "${rate}", topic: "${name}"}
 sensors:
   ring: {type: sonar_ring, parent: base_link, frame: ring, with: {count: 12}}
   compass: {type: compass, parent: base_link, frame: compass}
@@ -120,6 +125,16 @@ counts the attribute `fovy` in degrees.
 
 Which elements and attributes there are, MuJoCo knows; here only the form of the names is checked. A misspelt one is
 reported by MuJoCo when it loads the model.
+
+`gazebo` lists sensors in the words of SDF ([all keys](language.md#gazebo_sensor)); a URDF has them where its output
+[asks for them](artifacts.md#sensors-for-gazebo). `sensor` is the type, `elements` are what stands in the `<sensor>`: a
+mapping is an element with elements in it, a list is several of one name, what is empty is left out, and
+`attributes: {type: gaussian}` gives an element attributes. The pose and the frame of its messages are written without a
+word. A sensor of Gazebo looks along x of its frame with z up, so a camera has `frame: optical` and
+`rpy: [90 deg, -90 deg, 0]`; `frame: joint` measures at the joint of the frame, and `feels: parent` names the shapes of
+the link for a contact. Which elements there are, Gazebo knows; it takes a misspelt one without a word.
+
+What no list has a word for stands under `urdf_elements`: elements of XML, at the end of the URDF.
 """
 
 
@@ -150,14 +165,15 @@ def _part(body: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _sensor_type(body: Mapping[str, Any]) -> Iterator[str]:
-    """Yield the lines on a type of sensor: what it is, its arguments, its frames, its elements in MuJoCo."""
+    """Yield the lines on a type of sensor: what it is, its arguments, its frames, what simulators have of it."""
     yield str(body["help"])
     if body.get("params"):
         yield from ("", *_parameters(body["params"]))
     optical = body.get("optical")
     frames = "its `frame`" + (f", and the optical frame `{_plain(optical['frame'])}`" if optical else "")
     elements = [_element(entry) for entry in body.get("mjcf") or ()]
-    yield from ("", f"Frames: {frames}. In MuJoCo: {', '.join(elements)}.")
+    seen = ", ".join(str(entry["sensor"]) for entry in body.get("gazebo") or ())
+    yield from ("", f"Frames: {frames}. In MuJoCo: {', '.join(elements)}. In Gazebo: {seen or 'nothing'}.")
 
 
 def _element(entry: Mapping[str, Any]) -> str:
@@ -192,8 +208,8 @@ def _default(given: Mapping[str, Any]) -> str:
     if "default" not in given:
         return "**required**"
     default = given["default"]
-    if default == "${none}":
-        return "none"
+    if default in ("${none}", ""):
+        return "none" if default else "empty"
     return f"`{_value(default)}`"
 
 

@@ -51,8 +51,9 @@ def language() -> Schema:
     use, kind = added["use"], added["sensor_type"]
     arguments = {**use["properties"]["with"], "type": "object"}
     added["use"] = {**use, "type": "object", "properties": {**use["properties"], "with": arguments}}
-    mjcf = plain["$defs"]["sensor"]["properties"]["mjcf"]
-    added["sensor_type"] = {**kind, "properties": {**kind["properties"], "mjcf": mjcf}}
+    whole = plain["$defs"]["sensor"]["properties"]
+    same = {name: whole[name] for name in ("mjcf", "gazebo", "urdf_elements")}
+    added["sensor_type"] = {**kind, "properties": {**kind["properties"], **same}}
     return {
         **plain,
         "properties": {**sections, **added_sections(sections)},

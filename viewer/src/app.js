@@ -138,7 +138,7 @@ export class App {
     this.ghost?.place(this.ghostKinematics.places(this.state));
     for (const overlay of [this.sensors, this.masses]) overlay?.place(this.places);
     if (this.frames.names.every((name) => this.places.has(name))) this.frames.place(this.places);
-    this.stage.touch();
+    this.stage.touch(true);
   }
 
   #redraw() {
@@ -151,7 +151,7 @@ export class App {
   move(positions) {
     Object.assign(this.state, positions);
     this.#place();
-    this.panels.joints.show();
+    this.panels.joints.show(new Set(Object.keys(positions)));
     this.card.draw();
     clearTimeout(this.asking);
     this.asking = setTimeout(() => this.#touch(), ASK_AGAIN);
@@ -168,6 +168,7 @@ export class App {
   take(pose) {
     this.state = {};
     this.move({ ...pose.positions });
+    this.panels.joints.show();
   }
 
   switchMode(mode, on) {

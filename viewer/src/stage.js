@@ -52,6 +52,7 @@ export class Stage {
     this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow
     this.renderer.toneMapping = THREE.NeutralToneMapping;
     this.scene = new THREE.Scene();
     this.camera = new THREE.PerspectiveCamera(28, 1, 0.001, 100);
@@ -76,8 +77,8 @@ export class Stage {
     this.sun = new THREE.DirectionalLight(0xfff6ea, 2.2);
     this.sun.castShadow = true;
     this.sun.shadow.mapSize.set(SHADOWS, SHADOWS);
-    this.sun.shadow.radius = 5;
-    this.sun.shadow.bias = -0.0004;
+    this.sun.shadow.radius = 4;
+    this.sun.shadow.bias = -0.0005;
     this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xa8b0bc, 0.35));
   }
 
@@ -122,11 +123,12 @@ export class Stage {
     Object.assign(this.camera, { near: size / 500, far: 60 * size });
     this.controls.minDistance = size / 100;
     this.controls.maxDistance = 20 * size;
-    this.touch();
+    this.touch(true);
   }
 
   /** Look at a box from a named view, or go on looking from where the camera is. */
   look(box, view = "") {
+    this.resize();
     const sphere = box.getBoundingSphere(new THREE.Sphere());
     const radius = Math.max(sphere.radius, 0.02);
     const from = VIEWS[view]
@@ -162,9 +164,10 @@ export class Stage {
     this.touch();
   }
 
-  /** Ask for a new picture. */
-  touch() {
+  /** Ask for a new picture; ``moved``: something else than the camera has moved, and so have the shadows. */
+  touch(moved = false) {
     this.dirty = true;
+    this.renderer.shadowMap.needsUpdate ||= moved;
   }
 
   #draw(now) {

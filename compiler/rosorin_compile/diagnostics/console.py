@@ -7,21 +7,28 @@ it. What may go past it is said here: our own colours, the bar, and artifacts on
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import Any, TextIO
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TextIO
 
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
 from .wording import and_more, counted, printable
+
+if TYPE_CHECKING:
+    from .markdown import Block, Section
 
 # More than a person reads; a program gets all.
 MAX_SHOWN = 200
 # More warnings or notes that say nearly the same are one with the places of the others; a program gets all.
 MANY = 5
+
+MARKDOWN = "markdown"  # a form in which a run is told robot by robot
 
 _LAYOUT = "\n\t"
 _COLOUR = "(\x1b\\[[0-9]{1,2}m)"  # the only sequences that we write in the midst of a text
@@ -50,6 +57,9 @@ class _Guard:
 @contextmanager
 def guarded() -> Iterator[None]:
     """Let nothing steer the terminal that is printed meanwhile, whoever prints it."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # whoever called has closed it
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115 - as long as we run
     before = sys.stdout, sys.stderr
     guards: tuple[Any, Any] = _Guard(sys.stdout), _Guard(sys.stderr)
     sys.stdout, sys.stderr = guards
@@ -71,26 +81,33 @@ def paint(text: str, stream: TextIO) -> None:
 
 
 def give(text: str) -> None:
-    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal."""
+    """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
+    if getattr(sys.stdout, "name", "") == os.devnull:
+        raise OSError(errno.EBADF, "it is closed")
     stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
     raw = getattr(stream, "buffer", None)
     if isinstance(stream, _Guard) or raw is None:
         stream.write(text)
         return
     stream.flush()
-    raw.write(text.encode())
+    rest = memoryview(text.encode())
+    while rest:  # unbuffered, as PYTHONUNBUFFERED has it, a write may end early
+        rest = rest[raw.write(rest) or 0 :]
 
 
 class Console:
     """Prints what a run has to say, in one of the forms of ``report``.
 
-    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read.
+    ``quiet``: only what keeps it from its end; ``verbose``: also which files were read; ``summary``: it is kept as
+    Markdown, too, whatever the form.
     """
 
-    def __init__(self, form: str, quiet: bool = False, verbose: bool = False) -> None:
+    def __init__(self, form: str, quiet: bool = False, verbose: bool = False, summary: bool = False) -> None:
         self.form = form
         self.quiet = quiet
         self.verbose = verbose
+        self.keeps = summary or form == MARKDOWN
+        self.sections: list[Section] = []
         self.collected: list[Diagnostic] = []
         self.ran = 0
         self.stand_ins = 0
@@ -100,13 +117,50 @@ class Console:
         """Whether the output is text; otherwise standard output is one document for a program."""
         return self.form == "text"
 
+    @property
+    def section(self) -> Section:
+        """What is said of the robot at hand."""
+        if not self.sections:
+            self.begin("")
+        return self.sections[-1]
+
+    def begin(self, name: str) -> None:
+        """Begin with what there is to say of one robot."""
+        if self.keeps:
+            from .markdown import Section
+
+            self.sections.append(Section(name))
+
+    def end(self, failed: bool) -> None:
+        """End with one robot; what failed without a word about it is said to have failed all the same."""
+        if self.keeps and failed and not self.section.failed:
+            self.section.wrong.append("failed; the log of the run says why")
+
+    def differ(self, what: str, lines: Sequence[str], told: Diagnostic, blocks: Callable[[], Sequence[Block]]) -> None:
+        """Say that something differs: to a person in lines, to a program as a diagnostic, in Markdown as ``blocks``.
+
+        ``what`` says it in some words.
+        """
+        if self.for_people:
+            for line in lines:
+                print(line)
+        else:
+            self.collected.append(told)
+        if self.keeps:
+            self.section.wrong.append(what)
+            self.section.blocks += blocks()
+            self.section.said += [told.help] if told.help else []
+
     def show(self, diagnostics: Sequence[Diagnostic]) -> str:
         """Print diagnostics, or keep them for the end; return what was printed."""
         if self.quiet:
             stand_ins = [diagnostic for diagnostic in diagnostics if diagnostic.rule == "stand-in"]
             self.stand_ins += len(stand_ins)
-            kept = [] if self.for_people else stand_ins
-            diagnostics = [*(one for one in diagnostics if one.severity == ERROR), *kept]
+            diagnostics = [one for one in diagnostics if one.severity == ERROR]
+            if not self.for_people:
+                diagnostics += stand_ins
+        if self.keeps:
+            self.section.diagnostics += diagnostics
         if not self.for_people:
             self.collected += diagnostics
             return ""
@@ -136,7 +190,9 @@ class Console:
         """Print a line about the run as a whole."""
         if self.quiet:
             return
-        print(line, file=sys.stdout if self.for_people else sys.stderr)
+        print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
+        if self.keeps:
+            self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
     def tell_read(self, files: Iterable[object]) -> None:
         """Say which files were read, for people who want to know."""
@@ -146,14 +202,26 @@ class Console:
 
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""
-        sys.stderr.write(f"{line}\n")
+        sys.stderr.write(f"{self._inert(line)}\n")
+
+    def _inert(self, line: str) -> str:
+        """Return a line in which a job on GitHub finds no command, whatever a robot is called."""
+        return line.replace("::", ": :").replace("##[", "## [") if self.form == "github" else line
+
+    def summary(self) -> str:
+        """Return what was said as Markdown."""
+        from .markdown import document
+
+        return document(self.sections)
 
     def finish(self) -> None:
         """Print the document of a run that is read by a program; of a quiet one, what has to stay visible."""
         if self.for_people and self.stand_ins:
             count = counted(self.stand_ins, "stand-in")
             self.warn(f"{count}: values that are not measured; without -q they are listed")
-        if not self.for_people:
+        if self.form == MARKDOWN:
+            sys.stdout.write(self.summary())
+        elif not self.for_people:
             from . import report
 
             sys.stdout.write(report.FORMATS[self.form](self.collected))

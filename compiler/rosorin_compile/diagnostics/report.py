@@ -65,10 +65,24 @@ def github(diagnostics: Sequence[Diagnostic]) -> str:
         where = ""
         if diagnostic.span:
             span = diagnostic.span
-            where = f"file={_property(span.source.path)},line={span.line},col={span.column},"
+            where = f"file={_property(from_workspace(span.source.path))},line={span.line},col={span.column},"
         message = "\n".join([_with_help(diagnostic), *(_related(related).strip() for related in diagnostic.related)])
         lines.append(f"::{kind} {where}title={_property(diagnostic.rule)}::{_escaped(message)}")
     return "".join(line + "\n" for line in lines)
+
+
+def from_workspace(path: str) -> str:
+    """Return a path as the top of a checkout sees it, where a job on GitHub works in a folder below it."""
+    import os
+
+    top = os.environ.get("GITHUB_WORKSPACE", "")
+    if not top:
+        return path
+    try:
+        relative = os.path.relpath(os.path.realpath(path), os.path.realpath(top))
+    except (OSError, ValueError):  # the folder of this process is gone, or a name that no file can have
+        return path
+    return path if relative == os.pardir or relative.startswith(f"{os.pardir}{os.sep}") else relative
 
 
 def _with_help(diagnostic: Diagnostic) -> str:

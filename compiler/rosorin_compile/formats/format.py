@@ -184,15 +184,16 @@ class Format:
 
     When two robots are compared: ``lacks`` (topics that it has no word for, see ``meaning.unsaid``), ``leaves_out``
     and ``why`` (links that its files lack by nature), ``adds`` (links of its files that stand for something else in a
-    description), ``names_robot`` (its files say what the robot is called).
+    description), ``brings`` (the elements of XML that it makes of what a description says in words), ``names_robot``
+    (its files say what the robot is called).
 
     In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
     its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
     has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
-    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where
-    it is not opened), ``embeds`` (it holds the meshes themselves), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
-    generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
-    package).
+    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it
+    is not opened), ``embeds`` (it holds the meshes themselves), ``beside`` (the names of files that it wants beside
+    it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so), ``adapted`` (a
+    head of a text that has been changed for a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
     source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
@@ -231,6 +232,7 @@ class Format:
     complete: bool = False
     lacks: frozenset[str] = frozenset()
     leaves_out: Callable[[Robot, str], bool] | None = None
+    brings: Callable[[Robot, Output], Sequence[str]] | None = None
     why: str = ""
     adds: Callable[[Robot, str, Robot], bool] | None = None
     names_robot: bool = True

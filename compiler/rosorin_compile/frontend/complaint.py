@@ -173,6 +173,7 @@ class Complaint:
 
     def _enum(self) -> list[Diagnostic]:
         kind = {"joint": "joint type", "source": "status"}.get(self._kind(), "")
+        kind = "which gazebo" if self.path[-1] == "gazebo" else kind
         return [not_allowed(self.tree, self.path, self.value, self.kind.options, kind)]
 
     def _constant(self) -> list[Diagnostic]:
@@ -231,7 +232,7 @@ class Complaint:
 
 def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind: str = "") -> Diagnostic:
     """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
-    names = list(dict.fromkeys(map(str, options)))
+    names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in options))
     help = word_meant(str(value), names, kind)
     if help.startswith("did"):
         help += f" (one of {', '.join(names)})"

@@ -80,6 +80,18 @@ class Text(str):
     __slots__ = ()
 
 
+class Kept(Text):
+    """Elements of XML among the sections of a part or the rounds of a loop: text that knows how it came there."""
+
+    __slots__ = ("via",)
+    via: Instance | None
+
+    def __new__(cls, text: str, via: Instance | None) -> Kept:
+        made = super().__new__(cls, text)
+        made.via = via
+        return made
+
+
 class Place(NamedTuple):
     """Where a path of a tree was written, and how that piece came there."""
 

@@ -1,7 +1,7 @@
 """Wanted: outputs that somebody asks for by name, also those that the description does not list.
 
-What is no name under ``outputs`` may be the name of a format: then an entry for it stands in the tree, with the defaults
-of that format, and everything that is checked of an output is checked of this one.
+What is no name under ``outputs`` may be the name of a format: then an entry for it stands in the tree, with the
+defaults of that format, and everything that is checked of an output is checked of this one.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from .tree import Instance, Map
 if TYPE_CHECKING:
     from ..formats import Format
 
-UNKNOWN = "unknown-output"
 RULES = (
     Rule(
-        UNKNOWN,
+        "unknown-output",
         "The robot has no output of the name that a command asks for, and no format is called so.",
         "`rosorin-compile print --list` shows what there is.",
         OUTPUTS,
     ),
 )
 
+UNKNOWN = RULES[0].id
 _MOST_NAMED = 20
 _ASKED = "taken with the defaults of its format; an entry under outputs can say more"
 
@@ -85,4 +85,4 @@ def _unknown(name: str, tree: Map, listed: Map, written: Collection[str]) -> Dia
     others = [one for one in written if one not in listed]
     formats = f"; with their defaults: {first_of(others, _MOST_NAMED)}" if others else ""
     help = f"{help} ({has}{formats})" if help.startswith("did") else f"{has}{formats}"
-    return error(UNKNOWN, f'{robot} has no output "{name}", and there is no format of that name', None, help)
+    return error("unknown-output", f'{robot} has no output "{name}", and there is no format of that name', None, help)

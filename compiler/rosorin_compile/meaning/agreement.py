@@ -156,7 +156,7 @@ def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Re
             continue
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
-        yield _error(subject(fact), reading, mine, theirs, next(others, None))
+        yield _error(str(subject(fact)), reading, mine, theirs, next(others, None))
 
 
 def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:

@@ -14,6 +14,7 @@ from .solids import Delta, Solid, delta, same_set
 from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (
+    About,
     Sentence,
     axis_change,
     cells_change,
@@ -178,7 +179,7 @@ def _sentences(robot: Robot, fact: Fact, entry: Entry) -> Iterator[tuple[str, Se
         if entry.old.turn is not entry.new.turn and None in (entry.old.turn, entry.new.turn):
             for index, angle in enumerate(ANGLES):
                 angles = [turn and Value(turn.rpy[index], "rad") for turn in (entry.old.turn, entry.new.turn)]
-                yield angle, value_change(f"{fact.name} {angle}", *angles)
+                yield angle, value_change(About(fact.name, angle), *angles)
 
 
 def _vector(numbers: Mapping[str, float | str]) -> Vector:

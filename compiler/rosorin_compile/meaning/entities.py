@@ -9,7 +9,7 @@ from ..formats import Fact, Value
 from ..model import MOVING_TYPES, SEVERAL_COORDINATES, UNPUBLISHED, Robot
 from .tolerance import Turn
 from .view import View
-from .wording import Hung, Sentence, existence, renamed, value_change
+from .wording import NEW, REMOVED, About, Hung, Row, Sentence, existence, renamed, value_change
 
 # What stands for a joint of a fixed frame in an artifact that lists moving joints alone.
 _FIXED = Value("fixed")
@@ -42,7 +42,7 @@ class Entry(NamedTuple):
 
 
 class Change(NamedTuple):
-    """One difference of meaning: what it is about, in words, how much it is, and the outputs that show it.
+    """One difference of meaning: what it is about, in words and as a row of a table, and the outputs that show it.
 
     ``quantity`` is empty where the thing itself is new or gone. ``therefore`` are links whose shapes differ for no
     other reason.
@@ -53,6 +53,7 @@ class Change(NamedTuple):
     quantity: str
     text: str
     remark: str
+    row: Row
     artifacts: tuple[str, ...]
     therefore: tuple[str, ...] = ()
 
@@ -61,7 +62,7 @@ class Change(NamedTuple):
         remarks = [self.remark] if self.remark else []
         if self.therefore:
             remarks.append(f"and therefore the shapes of {', '.join(self.therefore)}")
-        return f"{Sentence(self.text, '; '.join(remarks))}: {', '.join(self.artifacts)}"
+        return f"{Sentence(self.text, '; '.join(remarks), self.row)}: {', '.join(self.artifacts)}"
 
 
 class Entities:
@@ -102,10 +103,10 @@ class Entities:
 
     def _frames(self, pair: Pair) -> None:
         old, new = _named(pair.old, "frame", "parent"), _named(pair.new, "frame", "parent")
-        for what, names in (("new", new - old), ("removed", old - new)):
+        for what, names in ((NEW, new - old), (REMOVED, old - new)):
             for name in sorted(names):
                 self._note(pair, "frame", name, what)
-        for what, links in (("new", pair.new.names - pair.old.names), ("removed", pair.old.names - pair.new.names)):
+        for what, links in ((NEW, pair.new.names - pair.old.names), (REMOVED, pair.old.names - pair.new.names)):
             for link in sorted(links - old - new):
                 self._note(pair, "link", link, what)
 
@@ -136,13 +137,13 @@ class Entities:
 
     def _others(self, pair: Pair) -> None:
         old, new = _named(pair.old, "link", "mass"), _named(pair.new, "link", "mass")
-        for what, names in (("new", new - old), ("removed", old - new)):
+        for what, names in ((NEW, new - old), (REMOVED, old - new)):
             for name in sorted(names):
                 if (pair.output, "link", name) not in self.hidden:
                     self._note(pair, "inertial", name, what)
         for kind in ("pose", "height map", "material"):
             old, new = _named(pair.old, kind), _named(pair.new, kind)
-            for what, names in (("new", new - old), ("removed", old - new)):
+            for what, names in ((NEW, new - old), (REMOVED, old - new)):
                 for name in sorted(names):
                     self._note(pair, kind, name, what)
 
@@ -154,15 +155,16 @@ class Entities:
         elif kind == "inertial":
             masses = [view.plain.get(Fact("link", name, "mass")) for view in self._views(what)]
             mass = next(filter(None, masses), None)
-            values = (None, mass) if what == "new" else (mass, None)
-            sentence = value_change(f"{name} mass", *values)
+            values = (None, mass) if what == NEW else (mass, None)
+            sentence = value_change(About(name, "mass"), *values)
         else:
-            sentence = Sentence(f"{what}: {kind} of {name}" if kind == "height map" else f"{what}: {kind} {name}")
+            text = f"{what}: {kind} of {name}" if kind == "height map" else f"{what}: {kind} {name}"
+            sentence = Sentence(text, "", Row(name, kind, by=what))
         return Change(kind, name, "", *sentence, outputs)
 
     def _views(self, what: str) -> list[View]:
         """Return the views that know something that came or went."""
-        return [pair.new if what == "new" else pair.old for pair in self.pairs]
+        return [pair.new if what == NEW else pair.old for pair in self.pairs]
 
     def _existence(self, name: str, word: str) -> Sentence:
         """Return what is known of a frame or link that came or went: how it hangs, its joint if it moves, publisher."""
@@ -172,7 +174,7 @@ class Entities:
         kinds = [(view.text("joint", joint, "type"), joint) for view, joint in joints if joint]
         kind, joint = next(((kind, joint) for kind, joint in kinds if kind in _MOVING), ("", ""))
         publisher = next(filter(None, (view.text("frame", name, "publisher") for view in views)), "")
-        if not publisher and word == "new" and name in self.robot.joint_to:
+        if not publisher and word == NEW and name in self.robot.joint_to:
             known = self.robot.joint_to[name].publisher
             publisher = "nobody" if known.kind == UNPUBLISHED else known.name
         solid = any(name == link for view in views for link, _ in view.shapes)

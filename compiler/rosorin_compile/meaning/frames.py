@@ -20,7 +20,7 @@ from .difference import FRAME, JOINT, Item
 from .joints import Coordinate, Coordinates, axis_item, coordinate_of
 from .pairing import Pairing
 from .tolerance import Gap, Placed, gap
-from .wording import far, number, placed, pose_text, several, value_change
+from .wording import About, far, number, placed, pose_text, several, value_change
 
 
 class Frames(NamedTuple):
@@ -152,7 +152,7 @@ class _Frames:
         """Say what became of a joint whose body is nowhere in its place: where it sits, and its axis."""
         upper = self.a.top[joint.parent]
         if self.pairing.bodies.get(upper) != self.b.top[twin.parent]:
-            text = value_change(f"{joint.child} parent", Value(joint.parent), Value(twin.parent)).text
+            text = value_change(About(joint.child, "parent"), Value(joint.parent), Value(twin.parent)).text
             self.items.append(Item(JOINT, joint.name, "parent", text, joint.parent, twin.parent))
             return
         near = next((c for c in self.clusters[upper] if joint.parent in c), self.clusters[upper][0])

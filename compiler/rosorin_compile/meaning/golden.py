@@ -168,12 +168,18 @@ def unified(file: str, old: str, new: str) -> tuple[str, ...]:
     return tuple(shown)
 
 
-def shorten(lines: Sequence[str]) -> list[str]:
+def narrowed(lines: Sequence[str], most: int) -> list[str]:
     """Return the first lines of a diff, long ones cut around the place where they begin to differ."""
-    shown = list(lines[:MAX_LINES])
+    shown = list(lines[:most])
     for index, line in enumerate(shown):
         if len(line) > MAX_WIDTH:
             shown[index] = _cut(line, _beginning(lines, index))
+    return shown
+
+
+def shorten(lines: Sequence[str]) -> list[str]:
+    """Return the first lines of a diff, as ``narrowed``, and how many there are more."""
+    shown = narrowed(lines, MAX_LINES)
     if len(lines) > MAX_LINES:
         shown.append(f"... {len(lines) - MAX_LINES} more lines (--full shows them)")
     return shown

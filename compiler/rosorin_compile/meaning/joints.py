@@ -16,7 +16,7 @@ from .bodies import Bodies, span_of
 from .difference import JOINT, LIMIT, Item
 from .pairing import Pairing
 from .tolerance import joined
-from .wording import amount, axis_change, mimic_change, mimic_text, number, number_change, row, value_change
+from .wording import About, amount, axis_change, mimic_change, mimic_text, number, number_change, row, value_change
 
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {
@@ -78,7 +78,7 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
         if twin is None:
             continue
         if joint.type != twin.type:
-            text = value_change(f"{joint.name} type", Value(joint.type), Value(twin.type)).text
+            text = value_change(About(joint.name, "type"), Value(joint.type), Value(twin.type)).text
             yield Item(JOINT, joint.name, "type", text, joint.type, twin.type)
         if joint.is_fixed or twin.is_fixed:
             continue
@@ -123,7 +123,7 @@ def _number(
 
 def changed(kind: str, name: str, quantity: str, values: tuple[float | None, float | None], unit: str) -> Item:
     """Return the item about a number that changed; None is a number that is not given."""
-    return Item(kind, name, quantity, str(number_change(f"{name} {quantity}", *values, unit)), *values, unit)
+    return Item(kind, name, quantity, str(number_change(About(name, quantity), *values, unit)), *values, unit)
 
 
 def differ(

@@ -6,10 +6,11 @@ Then mass, centre of mass and inertia: of links, and of whole bodies where links
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ..formats import Fact, Value
+from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
@@ -180,12 +181,22 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
         old, new = fragments(mine), fragments(theirs)
         if old == new:
             continue
+        if name == "the robot":
+            old, new = old - (_brought(b) - new), new - (_brought(a) - old)
         gone, fresh = sorted((old - new).elements()), sorted((new - old).elements())
+        if not gone and not fresh:
+            continue
         said = [
             f"{len(texts)} {word} ({_short(texts[0])})" for texts, word in ((fresh, "new"), (gone, "removed")) if texts
         ]
         text = f"URDF elements of {name}: {', '.join(said)}"
         yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
+
+
+def _brought(robot: Robot) -> Counter[str]:
+    """Return the elements that outputs of a robot make of what its description says in words."""
+    known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
+    return fragments([text for one, output in known if one.brings for text in one.brings(robot, output)])
 
 
 def _short(text: str) -> str:

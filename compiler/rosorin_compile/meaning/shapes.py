@@ -14,7 +14,7 @@ from .pairing import Pairing
 from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
-from .wording import cells_change, colour_change, row, several, shapes_change
+from .wording import About, cells_change, colour_change, row, several, shapes_change
 
 
 class Purpose(NamedTuple):
@@ -191,7 +191,7 @@ class _Shapes:
             if found and one.link not in colours:
                 colours[one.link] = found
         for link, (old, new) in colours.items():
-            text = colour_change(f"{link} visual", old, new).text
+            text = colour_change(About(link, "visual"), old, new).text
             self.items.append(Item(VISUAL, link, "colour", text, old, new))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:

@@ -24,6 +24,8 @@ _MAX_PAIRS = 3
 _MOST = 3
 # How a step of a unit is said: the unit that people measure it in, and how many of it there are.
 _SMALL = {"m": ("mm", 1e3), "rad": ("deg", math.degrees(1)), "kg": ("g", 1e3)}
+# What happened to a thing that is on one side only.
+NEW, REMOVED = "new", "removed"
 _BARE = ("frame", "joint", "link")
 _LIMITS = ("lower", "upper", "effort", "velocity")
 _LOOK = ("red", "green", "blue", "alpha")
@@ -31,11 +33,38 @@ _LOOK = ("red", "green", "blue", "alpha")
 _LEAST = 1e-12
 
 
+class Row(NamedTuple):
+    """What became of something, in the columns of a table; a column that has nothing to say is empty.
+
+    ``where`` is the frame that it is seen in, ``by`` how much it is, or what happened where there are no two values.
+    """
+
+    what: str
+    quantity: str = ""
+    before: str = ""
+    after: str = ""
+    by: str = ""
+    where: str = ""
+
+
+class About(NamedTuple):
+    """What a sentence is about: a thing and a quantity of it, and what stands between them."""
+
+    name: str
+    quantity: str
+    between: str = " "
+
+    def __str__(self) -> str:
+        """Return both as they stand in a sentence."""
+        return f"{self.name}{self.between}{self.quantity}"
+
+
 class Sentence(NamedTuple):
-    """A difference in words, and how much it is where that is no part of the words."""
+    """A difference in words, how much it is where that is no part of the words, and the same as a row of a table."""
 
     text: str
-    remark: str = ""
+    remark: str
+    row: Row
 
     def __str__(self) -> str:
         """Return both."""
@@ -107,39 +136,46 @@ def far(distance: float, angle: float, verbs: bool = False) -> str:
     return " and ".join(parts) or "0 mm"
 
 
-def subject(fact: Fact) -> str:
+def subject(fact: Fact) -> About:
     """Return what a fact is about."""
     kind, name, quantity = fact
     if kind == "frame" and quantity in ("publisher", "topic"):
-        return f"{name}: {'published by' if quantity == 'publisher' else quantity}"
+        return About(name, "published by" if quantity == "publisher" else quantity, ": ")
     if kind == "joint" and quantity in _LIMITS:
-        return f"{name} limit {quantity}"
+        return About(name, f"limit {quantity}")
     if kind == "pose":
-        return f"pose {name}: {quantity}"
+        return About(f"pose {name}", quantity, ": ")
     if kind == "height map":
-        return f"{name} height map {quantity}"
+        return About(name, f"height map {quantity}")
     if kind == "link" and quantity.startswith("inertia "):
         quantity = quantity.replace(" ", " i")
     if kind in _BARE or (kind, name) == ("servo", "pulse_to_rad") or kind == name:
-        return f"{name} {quantity}"
-    return f"{kind} {name} {quantity}"
+        return About(name, quantity)
+    return About(f"{kind} {name}", quantity)
 
 
-def value_change(about: str, old: Value | None, new: Value | None) -> Sentence:
+def value_change(about: About, old: Value | None, new: Value | None) -> Sentence:
     """Return what became of a value; None where it is not given."""
+    row = Row(about.name, about.quantity)
     if old is None or new is None:
         given = value_text(new or old)
-        return Sentence(f"{about}: new, {given}" if new else f"{about}: removed, was {given}")
-    if isinstance(old.value, str) and isinstance(new.value, str):
-        return Sentence(f"{about} {' -> '.join(_text_pair(old.value, new.value))}")
+        text = f"{about}: new, {given}" if new else f"{about}: removed, was {given}"
+        return Sentence(
+            text, "", row._replace(**({"after": given, "by": "new"} if new else {"before": given, "by": "removed"}))
+        )
     if isinstance(old.value, str) or isinstance(new.value, str):
-        return Sentence(f"{about} {value_text(old)} -> {value_text(new)}")
+        both = isinstance(old.value, str) and isinstance(new.value, str)
+        before, after = _text_pair(str(old.value), str(new.value)) if both else (value_text(old), value_text(new))
+        return Sentence(f"{about} {before} -> {after}", "", row._replace(before=before, after=after))
     before, after = number_pair(old.value, new.value)
     unit = f" {new.unit}" if new.unit else ""
-    return Sentence(f"{about} {before} -> {after}{unit}", step(new.value - old.value, old.value, new.unit))
+    by = step(new.value - old.value, old.value, new.unit)
+    return Sentence(
+        f"{about} {before} -> {after}{unit}", by, row._replace(before=before + unit, after=after + unit, by=by)
+    )
 
 
-def number_change(about: str, old: float | None, new: float | None, unit: str) -> Sentence:
+def number_change(about: About, old: float | None, new: float | None, unit: str) -> Sentence:
     """Return what became of a number; None where it is not given."""
     values = [None if value is None else Value(float(value), unit) for value in (old, new)]
     return value_change(about, values[0], values[1])
@@ -180,25 +216,48 @@ def placed(
     numbers alone are said: what happened is said of the parent.
     """
     with_it = f", and with it {several(others)}" if others else ""
-    numbers = _coordinates(*poses, *apart)
+    steps = _coordinates(*poses, *apart)
+    row = _origin_row(f"{frame}{with_it}", steps)
     if parents[0] != parents[1]:
-        return Sentence(f"{frame} {numbers}{with_it}")
-    return Sentence(f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {numbers}")
+        return Sentence(f"{frame} {_origin(steps)}{with_it}", "", row)
+    text = f"{frame} {far(*apart, verbs=True)} in {parents[1]}{with_it}: {_origin(steps)}"
+    return Sentence(text, "", row._replace(by=far(*apart), where=parents[1]))
 
 
-def _coordinates(old: Pose, new: Pose, distance: float, angle: float) -> str:
+class _Step(NamedTuple):
+    """A coordinate that changed: its name, before, after, and the unit."""
+
+    name: str
+    before: str
+    after: str
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.name} {self.before} -> {self.after} {self.unit}"
+
+
+def _coordinates(old: Pose, new: Pose, distance: float, angle: float) -> list[_Step]:
     """Return which coordinates changed, of which something did."""
-    steps = [
-        f"{axis} {' -> '.join(number_pair(one, other))} m"
-        for axis, one, other in zip(AXES, old.xyz, new.xyz, strict=True)
-        if abs(other - one) > distance / 1e3 and distance
-    ]
-    turns = [
-        f"{name} {' -> '.join(number_pair(one, other))} rad"
-        for name, one, other in zip(ANGLES, old.rpy, new.rpy, strict=True)
-        if abs(other - one) > angle / 1e3 and angle
-    ]
-    return ", ".join([f"origin {', '.join(steps)}"] * bool(steps) + turns)
+    named = [*zip(AXES, old.xyz, new.xyz, strict=True)] if distance else []
+    turned = [*zip(ANGLES, old.rpy, new.rpy, strict=True)] if angle else []
+    found = [_Step(axis, *number_pair(a, b), "m") for axis, a, b in named if abs(b - a) > distance / 1e3]
+    return found + [_Step(name, *number_pair(a, b), "rad") for name, a, b in turned if abs(b - a) > angle / 1e3]
+
+
+def _origin(steps: Sequence[_Step]) -> str:
+    """Return steps of a pose in words."""
+    moved = ", ".join(str(one) for one in steps if one.unit == "m")
+    return ", ".join([f"origin {moved}"] * bool(moved) + [str(one) for one in steps if one.unit != "m"])
+
+
+def _origin_row(what: str, steps: Sequence[_Step], quantity: str = "origin") -> Row:
+    """Return steps of a pose as a row; a single one is named before its numbers."""
+    if len(steps) == 1:
+        (only,) = steps
+        name = f"{quantity} {only.name}" if only.unit == "m" else only.name
+        return Row(what, name, f"{only.before} {only.unit}", f"{only.after} {only.unit}")
+    before, after = (", ".join(f"{s.name} {getattr(s, side)} {s.unit}" for s in steps) for side in ("before", "after"))
+    return Row(what, quantity, before, after)
 
 
 def pose_text(pose: Pose) -> str:
@@ -211,16 +270,19 @@ def axis_change(joint: str, old: Vector, new: Vector, angle: float | None = None
     if angle is None:
         angle = angle_between(old, new) if norm(old) and norm(new) else 0.0
     if angle > math.pi - _LEAST:
-        return Sentence(f"{joint} counts the other way round: axis {row(old)} -> {row(new)}")
+        text = f"{joint} counts the other way round: axis {row(old)} -> {row(new)}"
+        return Sentence(text, "", Row(joint, "axis", row(old), row(new), "the other way round"))
     # Of the same direction, what changed is the length.
-    remark = f"turned {amount(angle, 'rad')}" if angle > NOISE else ""
+    turned = amount(angle, "rad") if angle > NOISE else ""
     pairs = [(number(a, b), number(b, a)) for a, b in zip(old, new, strict=True)]
-    return Sentence(f"{joint} axis {' -> '.join(' '.join(numbers) for numbers in zip(*pairs, strict=True))}", remark)
+    before, after = (" ".join(numbers) for numbers in zip(*pairs, strict=True))
+    remark = f"turned {turned}" if turned else ""
+    return Sentence(f"{joint} axis {before} -> {after}", remark, Row(joint, "axis", before, after, turned))
 
 
 def mimic_change(joint: str, old: str, new: str) -> Sentence:
     """Return what became of what a joint follows (see ``mimic_text``)."""
-    return Sentence(f"{joint} mimics {old} -> {new}")
+    return Sentence(f"{joint} mimics {old} -> {new}", "", Row(joint, "mimics", old, new))
 
 
 def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str:
@@ -231,17 +293,24 @@ def mimic_text(leader: str, multiplier: float = 1.0, offset: float = 0.0) -> str
 def centre_change(link: str, old: Vector, new: Vector) -> Sentence:
     """Return what became of a centre of mass (m) in the frame of its link."""
     distance = math.dist(old, new)
-    numbers = _coordinates(Pose(old), Pose(new), distance, 0.0).removeprefix("origin ")
-    return Sentence(f"{link} centre of mass moved {amount(distance, 'm')}: {numbers}")
+    steps = _coordinates(Pose(old), Pose(new), distance, 0.0)
+    moved = amount(distance, "m")
+    text = f"{link} centre of mass moved {moved}: {', '.join(map(str, steps))}"
+    return Sentence(text, "", _origin_row(link, steps, "centre of mass")._replace(by=moved))
 
 
 def inertia_change(link: str, old: Sequence[float], new: Sequence[float], changed: Sequence[bool]) -> Sentence:
     """Return what became of an inertia (kg*m^2; xx yy zz xy xz yz), of which some entries changed."""
     entries = zip(INERTIA, old, new, changed, strict=True)
-    parts = [f"i{name} {' -> '.join(number_pair(one, other))}" for name, one, other, is_new in entries if is_new]
+    steps = [_Step(f"i{name}", *number_pair(a, b), "kg*m^2") for name, a, b, is_new in entries if is_new]
+    parts = [f"{one.name} {one.before} -> {one.after}" for one in steps]
     share = max(abs(b - a) for a, b in zip(old, new, strict=True)) / max(map(abs, (*old, *new)))
     percent = f"{share * 100:.2g}" if share < 0.995 else f"{share * 100:.0f}"
-    return Sentence(f"{link} inertia {', '.join(parts)} kg*m^2", f"by {percent} % of the largest moment")
+    by = f"{percent} % of the largest moment"
+    row = _origin_row(link, steps, "inertia")
+    if len(steps) == 1:
+        row = row._replace(quantity=f"inertia {steps[0].name}")
+    return Sentence(f"{link} inertia {', '.join(parts)} kg*m^2", f"by {by}", row._replace(by=by))
 
 
 class Hung(NamedTuple):
@@ -257,23 +326,31 @@ def existence(word: str, what: str, name: str, hung: Hung, others: Sequence[str]
     """Return that a link or a frame is new or removed, how it hangs, and ``others`` that hang on it."""
     how = [f"{hung.kind} on {hung.parent}".strip() if hung.parent else "the root", hung.joint]
     how += [f"published by {hung.publisher}" if hung.publisher else ""]
-    sentence = Sentence(f"{word}: {what} {name}", ", ".join(filter(None, how)))
-    return Sentence(f"{sentence}, and with it {several(others)}") if others else sentence
+    remark = ", ".join(filter(None, how))
+    row = Row(name, what, by=word)
+    row = row._replace(after=remark) if word == NEW else row._replace(before=remark)
+    sentence = Sentence(f"{word}: {what} {name}", remark, row)
+    if not others:
+        return sentence
+    with_it = f", and with it {several(others)}"
+    return Sentence(f"{sentence}{with_it}", "", row._replace(what=f"{name}{with_it}"))
 
 
 def renamed(what: str, old: str, new: str) -> Sentence:
     """Return that a link or a joint is called otherwise."""
-    return Sentence(f"{what} {old} renamed to {new}")
+    return Sentence(f"{what} {old} renamed to {new}", "", Row(new, f"name of the {what}", old, new, "renamed"))
 
 
 def contacts_change(new: Sequence[str], removed: Sequence[str]) -> Sentence:
     """Return which pairs of links are excluded from contact now, or no more."""
-    parts = []
-    for pairs, what in ((new, "new"), (removed, "removed")):
-        if pairs:
-            rest = f", {len(pairs) - _MAX_PAIRS} more" if len(pairs) > _MAX_PAIRS else ""
-            parts.append(f"{len(pairs)} {what} ({', '.join(pairs[:_MAX_PAIRS])}{rest})")
-    return Sentence(f"excluded contacts: {', '.join(parts)}")
+    shown = {}
+    for pairs, what in ((new, NEW), (removed, REMOVED)):
+        rest = f", {len(pairs) - _MAX_PAIRS} more" if len(pairs) > _MAX_PAIRS else ""
+        shown[what] = f"{', '.join(pairs[:_MAX_PAIRS])}{rest}"
+    counts = {what: f"{len(pairs)} {what}" for pairs, what in ((new, NEW), (removed, REMOVED)) if pairs}
+    text = ", ".join(f"{count} ({shown[what]})" for what, count in counts.items())
+    row = Row("excluded contacts", "", shown[REMOVED], shown[NEW], ", ".join(counts.values()))
+    return Sentence(f"excluded contacts: {text}", "", row)
 
 
 def shapes_change(link: str, purpose: str, counts: tuple[int, int], difference: Delta) -> Sentence:
@@ -281,36 +358,49 @@ def shapes_change(link: str, purpose: str, counts: tuple[int, int], difference: 
     before, after = counts
     changed = min(len(difference.removed), len(difference.added))
     if before == after == changed == 1:
-        return _solid_change(f"{link} {purpose}", difference.removed[0], difference.added[0])
+        return _solid_change(About(link, purpose), difference.removed[0], difference.added[0])
     largest = largest_step(difference) if changed else None
     far_text = f", up to {amount(largest, 'm')}" if largest else ""
+    row = Row(link, f"{purpose} shapes", str(before), str(after), f"{changed} changed{far_text}" if changed else "")
     if before == after:
-        return Sentence(f"{link} {purpose}: {changed} of {counted(before, 'shape')} changed{far_text}")
+        return Sentence(f"{link} {purpose}: {changed} of {counted(before, 'shape')} changed{far_text}", "", row)
     also = f", {changed} of them changed{far_text}" if changed else ""
-    return Sentence(f"{link} {purpose}: {before} -> {after} shapes{also}")
+    return Sentence(f"{link} {purpose}: {before} -> {after} shapes{also}", "", row)
 
 
-def _solid_change(about: str, one: Solid, other: Solid) -> Sentence:
+def _solid_change(about: About, one: Solid, other: Solid) -> Sentence:
     """Return what became of the only solid of a link: another kind, look or file, other sizes, or another place."""
     if one.kind != other.kind:
-        return Sentence(f"{about}: {one.kind} -> {other.kind}")
+        return Sentence(f"{about}: {one.kind} -> {other.kind}", "", Row(*about[:2], one.kind, other.kind))
     looks = [_look(solid) for solid in (one, other)]
     if looks[0] != looks[1] and _without_look(one) == _without_look(other):
         return colour_change(about, *looks)
+    row_of = Row(about.name, f"{about.quantity} {one.kind}")
     if one.words != other.words:
-        return Sentence(f"{about}: {one.kind} {_words_change(one.words, other.words)}")
+        text, (before, after) = _words_change(one.words, other.words)
+        return Sentence(f"{about}: {one.kind} {text}", "", row_of._replace(before=before, after=after))
     if one.kind == "mesh" and one.sizes != other.sizes:
-        return Sentence(f"{about}: mesh scale {row(one.sizes)} -> {row(other.sizes)}")
+        scales = row(one.sizes), row(other.sizes)
+        made = Row(about.name, f"{about.quantity} mesh scale", *scales)
+        return Sentence(f"{about}: mesh scale {' -> '.join(scales)}", "", made)
     numbers = _numbers_change(one, other)
     if numbers:
-        parts = [f"{name} {' -> '.join(number_pair(old, new))}" for name, old, new in numbers]
-        _, old, new = numbers[0]
-        remark = step(new - old, old, "m") if len(numbers) == 1 else ""
-        return Sentence(f"{about}: {one.kind} {', '.join(parts)} m", remark)
+        return _sizes_change(about, one.kind, numbers)
     places = Transform(one.rows, one.centre), Transform(other.rows, other.centre)
     apart = math.dist(one.centre, other.centre), places[0].angle_to(places[1])
-    poses = pose_of(places[0]), pose_of(places[1])
-    return Sentence(f"{about}: {one.kind} {far(*apart, verbs=True)}", _coordinates(*poses, *apart))
+    steps = _coordinates(pose_of(places[0]), pose_of(places[1]), *apart)
+    made = _origin_row(about.name, steps, f"{row_of.quantity} origin")._replace(by=far(*apart))
+    return Sentence(f"{about}: {one.kind} {far(*apart, verbs=True)}", _origin(steps), made)
+
+
+def _sizes_change(about: About, kind: str, numbers: Sequence[tuple[str, float, float]]) -> Sentence:
+    """Return what became of the sizes of a solid: their names, and what they were and are (m)."""
+    steps = [_Step(name, *number_pair(old, new), "m") for name, old, new in numbers]
+    _, old, new = numbers[0]
+    by = step(new - old, old, "m") if len(numbers) == 1 else ""
+    text = ", ".join(f"{one.name} {one.before} -> {one.after}" for one in steps)
+    made = _origin_row(about.name, steps, f"{about.quantity} {kind}")._replace(by=by)
+    return Sentence(f"{about}: {kind} {text} m", by, made)
 
 
 def _numbers_change(one: Solid, other: Solid) -> list[tuple[str, float, float]]:
@@ -327,12 +417,13 @@ def _numbers_change(one: Solid, other: Solid) -> list[tuple[str, float, float]]:
     return [(name, a, b) for name, a, b in steps if abs(b - a) > allowed] or (steps if all(boxes) else [])
 
 
-def _words_change(old: Sequence[str], new: Sequence[str]) -> str:
-    """Return which words about a shape are others now; what both begin with is said once."""
+def _words_change(old: Sequence[str], new: Sequence[str]) -> tuple[str, tuple[str, str]]:
+    """Return which words about a shape are others now, together and apart; what both begin with is said once."""
     before, after = ([word for word in some if word not in rest] for some, rest in ((old, new), (new, old)))
     if len(before) == len(after) == 1 and before[0].split(" ")[0] == after[0].split(" ")[0]:
-        return f"{before[0]} -> {after[0].partition(' ')[2]}"
-    return f"{', '.join(before) or 'nothing'} -> {', '.join(after) or 'nothing'}"
+        return f"{before[0]} -> {after[0].partition(' ')[2]}", (before[0], after[0])
+    words = ", ".join(before) or "nothing", ", ".join(after) or "nothing"
+    return " -> ".join(words), words
 
 
 def _look(solid: Solid) -> str:
@@ -345,15 +436,21 @@ def _without_look(solid: Solid) -> Solid:
     return solid._replace(words=tuple(word for word in solid.words if word.split(" ")[0] not in _LOOK))
 
 
-def colour_change(about: str, old: str, new: str) -> Sentence:
+def colour_change(about: About, old: str, new: str) -> Sentence:
     """Return what became of a colour, in numbers."""
-    return Sentence(f"{about} colour {old or 'none'} -> {new or 'none'}")
+    colours = old or "none", new or "none"
+    text = f"{about} colour {' -> '.join(colours)}"
+    return Sentence(text, "", Row(about.name, f"{about.quantity} colour", *colours))
 
 
 def cells_change(link: str, steps: Sequence[float], cells: tuple[str, str]) -> Sentence:
     """Return what became of a height map: ``steps`` (m) of its heights, and its cells in words before and after."""
+    made = Row(link, "height map")
+    if cells[0] != cells[1]:
+        made = made._replace(before=f"{cells[0]} cells", after=f"{cells[1]} cells")
     parts = [f"{cells[0]} -> {cells[1]} cells"] if cells[0] != cells[1] else []
     if steps:
         up_to = "by up to" if len(steps) > 1 else "by"
+        made = made._replace(by=f"{counted(len(steps), 'cell')}, {up_to} {amount(max(steps), 'm')}")
         parts.append(f"{counted(len(steps), 'cell')} changed, {up_to} {amount(max(steps), 'm')}")
-    return Sentence(f"{link} height map: {', '.join(parts)}")
+    return Sentence(f"{link} height map: {', '.join(parts)}", "", made)

@@ -27,9 +27,20 @@ from .mass import inertial_of, principal_moments, volume_of
 from .motion import plane_axes
 from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
 from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Material, Mesh, Shape, Sphere
-from .simulated import BODY_ELEMENT, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Attribute, Replicas, Simulated
+from .simulated import (
+    AT_JOINT,
+    BODY_ELEMENT,
+    SENSOR_ELEMENT,
+    TEMPLATE_ELEMENT,
+    Attribute,
+    GazeboSensor,
+    Replicas,
+    SdfElement,
+    Simulated,
+)
 
 __all__ = [
+    "AT_JOINT",
     "BODY_ELEMENT",
     "IDENTITY",
     "MOVING_TYPES",
@@ -48,6 +59,7 @@ __all__ = [
     "Cylinder",
     "Dynamics",
     "Edge",
+    "GazeboSensor",
     "Geometry",
     "HeightMap",
     "Inertial",
@@ -64,6 +76,7 @@ __all__ = [
     "Replicas",
     "Robot",
     "SafetyController",
+    "SdfElement",
     "Sensor",
     "ServoGroup",
     "Shape",

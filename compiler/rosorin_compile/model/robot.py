@@ -12,7 +12,7 @@ from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
 from .link import NO_SOURCE, Link, Source
 from .motion import motion
 from .shape import Material, Rgba, Shape
-from .simulated import Simulated
+from .simulated import GazeboSensor, Simulated
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -61,6 +61,7 @@ class Sensor:
     source: Source = NO_SOURCE
     simulated: tuple[Simulated, ...] = ()
     stamps: tuple[str, ...] = ()
+    gazebo: tuple[GazeboSensor, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -122,8 +123,8 @@ class Output:
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
-    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file of
-    each that is.
+    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
+    of each that is.
     """
 
     name: str

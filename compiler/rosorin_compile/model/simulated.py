@@ -1,11 +1,11 @@
-"""What a simulation has of a sensor: elements of MJCF as data, made from the type of the sensor."""
+"""What a simulation has of a sensor, made from the type of the sensor: elements of MJCF and of SDF as data."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from .geometry import Pose
+from .geometry import IDENTITY, Pose
 
 SENSOR_ELEMENT = "sensor"
 BODY_ELEMENT = "body"
@@ -46,3 +46,34 @@ class Simulated:
     def site(self) -> str:
         """The site that a sensor element measures at: that of its frame, or one of its own where it has a pose."""
         return self.link if self.pose is None else f"{self.name}_site"
+
+
+AT_JOINT = "joint"
+
+
+@dataclass(frozen=True)
+class SdfElement:
+    """An element in the words of SDF: a value, or attributes and elements. Numbers are in SI units."""
+
+    name: str
+    value: float | str | bool | None = None
+    attributes: Mapping[str, float | str | bool] = field(default_factory=dict)
+    elements: tuple[SdfElement, ...] = ()
+
+
+@dataclass(frozen=True)
+class GazeboSensor:
+    """What Gazebo has of a sensor: a ``<sensor>`` of SDF.
+
+    It sits at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up); with ``at_joint``, that
+    is the name of a joint. Messages carry the frame ``stamp``. ``feels``: the link whose shapes a contact is felt by.
+    """
+
+    type: str
+    name: str
+    link: str
+    pose: Pose = IDENTITY
+    stamp: str = ""
+    elements: tuple[SdfElement, ...] = ()
+    at_joint: bool = False
+    feels: str = ""

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import re
 import stat
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from pathlib import Path
 
@@ -66,17 +66,22 @@ def touch(files: Iterable[Path]) -> None:
             raise explained(problem, file, "write", "output file") from None
 
 
-def write_depfile(path: Path, target: str, inputs: Iterable[Path | str]) -> None:
-    """Write what a target was made of, as Make and Ninja read it: one rule with one target. Raises OutputError."""
+def write_depfile(path: Path, target: str, inputs: Sequence[Path], made: Iterable[Path]) -> None:
+    """Write what a target was made of, as Make and Ninja read it: one rule with one target.
+
+    ``made`` are the artifacts. Raises OutputError, also where the depfile would be one of them, or of the inputs.
+    """
     names = [escaped(name) for name in (target, *dict.fromkeys(map(str, inputs)))]
     text = " \\\n  ".join([f"{names[0]}:", *names[1:]]) + "\n"
+    if any(os.path.realpath(path) == os.path.realpath(file) for file in (*inputs, *made)):
+        raise OutputError("output-is-input", f"{path} is what the depfile would tell of", "name another file")
     write_file(path, os.fsencode(text))
 
 
 def escaped(name: str) -> str:
     r"""Return the name of a file as it stands in a depfile. Raises OutputError for one that cannot.
 
-    Backslashes count only before a space and a number sign, where each of them is doubled, as GCC does it.
+    As GCC does it: a backslash is an ordinary letter, but before a space, where each of them is doubled.
 
     >>> print(escaped("my robot/$x#1.yaml"))
     my\ robot/$$x\#1.yaml
@@ -85,7 +90,7 @@ def escaped(name: str) -> str:
         help = "a depfile has no way to write it: give the file another name"
         raise OutputError("depfile-name", f"the name of {name} has a line break", help)
     name = re.sub(r"(\\*)([ \t])", r"\1\1\\\2", name)
-    return name.replace("#", "\\#").replace("$", "$$")
+    return re.sub("[#:]", r"\\\g<0>", name).replace("$", "$$")
 
 
 def _status(path: Path) -> os.stat_result | None:

@@ -7,39 +7,29 @@ over a name that it does not know: Gazebo keeps its default friction, a controll
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
-from functools import lru_cache
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence, Set
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics import WARNING, Diagnostic, Related, nearest
+from ..diagnostics import WARNING, Diagnostic, Related, Source, nearest
 from ..diagnostics.registry import NUMBERS, rule
-from ..frontend.tree import Path
+from ..frontend.tree import Instance, Path, locate
 from ..model import ROBOT_STATE_PUBLISHER
-from ..xml.elements import Found, damage, found_in
+from ..xml.elements import Found, canonical, damage, found_in, tree_of
+from ..xml.markup import MarkupError, parse
+from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from .case import Case, suggest
 from .kinematics import WORLD_FRAMES
 
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element
+
 AFTER = "materials"
 
-LINK, JOINT, EITHER = "link", "joint", "link or joint"
-
 # What has none of these words names no link and no joint.
-_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body")
-# Elements whose <link name> and <joint name> are links and joints of the robot: those of an SRDF and of ros2_control.
-_REFERRING = (
-    *("chain", "disable_collisions", "disable_collision", "disable_default_collisions", "enable_collisions"),
-    *("end_effector", "group", "group_state", "passive_joint", "ros2_control", "transmission"),
-)
-# Attributes that name a link or a joint, whatever the element.
-_ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", "parent_link", "child_link"), LINK)
-_ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
-# The text of an element of a plug-in that says so is a name, if it is nearly one of the robot.
-_TEXTS = (
-    (re.compile(r"(.*_)?joint|joint_?[nN]ame|.+Joint"), JOINT),
-    (re.compile(r"(.*_)?link|(link|body)_?[nN]ame|.+Link"), LINK),
-)
-_PLAIN = re.compile(r"[\w./-]+")
+_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material")
 _MAX_RELATED = 3
+_AROUND = "elements"  # a name that nobody closes by mistake
+_CLOSES = re.compile(r"</(.+)> closes what is not open: <(.+)> is")
 
 
 @rule(
@@ -50,43 +40,80 @@ _MAX_RELATED = 3
 )
 def well_formed(case: Case) -> Iterator[Diagnostic]:
     """Texts that would make the URDF unreadable, or would end the element that they stand in."""
-    for path, texts in _kept(case):
-        for index, text in enumerate(texts):
-            wrong = damage(text)
-            if wrong:
-                help = "write whole elements, such as <gazebo>...</gazebo>"
-                message = f"this is no element of XML: {wrong}"
-                yield case.problem("bad-xml", message, (*path, "urdf_elements", index), help)
+    for path, text in _kept(case):
+        wrong = damage(text)
+        if wrong:
+            yield _damaged(case, path, text, wrong)
 
 
-def _kept(case: Case) -> Iterator[tuple[Path, Sequence[str]]]:
-    """Yield the texts of each entry that has any, with its path."""
+def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
+    """Return what is wrong with a text that is no XML, at its line where the file has it as it is."""
+    help = "write whole elements, such as <gazebo>...</gazebo>"
+    try:
+        parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>"))
+    except MarkupError as problem:
+        told, span = problem.diagnostic.message, problem.diagnostic.span
+        line, column = (span.line, span.column) if span else (1, 1)
+        left = _CLOSES.fullmatch(told)
+        if left and left[1] == _AROUND:  # what stands around is closed too early: something within is still open
+            told, line, column = f"<{left[2]}> is not closed", 0, 0
+            help = f"add </{left[2]}>"
+        elif left and left[2] == _AROUND:
+            told = f"</{left[1]}> closes what is not open"
+        elif problem.diagnostic.help:
+            help = problem.diagnostic.help
+        made = case.problem("bad-xml", f"this is no element of XML: {told}", path, help)
+        return _at_line(made, text, line, column - (len(_AROUND) + 2 if line == 1 else 0)) if line else made
+    return case.problem("bad-xml", f"this is no element of XML: {wrong}", path, help)
+
+
+def _at_line(made: Diagnostic, text: str, line: int, column: int) -> Diagnostic:
+    """Return a diagnostic at a line and column of its text, where that line stands in the file letter by letter."""
+    if made.span is None:
+        return made
+    span = made.span
+    first = span.source.line(span.line)[span.column - 1 :]
+    there = span.line + line - (0 if first.startswith("|") else 1)
+    wanted, written = text.split("\n")[line - 1], span.source.line(there)
+    start = written.find(wanted, span.column - 1 if line == 1 and there == span.line else 0)
+    if start < 0 or not wanted.strip():
+        return made
+    return made._replace(span=span._replace(line=there, column=start + max(1, column), length=1))
+
+
+def _kept(case: Case) -> Iterator[tuple[Path, str]]:
+    """Yield each text with its path."""
     robot = case.robot
-    yield (), robot.urdf_elements
+    for index, text in enumerate(robot.urdf_elements):
+        yield case.places.get(("urdf_element", str(index)), ("urdf_elements", index)), text
     for link in robot.links:
-        yield case.link(link.name), link.urdf_elements
+        yield from _listed(case.link(link.name), link.urdf_elements)
         for purpose in ("visual", "collision"):
             for index, shape in enumerate(getattr(link, purpose)):
-                yield case.link(link.name, purpose, index), shape.urdf_elements
+                if shape.urdf_elements:
+                    yield from _listed(case.link(link.name, purpose, index), shape.urdf_elements)
     for joint in robot.joints:
-        yield case.joint(joint), joint.urdf_elements
+        if joint.urdf_elements:
+            yield from _listed(case.joint(joint), joint.urdf_elements)
+
+
+def _listed(path: Path, texts: Sequence[str]) -> Iterator[tuple[Path, str]]:
+    for index, text in enumerate(texts):
+        yield (*path, "urdf_elements", index), text
 
 
 class Mention(NamedTuple):
-    """A name in an element: of what kind, where, in words, and the line of the text. ``sure``: it can be no other."""
+    """A name in an element, and where: the path of the text, and the line in it."""
 
-    name: str
-    kind: str
-    where: str
+    found: Reference
     line: int
     path: Path
-    sure: bool = True
 
 
 @rule(
     "unknown-reference",
-    "A warning: an element of `urdf_elements` names a link or a joint that there is not, or that the URDF has not. Its "
-    "readers pass over it.",
+    "A warning: an element of `urdf_elements` names a link, a joint or a material that there is not, or that the URDF "
+    "has not. Its readers pass over it.",
     "Correct the name.",
     NUMBERS,
 )
@@ -94,33 +121,61 @@ def known(case: Case) -> Iterator[Diagnostic]:
     """Names inside kept elements that no link or joint has; each name once, however often it stands there."""
     mentions: dict[tuple[str, str], list[Mention]] = {}
     own: set[str] = set()
-    for path, kept in _kept(case):
-        for index, text in enumerate(kept):
-            if any(word in text for word in _WORDS):
-                for element in found_in(text):
-                    own.update(_defined(element))
-                    for mention in _mentions(element, (*path, "urdf_elements", index)):
-                        mentions.setdefault((mention.kind, mention.name), []).append(mention)
+    looks = _Materials(case)
+    for path, text in _kept(case):
+        if any(word in text for word in _WORDS):
+            for element in found_in(text):
+                own.update(_defined(element))
+                looks.meet(element, path)
+                for found in references(element.tags, element.attributes, element.text):
+                    mentions.setdefault((found.kind, found.name), []).append(Mention(found, element.line, path))
     if mentions:
         yield from _unknown(case, mentions, own)
+    yield from looks.unknown()
 
 
 def _unknown(case: Case, mentions: dict[tuple[str, str], list[Mention]], own: set[str]) -> Iterator[Diagnostic]:
     robot = case.robot
     links = {*robot.link, *WORLD_FRAMES, "world", *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-    names = {LINK: links, JOINT: set(robot.joint), EITHER: {*robot.link, *robot.joint}}
-    real = {**names, LINK: set(robot.link)}
+    names = {LINK: links, JOINT: set(robot.joint), EITHER: {*robot.link, *robot.joint}, FRAME: links}
+    real = {**names, LINK: set(robot.link), FRAME: set(robot.link)}
     absent = _absent_from_urdf(case)
     for (kind, name), uses in mentions.items():
         if name in own:
             continue
-        sure = [use for use in uses if use.sure]
+        sure = [use for use in uses if use.found.sure]
         if name in names[kind]:
             if name in absent and sure:
                 yield _not_in_urdf(case, sure)
         elif sure or nearest(name, names[kind]):
-            message = f'there is no {kind} "{name}", {(sure or uses)[0].where}'
-            yield _problem(case, message, sure or uses, suggest(name, real[kind], f"name a {kind} of the robot"))
+            told = sure or uses
+            message = f'there is no {kind} "{name}", {told[0].found.where}'
+            help = _with_prefix(case, told[0], real[kind]) or suggest(name, real[kind], f"name a {kind} of the robot")
+            yield _problem(case, message, told, help)
+
+
+def _with_prefix(case: Case, use: Mention, names: Set[str]) -> str:
+    """Return the way out for a name without its prefix: the names that end with it, those of its own part first."""
+    name = use.found.name
+    longer = sorted(one for one in names if one.endswith(name) and one != name and not one[-len(name) - 1].isalnum())
+    via = locate(case.tree, use.path).via
+    own = [one for one in longer if via is not None and via.made and via in _makers(case, one)]
+    if own:
+        return f'did you mean "{own[0]}", as this use of the part makes it?'
+    if not longer and nearest(name, names) is None:
+        tails = {"_".join(one.split("_")[-name.count("_") - 1 :]): one for one in sorted(names, reverse=True)}
+        longer = [tails[near]] if (near := nearest(name, tails)) else []
+    if not longer:
+        return ""
+    choice = " or ".join(f'"{one}"' for one in longer[:_MAX_RELATED])
+    return f"did you mean {choice}? names have their prefixes here"
+
+
+def _makers(case: Case, name: str) -> list[Instance | None]:
+    """Return what made the link and the joint of a name."""
+    paths = [case.link(name)] if name in case.robot.link else []
+    paths += [case.joint(case.robot.joint[name])] if name in case.robot.joint else []
+    return [locate(case.tree, path).via for path in paths]
 
 
 def _absent_from_urdf(case: Case) -> set[str]:
@@ -134,14 +189,15 @@ def _absent_from_urdf(case: Case) -> set[str]:
 
 def _not_in_urdf(case: Case, uses: list[Mention]) -> Diagnostic:
     use = uses[0]
-    what = "link" if use.name in case.robot.link and use.kind != JOINT else "joint"
-    message = f'the URDF has no {what} "{use.name}", {use.where}: robot_state_publisher does not publish it'
+    what = "link" if use.found.name in case.robot.link and use.found.kind != JOINT else "joint"
+    message = f'the URDF has no {what} "{use.found.name}", {use.found.where}: robot_state_publisher does not publish it'
     return _problem(case, message, uses, "let robot_state_publisher publish it, or remove the element")
 
 
 def _problem(case: Case, message: str, uses: list[Mention], help: str) -> Diagnostic:
     first, *others = [_placed(case, message, use, help) for use in uses[: _MAX_RELATED + 1]]
-    related = tuple(Related("also named here", other.span) for other in others)
+    places = dict.fromkeys(other.span for other in others if other.span != first.span)  # a part has one text for all
+    related = tuple(Related("also named here", place) for place in places)
     return first._replace(related=(*related, *first.related))
 
 
@@ -150,67 +206,125 @@ def _placed(case: Case, message: str, use: Mention, help: str) -> Diagnostic:
     made = case.problem("unknown-reference", message, use.path, help, severity=WARNING)
     if made.span is None:
         return made
-    form = re.compile(rf"(?<![\w./-]){re.escape(use.name)}(?![\w./-])")
+    form = re.compile(rf"(?<![\w./-]){re.escape(use.found.name)}(?![\w./-])")
     span, column = made.span, made.span.column - 1
     block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # in YAML, its text begins a line below
     line = span.line + use.line - (0 if block else 1)
     found = form.search(span.source.line(line), column if line == span.line else 0)
     if found:
-        return made._replace(span=span._replace(line=line, column=found.start() + 1, length=len(use.name)))
+        return made._replace(span=span._replace(line=line, column=found.start() + 1, length=len(use.found.name)))
     return made
+
+
+class _Materials:
+    """Materials by name in elements of a robot or a visual: those of <gazebo> are words of Gazebo."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.uses: list[Mention] = []
+        self.own = {shape.material for link in case.robot.links for shape in link.visual}
+        self.looking = False
+
+    def meet(self, element: Found, path: Path) -> None:
+        """Take down an element: what stands in a <material> comes before it."""
+        tags = element.tags
+        if tags[0] == "gazebo":
+            return
+        if tags[-1] in ("color", "texture") and tags[-2:-1] == ("material",):
+            self.looking = True
+        elif tags[-1] == "material" and element.attributes.get("name"):
+            name = element.attributes["name"]
+            if self.looking:
+                self.own.add(name)
+            else:
+                found = Reference(name, "material", "name", "the name of <material>")
+                self.uses.append(Mention(found, element.line, path))
+            self.looking = False
+
+    def unknown(self) -> Iterator[Diagnostic]:
+        """Yield the materials that neither the robot nor an element defines."""
+        names = {*self.case.robot.material, *self.own}
+        for use in self.uses:
+            if use.found.name not in names:
+                message = f'there is no material "{use.found.name}", {use.found.where}'
+                help = suggest(use.found.name, self.case.robot.material, "define it under materials")
+                yield _problem(self.case, message, [use], help)
 
 
 def _defined(element: Found) -> Iterator[str]:
     """Yield the name that an element gives a link or joint of its own, as SDF within <gazebo> does."""
     name = element.attributes.get("name")
-    if name and element.tags[0] not in _REFERRING and element.tags[-1] in ("link", "joint", "body", "virtual_joint"):
+    if name and element.tags[0] not in REFERRING and element.tags[-1] in ("link", "joint", "body", "virtual_joint"):
         yield name
 
 
-def _mentions(element: Found, path: Path) -> Iterator[Mention]:
-    """Yield the names of links and joints in an element."""
-    tag, top = element.tags[-1], element.tags[0]
-    for kind, attribute in _named(element):
-        name = element.attributes.get(attribute, "").strip()
-        if _is_name(name):
-            inside = f" in <{top}>" if len(element.tags) > 1 else ""
-            where = f"the {attribute} of <{tag}>{inside}"
-            yield Mention(name, kind, where, element.line, path, top != "mujoco")
-    if tag == "param" and element.attributes.get("name") == "mimic" and top == "ros2_control":
-        if _is_name(element.text):
-            yield Mention(element.text, JOINT, 'the param "mimic" in <ros2_control>', element.line, path)
-        return
-    kind = _kind_of_text(tag) if element.text else ""
-    if kind and _is_name(element.text):
-        yield Mention(element.text, kind, f"the text of <{tag}> in <{top}>", element.line, path, sure=False)
+@rule(
+    "duplicate-xml",
+    "A warning: two elements of `urdf_elements` have one name where their reader takes one: a `<ros2_control>`, a "
+    "`<transmission>`, a plug-in, a sensor.",
+    "Give each a name of its own; in a part `${prefix}` makes it so.",
+    NUMBERS,
+)
+def own_names(case: Case) -> Iterator[Diagnostic]:
+    """Elements that a part brings with each use, and that are called the same each time."""
+    first: dict[tuple[str, ...], Path] = {}
+    ours = _brought(case)
+    for path, text in _kept(case):
+        if not any(f"<{tag}" in text for tag in _ONCE):
+            continue
+        try:
+            elements = tree_of(f"<all>{text}</all>")
+        except ValueError:
+            continue
+        for element in elements:
+            for what, name, *key in _names_of(element):
+                if what == "<sensor>" and name in ours:
+                    help = "remove this one, or leave out ours: gazebo: [] in the sensor"
+                    message = f'an output has a {what} "{name}" for Gazebo without it'
+                    yield case.problem("duplicate-xml", message, path, help, severity=WARNING)
+                    continue
+                before = first.setdefault((what, name, *key), path)
+                if before is path:
+                    continue
+                via = locate(case.tree, path).via
+                help = "give each a name of its own"
+                help += ": in a part, write ${prefix} before it" if via is not None and via.made else ""
+                message = f'two {what} of the robot are called "{name}"'
+                if key and key[-1].startswith("<"):
+                    message = f'the same {what} "{name}" stands twice'
+                    help = "one is enough, or their settings differ"
+                related = [_other(case, before, path)]
+                yield case.problem("duplicate-xml", message, path, help, related=related, severity=WARNING)
 
 
-@lru_cache(maxsize=2_000)
-def _kind_of_text(tag: str) -> str:
-    """Return what the text of an element of this tag names: a link, a joint, or neither."""
-    return next((kind for form, kind in _TEXTS if form.fullmatch(tag)), "")
+def _brought(case: Case) -> set[str]:
+    """Return the sensors that outputs have for Gazebo, by the names that they have there."""
+    asked = any(output.options.get("gazebo") for output in case.robot.outputs)
+    return {one.name for sensor in case.robot.sensors for one in sensor.gazebo} if asked else set()
 
 
-def _named(element: Found) -> Iterator[tuple[str, str]]:
-    """Yield the attributes of an element that name a link or a joint, with the kind of what they name."""
-    tag, top = element.tags[-1], element.tags[0]
-    if tag == "gazebo" and len(element.tags) == 1:
-        yield EITHER, "reference"
-    if top in _REFERRING and tag in ("link", "joint", "passive_joint"):
-        yield LINK if tag == "link" else JOINT, "name"
-    for attribute in element.attributes:
-        if attribute in _ATTRIBUTES:
-            yield _ATTRIBUTES[attribute], attribute
+def _other(case: Case, before: Path, path: Path) -> Related:
+    """Return where the first of two elements came from; of one text that a part brings twice, its first use."""
+    first, second = locate(case.tree, before), locate(case.tree, path)
+    if first.via is not None and first.span == second.span:
+        return Related(f"the other one: {first.via.message}", first.via.span)
+    return Related("the other one", first.span)
 
 
-def _is_name(text: str) -> bool:
-    """Say whether a text can be the name of a link or joint: one word, and none that xacro has yet to expand."""
-    return bool(_PLAIN.fullmatch(text)) and not _is_number(text)
+_ONCE = ("ros2_control", "transmission", "plugin", "sensor")
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return text.lower() in ("true", "false")
-    return True
+def _names_of(element: Element) -> Iterator[tuple[str, ...]]:
+    """Yield what has a name of its own in an element, its name, and what else has to be the same.
+
+    In the newer Gazebo the name of a plug-in is that of its class: there may be several of those, with other settings.
+    """
+    name = element.get("name", "")
+    if element.tag in ("ros2_control", "transmission") and name:
+        yield f"<{element.tag}>", name
+    for child in element if element.tag == "gazebo" else ():
+        name, reference = child.get("name", ""), element.get("reference", "")
+        if child.tag == "plugin" and name:
+            yield "<plugin>", name, reference, *([canonical(child)] if "::" in name else [])
+        elif child.tag == "sensor" and name:
+            yield "<sensor>", name, reference

@@ -7,7 +7,7 @@ import os
 from collections.abc import Collection, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
@@ -26,6 +26,7 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    hook_option,
     lacks_meshes,
     mesh_files,
     nothing_written,
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
     from ..formats.packages import Packages
     from ..output import Written
+    from ..pipeline import Compiled
 
 RULES = (
     Rule(
@@ -61,6 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
     robot_options(command)
     command.add_argument("-n", "--dry-run", action="store_true", help="write nothing; say what would change")
     command.add_argument("--prune", action="store_true", help="remove what is no artifact from the outputs folder")
+    hook_option(command, "; exit 1 if anything was written")
     command.add_argument(
         "--only",
         action="append",
@@ -95,6 +98,8 @@ def _check_options(options: argparse.Namespace) -> None:
         return
     if options.dry_run:
         raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
+    if options.hook:
+        raise WrongUsage("--depfile does not go with --hook, which is about all robots of a project")
     found = descriptions(given_arguments(options, options.words)[1])
     if len(found) > 1:
         robots = ", ".join(description.name for description in found)
@@ -107,14 +112,7 @@ def _write_one(run: Run, description: Description) -> int:
         return _write_some(run, description)
     from ..output import stamp
 
-    key = {
-        "description": os.path.abspath(description.path),
-        "outputs": os.path.abspath(description.outputs),
-        "arguments": run.given.texts,
-        "argument files": [os.path.abspath(file) for file in run.given.files],
-        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
-        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
-    }
+    key = _key(run, description)
     remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
@@ -143,7 +141,24 @@ def _write_one(run: Run, description: Description) -> int:
         told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs))]
         files |= meshes
         stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
-    return _tell_build(run, description, names, read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
+
+
+def _ended(run: Run, written: Written, code: int) -> int:
+    """Return the exit code of a run that wrote something, or nothing: a hook fails where it had to change files."""
+    return PROBLEMS if run.options.hook and (written.written or written.removed) else code
+
+
+def _key(run: Run, description: Description) -> dict[str, Any]:
+    """Return what tells one call from another of which a stamp knows."""
+    return {
+        "description": os.path.abspath(description.path),
+        "outputs": os.path.abspath(description.outputs),
+        "arguments": run.given.texts,
+        "argument files": [os.path.abspath(file) for file in run.given.files],
+        "folders": {name: os.path.abspath(folder) for name, folder in run.given.packages.items()},
+        "shown": [str(description.path), str(description.outputs), colour(), run.console.quiet],
+    }
 
 
 def _write_some(run: Run, description: Description) -> int:
@@ -162,7 +177,7 @@ def _write_some(run: Run, description: Description) -> int:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
     run.console.say(f"{summary}, {what_changed(written, meshes)}")
-    return _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled))
+    return _ended(run, written, _tell_build(run, description, [*files, *meshes], read_by(run.given, compiled)))
 
 
 def _belonging(compiled: Compiled) -> dict[str, bytes]:
@@ -191,7 +206,7 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
     try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs)
+        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
         touch(file for file in made if os.path.realpath(file) not in read)
     except OutputError as problem:
         run.console.show([problem.diagnostic])

@@ -29,11 +29,13 @@ from .shared import (
     for_each,
     format_options,
     given_arguments,
+    hook_option,
     is_foreign,
     mesh_files,
     nothing_written,
     one,
     output_options,
+    place,
     proven,
     robot_options,
     search_meshes,
@@ -43,9 +45,11 @@ from .shared import (
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
+    from ..diagnostics.markdown import Block
     from ..formats import Artifact
     from ..frontend.arguments import Argument
     from ..frontend.expand.included_robots import Tell
+    from ..meaning.golden import Comparison
     from ..pipeline import Compiled
     from .package.checking import Checked
 
@@ -75,6 +79,7 @@ RULES = (
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
+    hook_option(command)
     command.add_argument(
         "--deployed", metavar="FOLDER", help="compare with the copies in a package, an install space or any folder"
     )
@@ -90,6 +95,12 @@ def options(command: argparse.ArgumentParser) -> None:
         " size; with MuJoCo",
     )
     command.add_argument("--full", action="store_true", help="show text differences in full")
+    command.add_argument(
+        "--summary",
+        type=place,
+        metavar="FILE",
+        help="append what --format markdown prints to a file, whatever the form of the messages",
+    )
     output_options(command)
     format_options(command)
 
@@ -116,8 +127,8 @@ def run(options: argparse.Namespace) -> int:
 
 def check_one(run: Run, description: Description) -> int:
     """Compile one robot in memory and compare with its outputs folder."""
-    from ..diagnostics import error, has_errors
-    from ..meaning.golden import compare, lines
+    from ..diagnostics import has_errors
+    from ..meaning.golden import compare
     from ..output import OutputError, read_set
 
     compiled = compile_proven(run.given, description, run.console)
@@ -133,27 +144,39 @@ def check_one(run: Run, description: Description) -> int:
     run.console.show(refusals)
     meshes = mesh_files(compiled)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
-    differences = lines(comparison, full=getattr(run.options, "full", False))
-    changed = [line for name, data in meshes.items() if (line := _mesh(name, data, committed.get(name)))]
-    differences += changed
-    if run.console.for_people:
-        for line in differences:
-            print(line)
-    elif differences:
-        help = "rosorin-compile all writes them anew"
-        run.console.show([error("outputs-differ", "\n".join(differences), None, help)])
-    if not comparison.same or changed or refusals:
+    changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
+    if not comparison.same or changed:
+        _differ(run, comparison, changed)
+        return PROBLEMS
+    if refusals:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
     return FINE
 
 
-def _mesh(name: str, compiled: bytes, committed: bytes | None) -> str:
+def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]]) -> None:
+    """Say how committed artifacts differ, and the ``meshes`` beside them, each with what is to say of it."""
+    from ..diagnostics import error
+    from ..meaning.golden import lines
+
+    said = lines(comparison, full=getattr(run.options, "full", False))
+    said += [f"{name}: {what}" for name, what in meshes]
+    told = error("outputs-differ", "\n".join(said), None, "rosorin-compile all writes them anew")
+
+    def blocks() -> list[Block]:
+        from ..meaning.tables import blocks
+
+        return blocks(comparison.changes, comparison.texts, meshes)
+
+    run.console.differ("not as committed", said, told, blocks)
+
+
+def _mesh(compiled: bytes, committed: bytes | None) -> str:
     """Return what is to say of a mesh file beside the artifacts; empty if it is the one that was found."""
     if compiled == committed:
         return ""
     what = "missing" if committed is None else "another file than the mesh is"
-    return f"{name}: {what}; rosorin-compile all writes it"
+    return f"{what}; rosorin-compile all writes it"
 
 
 def refused(given: Given, description: Description, compiled: Compiled) -> list[Diagnostic]:
@@ -190,8 +213,8 @@ def _refusal(given: Given, description: Description, artifact: Artifact, reason:
         for index, shape in enumerate(getattr(link, purpose))
         if isinstance(shape.geometry, Mesh) and PurePosixPath(shape.geometry.file).name in reason
     ]
-    place = locate(case.tree, ("outputs", artifact.output), key=True)
-    return at_meshes or [error("engine-refuses", message, place.span, "correct what it names")]
+    output = locate(case.tree, ("outputs", artifact.output), key=True)
+    return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
 
 
 def _check_with_physics(options: argparse.Namespace) -> int:
@@ -257,12 +280,10 @@ def _said(run: Run, description: Description, checked: Checked) -> int:
     """Say what became of a comparison with copies, and return the exit code."""
     from ..diagnostics import error, has_errors
 
-    if run.console.for_people:
-        for line in checked.lines:
-            print(line)
-    elif checked.differing:
+    if checked.differing:
         help = "rosorin-compile deploy writes them anew"
-        run.console.show([error("deployed-differs", "\n".join(checked.lines), None, help)])
+        told = error("deployed-differs", "\n".join(checked.lines), None, help)
+        run.console.differ("not as deployed", checked.lines, told, checked.blocks)
     run.console.show(checked.diagnostics)
     total = len(checked.same) + len(checked.differing)
     run.console.say(f"{description.name}: {len(checked.same)} of {total} copies in {run.options.deployed} as compiled")

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
-from ..diagnostics import Diagnostic, arrange, has_errors
-from ..formats import Artifact, published
+from ..diagnostics import Diagnostic, Span, arrange, has_errors
+from ..formats import FORMATS, Artifact, published
 from ..formats.imported import Imported, ReadOptions
 from ..formats.reading import read
 from ..formats.templating import Templates
 from ..frontend.expand import Expanded
 from ..frontend.lower import lower
-from ..frontend.tree import Map
+from ..frontend.tree import Map, Seq
 from ..pipeline import Compiled, Search, Understood, emitted, judged
 from .importer.description import outputs as wanted_outputs
 
@@ -73,7 +74,8 @@ def emit_foreign(
     It is read as in ``understand_foreign``, and lists the outputs that such a description lists.
     """
     imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
-    tree = None if imported.tree is None else _with_outputs(imported, imported.tree)
+    names = [format.name for format in FORMATS.values() if not format.optional]
+    tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
     return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)
 
 
@@ -97,7 +99,24 @@ def _with_outputs(imported: Imported, tree: Map, names: Collection[str] | None =
         if names is None or name in names:
             output = Map(tree.span)
             for key, value in entry.items():
-                output.put(key, value, tree.span, tree.span)
+                output.put(key, _as_tree(value, tree.span), tree.span, tree.span)
             outputs.put(name, output, tree.span, tree.span)
     made.put("outputs", outputs, tree.span, tree.span)
     return made
+
+
+def _as_tree(value: Any, span: Span) -> Any:
+    """Return a value of a format's record as a tree has it, all of it at one place."""
+    if isinstance(value, (Map, Seq)):
+        return value
+    if isinstance(value, Mapping):
+        made = Map(span)
+        for key, item in value.items():
+            made.put(key, _as_tree(item, span), span, span)
+        return made
+    if isinstance(value, (list, tuple)):
+        items = Seq(span)
+        for item in value:
+            items.put(_as_tree(item, span), span)
+        return items
+    return value

@@ -7,6 +7,8 @@ is written beside the file that ``-o`` names.
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -61,8 +63,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-v",
         "--verbose",
-        action="store_false",
-        dest="quiet",
+        action="store_true",
         help="on standard error, show warnings and notes, and which files were read",
     )
     package_option(command)
@@ -71,12 +72,15 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Print one artifact, or list those that there are."""
+    options.quiet = not options.verbose  # what there is to say of the cache, too
     given, words = given_arguments(options, options.words)
-    console = Console("text", options.quiet, not options.quiet)
+    console = Console("text", options.quiet, options.verbose)
     if options.list:
         return _list(options, given, words, console)
     if not words:
         raise WrongUsage(f"print what? {_CALL} OUTPUT [ROBOT]{_outputs_here(given)}")
+    if "" in words:
+        raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
     if options.json:
@@ -90,17 +94,19 @@ def run(options: argparse.Namespace) -> int:
     compiled = proven(_compiled(given, description, console, words[0]))
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
-        return _nothing_printed(console, description, compiled.diagnostics)
+        return _nothing_printed(words, console, description, compiled.diagnostics)
     return _put(options, console, compiled, read_by(given, compiled), target)
 
 
 def _robot(words: list[str]) -> Description:
     """Return the robot that is asked for. Raises WrongUsage."""
     output, *names = words
-    how = f"{_CALL} {output} ROBOT"
-    if not names and _is_robot(output):
-        how = f"{output} is a robot; write {_CALL} OUTPUT {output}"
-    return one("".join(names), how)
+    try:
+        return one("".join(names), f"{_CALL} {output} ROBOT")
+    except WrongUsage:
+        if not names and _is_robot(output):
+            raise WrongUsage(_meant(output)) from None
+        raise
 
 
 def _is_robot(word: str) -> bool:
@@ -111,14 +117,19 @@ def _is_robot(word: str) -> bool:
     return True
 
 
+def _meant(robot: str) -> str:
+    return f"{robot} is a robot: write {_CALL} OUTPUT {robot}; --list {robot} shows its outputs"
+
+
 def _compiled(given: Given, description: Description, console: Console, output: str) -> Compiled:
     """Return what becomes of one output of a robot in any format."""
     from ..frontend.load import LoadError
     from ..pipeline import Compiled
-    from .foreign import emit_foreign
 
     if not is_foreign(description.path):
         return compile_one(given, description, console, meshes=True, wanted=(output,))
+    from .foreign import emit_foreign
+
     try:
         arguments = texts(given.values())
     except LoadError as problem:
@@ -143,19 +154,35 @@ def _put(
         if options.output is not None:
             write_file(Path(options.output), data, inputs)
         if options.depfile is not None and target is not None:
-            write_depfile(Path(options.depfile), target, inputs)
+            write_depfile(Path(options.depfile), target, inputs, map(Path, filter(None, [options.output])))
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    if options.output is None:
-        give(artifact.text)
-    return FINE
+    return FINE if options.output is not None or _given(artifact.text, console) else PROBLEMS
 
 
-def _nothing_printed(console: Console, description: Description, diagnostics: list[Diagnostic]) -> int:
+def _given(text: str, console: Console) -> bool:
+    """Print an artifact; say whether that went well. Whoever reads the first lines alone has what they want."""
+    try:
+        give(text)
+        sys.stdout.flush()
+    except BrokenPipeError:
+        raise
+    except OSError as problem:
+        console.warn(f"cannot write to standard output: {problem.strerror or problem}")
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.__stdout__.fileno() if sys.__stdout__ else 1)
+        return False
+    return True
+
+
+def _nothing_printed(
+    words: list[str], console: Console, description: Description, diagnostics: list[Diagnostic]
+) -> int:
     from ..frontend.wanted import UNKNOWN
 
     errors = [one for one in diagnostics if one.severity == "error"]
+    if len(words) == 1 and _is_robot(words[0]) and any(one.rule == UNKNOWN for one in errors):
+        console.warn(_meant(words[0]))
     console.warn(f"{description.name}: {counted(len(errors), 'error')}, nothing printed")
     return USAGE if all(one.rule == UNKNOWN for one in errors) else PROBLEMS
 
@@ -186,7 +213,6 @@ def _understood(given: Given, description: Description, console: Console) -> Und
     from ..frontend.expand import Expanded
     from ..frontend.load import LoadError
     from ..pipeline import Understood, understand
-    from .foreign import listed_foreign
 
     try:
         arguments = given.values()
@@ -194,6 +220,8 @@ def _understood(given: Given, description: Description, console: Console) -> Und
         return Understood(Expanded(None, [], ()), None, [problem.diagnostic])
     tell = telling(given, console)
     if is_foreign(description.path):
+        from .foreign import listed_foreign
+
         return listed_foreign(description.path, texts(arguments), given.packages, tell, given.trust)
     return understand(description.path, arguments, tell, given.packages)
 

@@ -15,10 +15,10 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import TRUSTED
-from ..diagnostics.console import Console
+from ..diagnostics.console import MARKDOWN, Console
 from ..diagnostics.registry import ASKING, WRITING, Rule
 from ..diagnostics.wording import counted
-from ..project import ENDINGS, Description, NoDescription, cache_refused, find, narrowed
+from ..project import ENDINGS, Description, NoDescription, all_with, cache_refused, find, narrowed
 from .parser import Options
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ RULES = (
 
 
 FINE, PROBLEMS, USAGE = 0, 1, 2
-FORMAT_NAMES = ("text", "json", "github", "sarif")
+FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
 MARK = ":="  # between name and value of an argument, as xacro has it
 
@@ -182,9 +182,18 @@ def format_options(command: argparse.ArgumentParser) -> None:
     how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
 
 
+def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option for pre-commit."""
+    command.add_argument(
+        "--hook",
+        action="store_true",
+        help=f"for pre-commit: the words are files that changed, the robots all those of their projects{more}",
+    )
+
+
 def console_of(options: argparse.Namespace) -> Console:
     """Return where a command prints that has the options of ``format_options``."""
-    return Console(options.format, options.quiet, options.verbose)
+    return Console(options.format, options.quiet, options.verbose, getattr(options, "summary", None) is not None)
 
 
 def depfile_options(command: argparse.ArgumentParser, target: str) -> None:
@@ -230,12 +239,49 @@ def descriptions(names: list[str], outputs: str | None = None) -> list[Descripti
 
 def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]) -> int:
     """Do something with each description that is asked for; return the worst exit code."""
-    given, names = given_arguments(options, options.words)
-    found = descriptions(names, getattr(options, "outputs", None))
+    hook = getattr(options, "hook", False)
+    given, found = _of_changed(options) if hook and options.words else _asked_for(options)
+    summary = getattr(options, "summary", None)
     run = Run(options, console_of(options), given)
-    code = max(one(run, description) for description in found)
+    code = FINE
+    if not found:
+        run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
+    for description in found:
+        run.console.begin(description.name)
+        result = one(run, description)
+        run.console.end(result != FINE)
+        code = max(code, result)
     run.console.finish()
+    if summary is not None:
+        _append(Path(summary), run.console.summary())
     return code
+
+
+def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+    """Return the arguments that the command line sets, and the descriptions that it names. Raises WrongUsage."""
+    given, names = given_arguments(options, options.words)
+    return given, descriptions(names, getattr(options, "outputs", None))
+
+
+def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
+    """Return the same of a command line that names files that changed; there may be none. Raises WrongUsage."""
+    # What is a file sets no argument, whatever its name.
+    files = [word for word in options.words if os.path.lexists(word)]
+    given, names = given_arguments(options, [word for word in options.words if word not in files])
+    if names:
+        raise WrongUsage(f'with --hook the words are files that changed, and there is no file "{names[0]}"')
+    paths = [str(path) for path in all_with(files)]
+    return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
+
+
+def _append(file: Path, text: str) -> None:
+    """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
+    try:
+        with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:
+            opened.write(text)
+    except (OSError, ValueError) as problem:
+        reason = getattr(problem, "strerror", None) or problem
+        raise WrongUsage(f'cannot write the summary "{file}": {reason}') from None
 
 
 def compile_one(
@@ -351,6 +397,7 @@ def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[C
         raise WrongUsage(f"{several}: {how}")
     description = one(names[0] if names else "", how)
     console = console_of(options)
+    console.begin(description.name)
     compiled = compile_proven(given, description, console)
     console.show(compiled.diagnostics)
     if compiled.robot is not None and not has_errors(compiled.diagnostics):

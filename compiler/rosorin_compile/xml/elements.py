@@ -106,6 +106,43 @@ def damage(text: str) -> str:
     return reader.wrong or ("" if reader.elements else "there is no element")
 
 
+_OPENINGS = (("<!--", "-->"), ("<![CDATA[", "]]>"), ("<?", "?>"))
+_TAG = re.compile(r"<[^<>\"']*(?:\"[^\"]*\"[^<>\"']*|'[^']*'[^<>\"']*)*")
+_SPELT = {"&": "&amp;", "<": "&lt;", ">": "&gt;"}
+_IN_QUOTES = _SPELT | {'"': "&quot;", "'": "&apos;", "\n": "&#10;", "\r": "&#13;", "\t": "&#9;"}
+
+
+def fitted(before: str, value: str) -> str:
+    """Return a value as it has to be spelt behind the text ``before``, so that a reader has the very value.
+
+    In an attribute and between tags, signs of XML are escaped; but a value that is whole elements stays elements
+    between tags. In a comment two dashes are kept apart, and nothing ends a CDATA section.
+
+    >>> fitted("<a b='", 'x<"y"'), fitted("<a>", "1 < 2"), fitted("<a>", "<b/>")
+    ('x&lt;&quot;y&quot;', '1 &lt; 2', '<b/>')
+    """
+    position = 0
+    while (start := before.find("<", position)) >= 0:
+        opening, closing = next((pair for pair in _OPENINGS if before.startswith(pair[0], start)), ("", ">"))
+        if not opening:
+            tag = _TAG.match(before, start)
+            position = tag.end() if tag else start + 1
+            if before.startswith(">", position):
+                position += 1
+            elif position < len(before) and before[position] != "<":
+                return "".join(_IN_QUOTES.get(letter, letter) for letter in value)
+            elif position == len(before):
+                return value
+            continue
+        end = before.find(closing, start + len(opening))
+        if end < 0:
+            return re.sub("-(?=-|$)", "- ", value) if opening == "<!--" else value.replace("]]>", "]] >")
+        position = end + len(closing)
+    if "<" in value and not damage(value):
+        return value
+    return "".join(_SPELT.get(letter, letter) for letter in value)
+
+
 class Found(NamedTuple):
     """An element of a text: the tags that lead to it, its own last; its attributes, its own text, its line from 1."""
 

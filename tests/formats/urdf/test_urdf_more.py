@@ -368,12 +368,12 @@ def test_parts_have_no_such_sections(tmp_path):
     text = """
 robot: a
 links: {base: {}}
-parts: {leg: {links: {foot: {}}, materials: {}, accept: [], urdf_elements: []}}
+parts: {leg: {links: {foot: {}}, materials: {}, accept: []}}
 use: {left: {part: leg}}
 """
     (tmp_path / "robot.yaml").write_text(text, "utf-8")
     told = [d.message for d in compile_robot(tmp_path / "robot.yaml").diagnostics]
-    assert told == [f'part "leg" has no key "{key}"' for key in ("materials", "accept", "urdf_elements")]
+    assert told == [f'part "leg" has no key "{key}"' for key in ("materials", "accept")]
 
 
 def test_the_schema_knows_the_rules_that_may_be_accepted():

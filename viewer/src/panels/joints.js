@@ -111,7 +111,8 @@ export class Joints {
     this.show();
   }
 
-  show() {
-    for (const mover of this.movers) mover.show(this.app.state);
+  /** Show where joints are: those of these names, or all. */
+  show(names = null) {
+    for (const mover of this.movers) if (!names || names.has(mover.joint.name)) mover.show(this.app.state);
   }
 }

@@ -41,7 +41,9 @@ MAX_MEGABYTES = 40
 _SHOWN = 3
 
 # The page asks nothing from anywhere: a browser holds it to that.
-_ALONE = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src {}"
+_ALONE = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src {}"
+)
 _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>', re.DOTALL)
 
 
@@ -82,7 +84,7 @@ def embedded(robot: Robot, files: Mapping[str, Path], limit: int) -> tuple[Data,
 def _left_out(left: Mapping[str, str]) -> Diagnostic:
     """Return the warning about meshes that the page does not show."""
     reasons = ", ".join(dict.fromkeys(left.values()))
-    which = f"{counted(len(left), 'mesh', 'meshes')} ({first_of(list(left), _SHOWN)})"
+    which = f"{counted(len(left), 'mesh')} ({first_of(list(left), _SHOWN)})"
     help = "meshes: false leaves out all; max_megabytes: NUMBER allows more"
     return Diagnostic("page-left-out", WARNING, f"the page does not show {which}: {reasons}", help=help)
 
@@ -155,7 +157,9 @@ def _joint_facts(joint: Mapping[str, Any]) -> Facts:
 def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:  # noqa: ARG001
     """Yield what a page says otherwise than the model. Raises ValueError if it is damaged."""
     shown, meant = data_of(text)["robot"], json_of(json.dumps(robot_data(robot)))
-    yield from (f"its {key} are not those of the robot" for key in meant if key != "meshes" and shown[key] != meant[key])
+    yield from (
+        f"its {key} are not those of the robot" for key in meant if key != "meshes" and shown[key] != meant[key]
+    )
 
 
 FORMAT = Format(

@@ -6,7 +6,7 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 from ...model import (
@@ -14,8 +14,6 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
-    Edge,
-    HeightMap,
     Inertial,
     Joint,
     JointPose,
@@ -27,11 +25,10 @@ from ...model import (
     ServoGroup,
     Shape,
     Sphere,
-    Vector,
 )
 from ...model.frame_tree import Row, publishers, rows
 from ...model.simulated import BODY_ELEMENT, SENSOR_ELEMENT, Simulated
-from ..drawing import colours
+from ..drawing.letters import colours
 from ..drawing.situations import Situation, TooMany, situations
 from ..static_tf import describe
 
@@ -113,9 +110,9 @@ def _joint(robot: Robot, joint: Joint) -> Data:
     if joint.type in (*MOVING_TYPES, "planar"):
         made["axis"] = _numbers(joint.axis)
     limit = joint.limit
-    if limit is not None and limit.lower is not None and limit.upper is not None:
-        if math.isfinite(limit.lower) and math.isfinite(limit.upper):
-            made["limit"] = {"lower": limit.lower, "upper": limit.upper}
+    bounds = (None, None) if limit is None else (limit.lower, limit.upper)
+    if all(bound is not None and math.isfinite(bound) for bound in bounds):
+        made["limit"] = dict(zip(("lower", "upper"), bounds, strict=True))
     if joint.mimic is not None:
         mimic = joint.mimic
         made["mimic"] = {"joint": mimic.joint, "multiplier": mimic.multiplier, "offset": mimic.offset}
@@ -188,7 +185,7 @@ def _fan(simulated: Simulated, pose: Pose) -> Data:
     """Return the rays of a rangefinder: it measures along z of its site, the next ones are turned about z."""
     x, y, z = pose.transform().rotate((0.0, 0.0, 1.0))
     copies = simulated.replicas
-    made = {"kind": "fan", "frame": simulated.link, "xyz": _numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
+    made: Data = {"kind": "fan", "frame": simulated.link, "xyz": _numbers(pose.xyz), "rpy": [0.0, 0.0, 0.0]}
     made |= {"layers": [math.atan2(z, math.hypot(x, y))], "first": math.atan2(y, x)}
     made |= {"step": copies.step.rpy[2] if copies else 0.0, "count": copies.count if copies else 1}
     cutoff = simulated.attributes.get("cutoff")

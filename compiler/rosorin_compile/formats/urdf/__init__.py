@@ -53,6 +53,12 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
     return solids(robot, link, output, carried)
 
 
+def _brings(robot: Robot, output: Output) -> Sequence[str]:
+    from .write import brought
+
+    return brought(robot, output)
+
+
 def _leaves_out(robot: Robot, link: str) -> bool:
     carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
     return bool(carried) and link not in carried
@@ -89,6 +95,10 @@ FORMAT = Format(
             "enum": ["1.0", "1.2", 1.0, 1.2],
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
         },
+        "gazebo": {
+            "enum": [True, False, "harmonic", "fortress"],
+            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress; default false.",
+        },
     },
     file="{}.urdf",
     endings=(".urdf",),
@@ -102,6 +112,7 @@ FORMAT = Format(
     all_solids=True,
     lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
     leaves_out=_leaves_out,
+    brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",
     feeds=(ROBOT_STATE_PUBLISHER,),
     folder="urdf",

@@ -55,11 +55,10 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules).
+    default all), ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
     """
-    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    elements = output.options.get("elements", ELEMENTS)
-    form = _Format(number, elements, _version(output))
+    form = _form(output)
+    number, elements = form.number, form.elements
     groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
     capsules: dict[str, int] = {}
@@ -83,8 +82,41 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
-    values["elements"] = form.kept(robot.urdf_elements, "  ")
+    kept = form.kept(robot.urdf_elements, "  ")
+    if output.options.get("gazebo"):
+        blocks, told = _gazebo(robot, output, form, carried)
+        kept += blocks
+        diagnostics += told
+    values["elements"] = kept
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
+
+
+def _gazebo(
+    robot: Robot, output: Output, form: _Format, carried: frozenset[str]
+) -> tuple[list[Markup], list[Diagnostic]]:
+    """Return what Gazebo has of the sensors, and what it will not see of them."""
+    from .gazebo import Carried, distribution, kept_joints, sensors
+
+    def collisions(link: str) -> list[str]:
+        shapes = robot.shapes_at(link, carried, "collision")[0] if "collision" in form.elements else []
+        return [shape.name for shape in shapes]
+
+    kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
+    there = Carried(carried, robot.in_urdf(), "inertial" in form.elements, collisions, kept)
+    return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
+
+
+def brought(robot: Robot, output: Output) -> list[str]:
+    """Return the elements that an output has for Gazebo, and the description in its own words."""
+    if not output.options.get("gazebo"):
+        return []
+    carried = frozenset(name for names, _ in link_groups(robot, robot.in_urdf()) for name in names)
+    return [str(block) for block in _gazebo(robot, output, _form(output), carried)[0]]
+
+
+def _form(output: Output) -> _Format:
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    return _Format(number, output.options.get("elements", ELEMENTS), _version(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -212,7 +244,7 @@ def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
     return attributes(**{key: number(value) for key, value in values.items() if value is not None})
 
 
-def _left_out(robot: Robot, carried: frozenset[str], elements: list[str]) -> list[Diagnostic]:
+def _left_out(robot: Robot, carried: frozenset[str], elements: Sequence[str]) -> list[Diagnostic]:
     """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
     lost = []
     for link in robot.walk():

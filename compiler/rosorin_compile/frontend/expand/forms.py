@@ -20,13 +20,14 @@ from .ledger import Failed
 from .scope import Scope
 
 _MAPPINGS = ("links", "joints", "sensors", "servos", "poses")
-_LISTS = ("edges", "disabled_contacts")
+KEPT = "urdf_elements"  # a list of texts that are elements of XML
+_LISTS = ("edges", "disabled_contacts", KEPT)
 SECTIONS = (*_MAPPINGS, *_LISTS)
 ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
 _USE_KEYS = ("part", "with", "prefix", "parent", "xyz", "rpy", "mirror", "content", "source")
-_SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "publisher", "source")
+_SENSOR_TYPE_KEYS = ("help", "params", "let", "optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 _USE_TEXTS = ("part", "prefix", "parent")
 _POSE: dict[str, Dimension] = {"xyz": LENGTH, "rpy": ANGLE}
 

@@ -18,7 +18,7 @@ from ...project import data_folder
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
-from .forms import SECTIONS, check_content, check_file, check_part, check_sections, check_use
+from .forms import KEPT, SECTIONS, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, mentions_mount, placed
@@ -77,6 +77,7 @@ class Parts:
             raise Failed
         message = f'part "{definition.name}" used here as "{name}"'
         inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
+        inner.prefix = scope.prefix + prefix_of(name, entry)
         self._bind(inner, name, entry, definition)
         content = entry.get("content")
         fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
@@ -92,14 +93,15 @@ class Parts:
                 continue
             probe = Scope(self.ledger, self.scope)
             params = body.get("params")
-            for parameter in ("name", *(params or ())):  # broken names have no value, and nothing is said of that
+            own = ("name", "mirrored", *(() if "prefix" in (body.get("let") or ()) else ("prefix",)))
+            for parameter in (*own, *(params or ())):  # broken names have no value, and nothing is said of that
                 probe.places[parameter] = Place(body.span, body.via)
                 probe.broken.add(parameter)
             probe.define_all(body.get("let"))
             for key in (*SECTIONS, "use"):
                 if body.get(key) is not None:
                     with suppress(Failed):
-                        probe.resolve(body[key], Place(body.value_spans[key], body.via))
+                        probe.resolve(body[key], Place(body.value_spans[key], body.via), key == KEPT)
             with suppress(Failed):
                 evaluate_rest(probe)
 
@@ -111,6 +113,9 @@ class Parts:
         before = len(self.ledger.diagnostics)
         inner.bind("name", name, Place(entry.span, entry.via))
         inner.bind("mirrored", entry.get("mirror") is not None, Place(entry.span, entry.via))
+        named = (definition.body.get("params") or (), definition.body.get("let") or ())
+        if not any("prefix" in names for names in named) and definition.scope.place_of("prefix") is None:
+            inner.bind("prefix", inner.prefix, Place(entry.span, entry.via))
         owner, asked = f'part "{definition.name}"', inner.via.span if inner.via else entry.span
         way = "with: {{{}: VALUE}}"
         inner.define_all(definition.body.get("let"))
@@ -127,7 +132,7 @@ class Parts:
         for section in SECTIONS:
             if body.get(section) is not None:
                 try:
-                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via))
+                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via), section == KEPT)
                     # Without expressions it is the very section that stands in the part, and that must not grow.
                     value = copy(value) if grows else value
                     made.put(section, value, body.key_spans[section], body.value_spans[section])
@@ -162,7 +167,7 @@ class Parts:
 
     def _placed(self, name: str, fragment: Map, entry: Map, scope: Scope, where: Place) -> Map:
         """Return a fragment with its prefix, on its mount, each of its entries with a source."""
-        prefix, parent, mirror = entry.get("prefix", f"{name}_"), entry.get("parent"), entry.get("mirror")
+        parent, mirror = entry.get("parent"), entry.get("mirror")
         if mirror is not None and (not isinstance(mirror, str) or mirror not in AXES):
             place = Place(entry.value_spans["mirror"], entry.via)
             told = f'"{mirror}"' if isinstance(mirror, str) else kind_of(mirror)
@@ -181,8 +186,7 @@ class Parts:
             message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
             stack = scope.via.stack() if scope.via else ()
             self.ledger.diagnostics.append(Diagnostic("ignored-key", WARNING, message, place.span, tuple(stack), help))
-        prefix = "" if prefix is None else str(prefix)
-        made = placed(fragment, prefix, parent, entry.get("xyz"), entry.get("rpy"), mirror)
+        made = placed(fragment, prefix_of(name, entry), parent, entry.get("xyz"), entry.get("rpy"), mirror)
         return with_source(made, entry) if "source" in entry else made
 
     def _find(self, entry: Map, scope: Scope, where: Place) -> Definition:
@@ -242,6 +246,12 @@ class Parts:
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
+
+
+def prefix_of(name: str, entry: Map) -> str:
+    """Return what a use puts before the names of its part: what it says, or its own name."""
+    prefix = entry.get("prefix", f"{name}_")
+    return "" if prefix is None else str(prefix)
 
 
 def evaluate_rest(scope: Scope) -> None:

@@ -11,8 +11,9 @@ from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...units import ANGLE, LENGTH, Dimension, Quantity
-from ..tree import Instance, Map, Seq
-from .forms import is_number
+from ...xml.references import named_in, renamed
+from ..tree import Instance, Kept, Map, Seq
+from .forms import KEPT, is_number
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -38,13 +39,19 @@ def mentions_mount(fragment: Map) -> bool:
     if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
         return True
     listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
-    return any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed)
+    if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
+        return True
+    texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
+    return any(found.name == MOUNT and found.sure for text in texts for found in named_in(text))
 
 
-def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, mirror: str | None) -> Map:
+def placed(
+    fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, mirror: str | None, kept: bool = True
+) -> Map:
     """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
 
-    ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount.
+    ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount. Unless ``kept`` is false,
+    links and joints get their names in elements of XML, too.
     """
     defined = defined_names(fragment)
 
@@ -53,11 +60,13 @@ def placed(fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, m
             return prefix + name
         return parent if name == MOUNT and parent is not None else name
 
-    placer = _Placer(rename, prefix, (xyz, rpy), None if mirror is None else AXES[mirror])
+    placer = _Placer(rename, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
         changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
+        if section == KEPT and value and kept:
+            changed = _each(value, "", lambda text: _by(placer.renamed(text), fragment.via))
         made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
     return made
 
@@ -85,6 +94,12 @@ def _made_by(entry: Any, via: Instance | None) -> Any:
     return made
 
 
+def _by(text: Any, via: Instance | None) -> Any:
+    """Return elements of XML that know the part that made them."""
+    known = text.via if isinstance(text, Kept) else None
+    return text if not isinstance(text, str) or (known is not None and known.made) else Kept(text, via)
+
+
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
     made = Map(entry.span, entry.via)
@@ -100,15 +115,39 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 class _Placer:
     """One method a section: takes an entry, returns it renamed, mirrored and attached."""
 
-    def __init__(self, rename: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None) -> None:
+    def __init__(self, rename: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None, kept: bool) -> None:
         self.rename, self.prefix = rename, prefix
+        self.kept = kept
         self.mount = mount
         self.mirror = mirror
 
+    def renamed(self, text: Any) -> Any:
+        """Return elements of XML with the new names in them."""
+        if not self.kept or not isinstance(text, str):
+            return text
+        made = renamed(text, self.rename)
+        if made == text:
+            return text
+        return Kept(made, text.via) if isinstance(text, Kept) else made
+
+    def _elements(self, entry: Map) -> dict[str, Any]:
+        """Return the changes of the elements of XML that an entry has."""
+        texts = entry.get(KEPT)
+        return {KEPT: _each(texts, "", self.renamed)} if isinstance(texts, Seq) and self.kept else {}
+
     def links(self, entry: Any) -> Any:
-        if self.mirror is None or not isinstance(entry, Map):
+        if not isinstance(entry, Map):
             return entry
-        changes: dict[str, Any] = {}
+        changes = self._elements(entry)
+        for purpose in ("collision", "visual"):
+            shapes = entry.get(purpose)
+            if isinstance(shapes, Seq) and any(isinstance(shape, Map) and KEPT in shape for shape in shapes):
+                elements = _each(shapes, "", lambda one: _with(one, self._elements(one)) if KEPT in one else one)
+                changes[purpose] = elements
+        entry = _with(entry, changes) if changes else entry
+        if self.mirror is None:
+            return entry
+        changes = {}
         if isinstance(entry.get("inertial"), Map):
             changes["inertial"] = self._mirrored_inertial(entry["inertial"])
         for purpose in ("collision", "visual"):
@@ -119,7 +158,7 @@ class _Placer:
     def joints(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
-        changes = self._attached(entry)
+        changes = self._attached(entry) | self._elements(entry)
         if isinstance(entry.get("child"), str):
             changes["child"] = self.rename(entry["child"])
         mimic = entry.get("mimic")
@@ -135,7 +174,7 @@ class _Placer:
     def sensors(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
-        changes = self._attached(entry)
+        changes = self._attached(entry) | self._elements(entry)
         for key in ("frame", "joint"):
             if isinstance(entry.get(key), str):
                 changes[key] = self.rename(entry[key])

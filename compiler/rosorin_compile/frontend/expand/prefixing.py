@@ -41,7 +41,7 @@ def prefixed(tree: Map, prefix: str, via: Instance) -> tuple[Map, Counter[str]]:
         if key not in _WHOLE:
             fragment.put(key, value, tree.key_spans[key], tree.value_spans[key])
     names, materials = defined_names(fragment), frozenset(fragment.get("materials") or ())
-    fragment = placed(fragment, prefix, None, None, None, None)
+    fragment = placed(fragment, prefix, None, None, None, None, kept=False)
     changed: Counter[str] = Counter()
     if not prefix:
         return fragment, changed

@@ -15,10 +15,11 @@ from ...diagnostics import MAX_LISTED, Related, Span, did_you_mean, error
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...diagnostics.wording import first_of
 from ...units import UNITS
+from ...xml.elements import fitted
 from ..expression import Piece, evaluate, names_in, pieces
 from ..expression.functions import BUILT_IN, CONSTANTS, FUNCTIONS, ExpressionError, functions, kind_of
 from ..expression.syntax import weight
-from ..tree import Instance, Map, Place, Seq
+from ..tree import Instance, Kept, Map, Place, Seq
 from .ledger import Failed, Ledger
 
 RULES = (
@@ -34,6 +35,8 @@ RULES = (
 )
 
 
+# The key of elements of XML: a value that comes to stand in one has to be spelt as XML spells it.
+_XML = "urdf_elements"
 MAX_NODES = 1_500_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
@@ -41,7 +44,10 @@ MAX_WORK = 20_000_000
 
 
 class Scope:
-    """Names of one part, loop or description, within ``parent``; ``via`` tells how the expansion came here."""
+    """Names of one part, loop or description, within ``parent``; ``via`` tells how the expansion came here.
+
+    ``prefix`` stands before the names of all that a part here makes.
+    """
 
     def __init__(self, ledger: Ledger, parent: Scope | None = None, via: Instance | None = None) -> None:
         self.ledger = ledger
@@ -54,6 +60,7 @@ class Scope:
         self.pending: dict[str, tuple[Any, Place]] = {}
         self.broken: set[str] = set()
         self.running: list[str] = parent.running if parent else []
+        self.prefix: str = parent.prefix if parent else ""
         if via is not None:
             ledger.scopes[id(via)] = self
 
@@ -136,23 +143,26 @@ class Scope:
         outer = self.parent.known_names() if self.parent else set()
         return outer | set(self.places)
 
-    def resolve(self, value: Any, place: Place) -> Any:
-        """Return a value of the tree with everything in it evaluated. Raises Failed after reporting."""
+    def resolve(self, value: Any, place: Place, xml: bool = False) -> Any:
+        """Return a value of the tree with everything in it evaluated. Raises Failed after reporting.
+
+        ``xml``: its texts are elements of XML.
+        """
         if self.ledger.is_constant(value):
             return value
         if isinstance(value, Map):
             return self.mapping(value)
         if isinstance(value, Seq):
-            return self.sequence(value)
-        return self.text(value, place.span, place.via)
+            return self.sequence(value, xml)
+        return self.text(value, place.span, place.via, xml)
 
-    def _value(self, item: Any, span: Span, via: Instance | None) -> Any:
+    def _value(self, item: Any, span: Span, via: Instance | None, xml: bool = False) -> Any:
         """Return an item that is not constant, evaluated."""
         if type(item) is Map:
             return self.mapping(item)
         if type(item) is Seq:
-            return self.sequence(item)
-        return self.text(item, span, via)
+            return self.sequence(item, xml)
+        return self.text(item, span, via, xml)
 
     def mapping(self, value: Map) -> Map:
         """Return a mapping with its keys and values evaluated, its loops unrolled and its conditions decided.
@@ -170,7 +180,7 @@ class Scope:
                 if controlled or named:
                     self._entries_of(made, value, key, item, via)
                     continue
-                resolved = item if constant else self._value(item, span, via)
+                resolved = item if constant else self._value(item, span, via, key == _XML)
                 if resolved is None and not constant:
                     continue
                 made[key] = resolved
@@ -203,7 +213,7 @@ class Scope:
         self.report("wrong-type", f"a name is text, not {kind_of(name)}", Place(span, via), "put it inside text")
         raise Failed
 
-    def sequence(self, value: Seq) -> Seq:
+    def sequence(self, value: Seq, xml: bool = False) -> Seq:
         """Return a sequence with its items evaluated, its loops unrolled and its conditions decided."""
         via = self.via or value.via
         made = Seq(value.span, via)
@@ -214,9 +224,10 @@ class Scope:
             try:
                 if controlled:
                     for scope, entry in self.entries(item):
-                        made.put(scope.resolve(entry, Place(span, via)), span)
+                        found = scope.resolve(entry, Place(span, via), xml)
+                        made.put(Kept(found, scope.via or via) if xml and isinstance(found, str) else found, span)
                 else:
-                    made.append(item if constant else self._value(item, span, via))
+                    made.append(item if constant else self._value(item, span, via, xml))
                     made.value_spans.append(span)
             except Failed:
                 failed = True
@@ -268,8 +279,11 @@ class Scope:
         self.report("wrong-type", f"a condition is true or false, not {what}", place, help)
         raise Failed
 
-    def text(self, text: str, span: Span, via: Instance | None) -> Any:
-        """Return text with its ``${...}`` replaced; text that is one expression has the type of its value."""
+    def text(self, text: str, span: Span, via: Instance | None, xml: bool = False) -> Any:
+        """Return text with its ``${...}`` replaced; text that is one expression has the type of its value.
+
+        In ``xml`` a value is spelt so that it stays a value; one that is whole elements may stand between elements.
+        """
         parts: list[str] = []
         for piece in pieces(text):
             if not piece.is_expression:
@@ -288,7 +302,8 @@ class Scope:
                     self.count(weight(value), span, via)
                 if piece.is_whole:
                     return as_tree(value, span, via) if type(value) is list else value
-                parts.append(FUNCTIONS["str"](value))
+                worded = FUNCTIONS["str"](value)
+                parts.append(fitted("".join(parts), worded) if xml else worded)
             except ExpressionError as problem:
                 self._explain(problem, piece, text, Place(span, via))
                 raise Failed from None

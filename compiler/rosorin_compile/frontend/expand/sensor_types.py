@@ -13,7 +13,7 @@ from typing import Any
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
-from .forms import check_sensor_type
+from .forms import KEPT, check_sensor_type
 from .ledger import Failed
 from .parameters import declare
 from .scope import Scope
@@ -27,7 +27,7 @@ RULES = (
     ),
 )
 
-_BROUGHT = ("optical", "mjcf", "publisher", "source")
+_BROUGHT = ("optical", "mjcf", "gazebo", KEPT, "publisher", "source")
 
 
 def apply_types(tree: Map, own: Any, scope: Scope, library: Path) -> None:
@@ -100,7 +100,7 @@ def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> M
             made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
     for key in _BROUGHT:
         if key in definition and key not in sensor:
-            brought = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via))
+            brought = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via), key == KEPT)
             if brought is not None:
                 made.put(key, _brought(brought, scope.via), definition.key_spans[key], definition.value_spans[key])
     return made

@@ -20,6 +20,7 @@ from ...diagnostics.registry import FILES, FRAMES, Rule
 from ...diagnostics.wording import listed
 from ...model import (
     BODY_ELEMENT,
+    IDENTITY,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,
     STATIC_TRANSFORM_PUBLISHER,
@@ -27,6 +28,7 @@ from ...model import (
     UNPUBLISHED,
     Attribute,
     Edge,
+    GazeboSensor,
     Joint,
     Link,
     Output,
@@ -59,6 +61,7 @@ from .entries import (
     texts_of,
     vector_of,
 )
+from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 
@@ -178,8 +181,17 @@ class _Lowering:
             ),
             source=source_of(tree.get("source")),
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
-            urdf_elements=texts_of(tree),
+            urdf_elements=self.top_elements(),
         )
+
+    def top_elements(self) -> tuple[str, ...]:
+        """Return the elements of XML at the top of the robot, those of its sensors behind its own."""
+        texts = list(texts_of(self.tree))
+        for name, entry in self.section("sensors").items():
+            for index, text in enumerate(texts_of(entry)):
+                self.places["urdf_element", str(len(texts))] = ("sensors", name, "urdf_elements", index)
+                texts.append(text)
+        return tuple(texts)
 
     def link(self, name: str, entry: dict[str, Any]) -> Link:
         path: Path = ("links", name)
@@ -258,16 +270,17 @@ class _Lowering:
         mount = pose_of_entry(entry)
         mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
         optical = entry.get("optical")
-        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "")
+        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY)) if optical else IDENTITY
+        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "", joint, pose)
         stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
         simulated = self.elements(name, entry, frames)
-        made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps)
+        gazebo = self.gazebo(name, entry, frames)
+        made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
         if optical is None:
             return made, mounts
         inner = (*path, "optical")
         optical_joint = optical.get("joint", f"{optical['frame']}_joint")
         self.place_joint(optical_joint, inner, optical["frame"], (*inner, "frame"))
-        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY))
         by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
         mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
         return made, mounts
@@ -283,6 +296,18 @@ class _Lowering:
                 if element.kind == SENSOR_ELEMENT and element.pose is not None:
                     self.place("MuJoCo site", element.site, (*path, len(made)))
                 made.append(element)
+        except ShapeProblem as problem:
+            self.misfit(problem, path, f' (sensor "{name}")')
+        return tuple(made)
+
+    def gazebo(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[GazeboSensor, ...]:
+        """Return what Gazebo has of a sensor; two with one name are a problem."""
+        path: Path = ("sensors", name, "gazebo")
+        made: list[GazeboSensor] = []
+        try:
+            for one in lower_gazebo(name, entry.get("gazebo") or (), frames):
+                self.place("Gazebo sensor", one.name, (*path, len(made)))
+                made.append(one)
         except ShapeProblem as problem:
             self.misfit(problem, path, f' (sensor "{name}")')
         return tuple(made)
@@ -391,15 +416,6 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
 MAX_COPIES = 100_000
 
 _KINDS = (SENSOR_ELEMENT, BODY_ELEMENT, TEMPLATE_ELEMENT)
-
-
-class Frames(NamedTuple):
-    """The frames that an element may sit in: that of the sensor, its optical frame, and the link that it is on."""
-
-    sensor: str
-    mount: Pose
-    parent: str
-    optical: str = ""
 
 
 def lower_elements(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[Simulated]:

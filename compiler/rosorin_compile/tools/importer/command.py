@@ -71,6 +71,7 @@ def run(options: argparse.Namespace) -> int:
     if options.meshes is not None and not _can_begin(options.meshes):
         raise WrongUsage(f'--meshes "{options.meshes}" is neither a folder nor package://NAME')
     console = console_of(options)
+    console.begin(source.name)
     how = ReadOptions(arguments, packages, options.lenient, tell=console.ahead, trust=options.trust)
     imported = read_robot(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:

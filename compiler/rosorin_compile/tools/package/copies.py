@@ -10,7 +10,8 @@ from typing import NamedTuple
 from ...diagnostics.wording import printable
 from ...formats import FORMATS, Artifact, feeds, names_meshes
 from ...formats.templating import Templates
-from ...meaning.golden import CHANGED, NOT_TEXT, compare, shorten
+from ...meaning.entities import Change
+from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
 from ...model import ROBOT_STATE_PUBLISHER, Output, Robot
 from .meshes import settle
 
@@ -18,10 +19,15 @@ _SAME = "same meaning, different text"
 
 
 class Difference(NamedTuple):
-    """How a file differs from what is compiled: changes of meaning in words, and the lines of a unified diff."""
+    """How a file differs from what is compiled: in words, and the lines of a unified diff; and what these are made of.
+
+    ``changes`` are those of meaning, ``texts`` the difference of text.
+    """
 
     meaning: tuple[str, ...]
     lines: tuple[str, ...]
+    changes: tuple[Change, ...]
+    texts: tuple[TextDifference, ...]
 
     def told(self, place: str, full: bool) -> list[str]:
         """Return the difference as lines of plain text, each change with the place of the file before it."""
@@ -68,15 +74,17 @@ def difference(robot: Robot, artifact: Artifact, old: bytes) -> Difference | Non
         return None
     comparison = compare(robot, [artifact], {artifact.file: old})
     meaning = [change.text + (f" ({change.remark})" if change.remark else "") for change in comparison.changes]
-    lines: tuple[str, ...] = ()
-    for text in comparison.texts:
-        if text.kind == NOT_TEXT:
-            meaning.append("no UTF-8 text")
-        elif text.kind == CHANGED:
-            remark = text.remark.replace("the committed file", "the file")
-            meaning += [remark] if remark else []
-            lines = _headed(text.lines)
-    return Difference(tuple(meaning) or (_SAME,), lines)
+    texts = tuple(map(_deployed, comparison.texts))
+    meaning += [text.remark for text in texts if text.remark]
+    lines = next((text.lines for text in texts), ())
+    return Difference(tuple(meaning) or (_SAME,), lines, comparison.changes, texts)
+
+
+def _deployed(text: TextDifference) -> TextDifference:
+    """Return a difference of text as it is said of a copy."""
+    if text.kind == NOT_TEXT:
+        return text._replace(remark="no UTF-8 text")
+    return text._replace(remark=text.remark.replace("the committed file", "the file"), lines=_headed(text.lines))
 
 
 def _headed(lines: Sequence[str]) -> tuple[str, ...]:

@@ -101,7 +101,7 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
         return PROBLEMS
     if left:
         reasons = ", ".join(dict.fromkeys(left.values()))
-        console.warn(f"not shown: {counted(len(left), 'mesh', 'meshes')} ({first_of(list(left), 3)}): {reasons}")
+        console.warn(f"not shown: {counted(len(left), 'mesh')} ({first_of(list(left), 3)}): {reasons}")
     console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
     return FINE
 
@@ -129,7 +129,9 @@ class _Followed:
         try:
             server = bound(self.page, options.host, options.port)
         except (OSError, OverflowError) as problem:
-            raise WrongUsage(f"cannot serve at {options.host}: {getattr(problem, 'strerror', None) or problem}") from None
+            raise WrongUsage(
+                f"cannot serve at {options.host}: {getattr(problem, 'strerror', None) or problem}"
+            ) from None
         threading.Thread(target=server.serve_forever, daemon=True).start()
         address = _address(server, options.host)
         print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
@@ -184,7 +186,7 @@ class _Followed:
 
 
 class _Touching:
-    """Which links are inside each other, by MuJoCo, where that is installed; the scene is made at the first question."""
+    """Which links are inside each other, by MuJoCo where that is installed; its scene is made at the first question."""
 
     def __init__(self, shown: Shown, lock: threading.Lock) -> None:
         self.shown = shown

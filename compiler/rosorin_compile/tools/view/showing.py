@@ -93,7 +93,12 @@ def _where(understood: Understood, link: str) -> Data | None:
     span = locate(tree, path, key=True).span if path is not None else None
     if span is None:
         return None
-    return {"file": span.source.path, "line": span.line, "column": span.column, "path": os.path.abspath(span.source.path)}
+    return {
+        "file": span.source.path,
+        "line": span.line,
+        "column": span.column,
+        "path": os.path.abspath(span.source.path),
+    }
 
 
 def served(shown: Shown) -> tuple[Data, list[Path]]:

@@ -1,0 +1,88 @@
+"""``NAME:=VALUE`` sets an argument wherever ``-a`` does: found by asking the parser of every command."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from unittest import mock
+
+import pytest
+
+from rosorin_compile.cli import COMMANDS, main, parser
+from rosorin_compile.tools import watch
+from rosorin_compile.tools.parser import Parser
+from support.commands import Shown, write_files
+from support.paths import DATA
+
+ROBOT = """\
+robot: r
+args: {x: {type: length, default: 1}}
+links: {a: {collision: [{sphere: {radius: "${x}"}}]}, b: {}}
+joints:
+  j: {type: revolute, parent: a, child: b, axis: [0, 0, 1], limit: {lower: 0, upper: 1, effort: 1, velocity: 1}}
+outputs: {urdf: {file: r.urdf}}
+"""
+# What stands behind the name of a command, for a robot in r.yaml; the argument comes in front of it and behind.
+WORDS = {
+    "all": ["r.yaml"],
+    "print": ["urdf", "r.yaml"],
+    "check": ["r.yaml", "--every-argument"],
+    "watch": ["r.yaml"],
+    "import": ["r.xacro", "-o", "made"],
+    "diff": ["r.yaml", "r.yaml"],
+    "explain": ["r.yaml", "b"],
+    "tf": ["a", "b", "r.yaml"],
+    "frames": ["r.yaml"],
+    "pulses": ["r.yaml"],
+    "args": ["r.yaml"],
+    "package": ["r.yaml", "-o", "pkg"],
+    "deploy": ["r.yaml", "--to", "."],
+    "verify": [str(DATA / "recordings" / "session.txt"), "r.yaml"],
+    "extract boxes": ["r.xacro"],
+    "extract heightmap": ["r.xacro", "--link", "a", "--cell", "1cm"],
+    "extract factory": [".", "-o", "made"],
+}
+XACRO = (
+    '<robot xmlns:xacro="http://ros.org/wiki/xacro" name="r"><xacro:arg name="x" default="1"/><link name="a"/></robot>'
+)
+
+
+def taking() -> Iterator[str]:
+    """Yield the commands that have ``-a``, those within a command too."""
+    for name in COMMANDS:
+        waiting: list[tuple[str, Parser]] = [(name, parser([name]).within[name])]
+        while waiting:
+            called, command = waiting.pop()
+            waiting += [(f"{called} {inner}", one) for inner, one in command.within.items()]
+            if any("-a" in option.option_strings for option in command.options):
+                yield called
+
+
+def test_each_command_that_takes_arguments_is_tried_here() -> None:
+    assert set(taking()) == set(WORDS)
+
+
+@pytest.mark.parametrize("name", WORDS)
+def test_a_word_sets_what_the_option_sets(
+    name: str, home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A name that the robot does not have is refused in the same words, wherever the word stands."""
+    write_files(home, {"r.yaml": ROBOT, "r.xacro": XACRO, "package.xml": "<package><name>p</name></package>"})
+    monkeypatch.setattr(watch, "signal", mock.MagicMock())
+    monkeypatch.setattr(watch, "time", SimpleNamespace(sleep=interrupted))
+    command, words = name.split(), WORDS[name]
+    said = []
+    for call in (
+        [*command, *words, "-a", "nothing=1"],
+        [*command, *words, "nothing:=1"],
+        [*command, "nothing:=1", *words],
+    ):
+        said.append((main(call), capsys.readouterr().err))
+    assert said[0] == said[1] == said[2]
+    assert said[0][0] == (130 if name == "watch" else 1)
+    assert 'has no argument "nothing"' in said[0][1]
+
+
+def interrupted(_seconds: float) -> None:
+    raise KeyboardInterrupt

@@ -1,0 +1,328 @@
+"""``print``: one artifact on standard output, the same bytes as ``all`` writes, and nothing else anywhere."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import shutil
+import stat
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from xml.etree import ElementTree
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.formats import FORMATS
+from support.commands import Shown, ask
+from support.paths import OUTPUTS, ROOT, ROSORIN, ROUND_TRIP, XACRO
+from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
+
+PROGRAM = [sys.executable, "-m", "rosorin_compile"]
+LISTED = {
+    "frames": ("frames", "frames.md"),
+    "frames_amcl": ("frames_picture", "frames_amcl.svg"),
+    "frames_slam": ("frames_picture", "frames_slam.svg"),
+    "mjcf": ("mjcf", "rosorin.xml"),
+    "robot_model": ("robot_model", "robot_model.json"),
+    "static_tf": ("static_tf", "static_tf.launch.py"),
+    "static_tf_json": ("static_tf_json", "static_tf.json"),
+    "urdf": ("urdf", "rosorin.urdf"),
+}
+PLAIN = """\
+robot: plain
+links: {base_link: {}, laser: {}, wheel: {}}
+joints:
+  laser_joint: {type: fixed, parent: base_link, child: laser, publisher: {static_transform_publisher: laser_tf}}
+  wheel_joint: {type: fixed, parent: base_link, child: wheel, publisher: robot_state_publisher}
+"""
+
+
+def run(*words: str, cwd: Path = ROOT, **environment: str) -> subprocess.CompletedProcess[bytes]:
+    variables = {**os.environ, "ROSORIN_COMPILE_CACHE": "off", **environment}
+    return subprocess.run([*PROGRAM, *words], capture_output=True, cwd=cwd, env=variables, check=False)
+
+
+def printed(*words: str, cwd: Path = ROOT, **environment: str) -> bytes:
+    """Return what a call prints that has to go well, without a word on standard error."""
+    done = run("print", *words, cwd=cwd, **environment)
+    assert (done.returncode, done.stderr) == (0, b"")
+    return done.stdout
+
+
+@pytest.mark.parametrize("name", LISTED)
+def test_each_output_of_the_reference_robot_is_the_committed_file(name: str, home: Path, capfdbinary: Shown) -> None:
+    assert main(["print", name, str(ROSORIN)]) == 0
+    shown = capfdbinary.readouterr()
+    assert shown == ((OUTPUTS / LISTED[name][1]).read_bytes(), b"")
+    assert [path for path in home.rglob("*") if path.is_file() and "cache" not in path.parts] == []
+
+
+def test_the_list_names_outputs_formats_and_files(capsys: Shown) -> None:
+    rows = [{"name": name, "format": format, "file": file} for name, (format, file) in LISTED.items()]
+    assert json.loads(ask(capsys, "print", "--list", str(ROSORIN), "--json")) == rows
+    lines = ask(capsys, "print", "--list", str(ROSORIN)).splitlines()
+    assert [line.split() for line in lines[1:]] == [list(row.values()) for row in rows]
+
+
+def test_neither_locale_nor_folder_nor_buffering_changes_a_byte(tmp_path: Path) -> None:
+    (tmp_path / "größe.yaml").write_text('robot: "größe"\nlinks: {"bäse": {}}\n', "utf-8")
+    plain = printed("urdf", str(tmp_path / "größe.yaml"))
+    assert plain.decode("utf-8").count("größe") == 2
+    assert plain.endswith(b"</robot>\n")
+    ascii_only = {
+        "LC_ALL": "C",
+        "LANG": "C",
+        "PYTHONIOENCODING": "ascii",
+        "PYTHONUTF8": "0",
+        "PYTHONCOERCECLOCALE": "0",
+    }
+    for environment in (ascii_only, {"PYTHONUNBUFFERED": "1"}, {"FORCE_COLOR": "1"}):
+        assert printed("urdf", "größe.yaml", cwd=tmp_path, **environment) == plain
+
+
+def test_a_read_only_install_space_is_enough(tmp_path: Path) -> None:
+    share = tmp_path / "share" / "arm_description" / "descriptions" / "rosorin"
+    shutil.copytree(ROSORIN.parent, share)
+    folders = [share, *share.parents[:3]]
+    for path in [*share.iterdir(), *folders]:
+        path.chmod(0o555 if path.is_dir() else 0o444)
+    (tmp_path / "elsewhere").mkdir()
+    try:
+        made = printed("urdf", str(share / "robot.yaml"), cwd=tmp_path / "elsewhere")
+    finally:
+        for path in folders:
+            path.chmod(0o755)
+    assert made == (OUTPUTS / "rosorin.urdf").read_bytes()
+    assert sorted(path.name for path in share.iterdir()) == sorted(path.name for path in ROSORIN.parent.iterdir())
+    assert list((tmp_path / "elsewhere").iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    "name", ["urdf", "mjcf", "static_tf", "static_tf_json", "robot_model", "frames", "frames_picture"]
+)
+def test_a_format_that_is_not_listed_has_its_defaults(name: str, home: Path, capsys: Shown) -> None:
+    (home / "alone.yaml").write_text(PLAIN)
+    alone = ask(capsys, "print", name, "alone.yaml")
+    files = {"urdf": "plain.urdf", "static_tf": "a.launch.py"} | {name: FORMATS[name].file.format("plain")}
+    every = ", ".join(f"{one}: {{file: {file}}}" for one, file in files.items())
+    (home / "listed.yaml").write_text(f"{PLAIN}outputs: {{{every}}}\n")
+    listed = ask(capsys, "print", name, "listed.yaml")
+    if name == "static_tf":  # which starts what reads the URDF, where there is one
+        assert "robot_state_publisher" in listed
+        assert "robot_state_publisher" not in alone
+    else:
+        assert alone == listed
+    assert name == "urdf" or "laser" in alone  # a static transform publisher has that
+
+
+def test_a_name_goes_before_a_format(home: Path, capsys: Shown) -> None:
+    text = PLAIN.replace("publisher: {static_transform_publisher: laser_tf}", "")
+    outputs = "  main: {backend: urdf, file: plain.urdf, version: 1.2}\n  mjcf: {backend: urdf, file: other.urdf}\n"
+    (home / "r.yaml").write_text(f"{text}outputs:\n{outputs}")
+    assert '<robot name="plain" version="1.2">' in ask(capsys, "print", "main", "r.yaml")
+    assert '<robot name="plain">' in ask(capsys, "print", "urdf", "r.yaml")
+    assert '<robot name="plain">' in ask(capsys, "print", "mjcf", "r.yaml")
+
+
+def test_an_unknown_output_is_met_with_what_there_is(capsys: Shown) -> None:
+    said = ask(capsys, "print", "udrf", str(ROSORIN), code=2)
+    assert 'error[unknown-output]: rosorin has no output "udrf", and there is no format of that name' in said
+    assert 'did you mean "urdf"? (its outputs: urdf, mjcf, ' in said
+    assert "; with their defaults: frames_picture, template)" in said
+
+
+def test_a_format_that_needs_options_says_which(capsys: Shown) -> None:
+    said = ask(capsys, "print", "template", str(ROSORIN), code=1)
+    assert 'error[template-not-named]: output "template" names no template' in said
+    assert "add template: FILE, a Jinja template" in said
+    assert "taken with the defaults of its format; an entry under outputs can say more" in said
+
+
+def test_an_error_leaves_standard_output_empty(tmp_path: Path) -> None:
+    (tmp_path / "bad.yaml").write_text(
+        PLAIN.replace("parent: base_link, child: laser", "parent: bas_link, child: laser")
+    )
+    for words in (["urdf", "bad.yaml"], ["mjcf", "bad.yaml", "-v"], ["urdf", "bad.yaml", "-o", "made.urdf"]):
+        done = run("print", *words, cwd=tmp_path)
+        assert (done.returncode, done.stdout) == (1, b"")
+        assert b'did you mean "base_link"?' in done.stderr
+        assert done.stderr.endswith(b"bad: 1 error, nothing printed\n")
+    assert not (tmp_path / "made.urdf").exists()
+
+
+def test_an_argument_and_what_is_wrong_with_one(capsys: Shown) -> None:
+    fixed, free = (ask(capsys, "print", "mjcf", str(ROSORIN), f"base:={way}") for way in ("fixed", "free"))
+    assert fixed.encode() == (OUTPUTS / "rosorin.xml").read_bytes()
+    assert "<freejoint" in free
+    assert "<freejoint" not in fixed
+    assert ask(capsys, "print", "mjcf", str(ROSORIN), "-a", "base=free") == free
+    assert 'did you mean "base"?' in ask(capsys, "print", "mjcf", str(ROSORIN), "bas:=free", code=1)
+
+
+def test_verbose_tells_what_silence_keeps(capsys: Shown) -> None:
+    assert main(["print", "urdf", str(ROSORIN), "-v"]) == 0
+    shown = capsys.readouterr()
+    assert shown.out.encode() == (OUTPUTS / "rosorin.urdf").read_bytes()
+    assert "note[stand-in]" in shown.err
+    read = [line.partition(" ")[2] for line in shown.err.splitlines() if line.startswith("read ")]
+    assert sorted(Path(name).name for name in read) == sorted(path.name for path in ROSORIN.parent.glob("*.yaml"))
+
+
+def test_a_reader_of_the_first_line_alone_is_no_mistake() -> None:
+    script = f"{' '.join(PROGRAM)} print frames_slam rosorin | head -c 1"
+    done = subprocess.run(["bash", "-c", script], capture_output=True, cwd=ROOT, check=False)
+    assert (done.stdout, done.stderr) == (b"<", b"")
+
+
+def test_what_cannot_be_printed_in_full_is_a_problem(tmp_path: Path) -> None:
+    for unbuffered in ("", "1"):
+        script = f"ulimit -f 4; exec {sys.executable} -m rosorin_compile print urdf rosorin > {tmp_path / 'cut.urdf'}"
+        environment = {**os.environ, "PYTHONUNBUFFERED": unbuffered, "ROSORIN_COMPILE_CACHE": "off"}
+        done = subprocess.run(["bash", "-c", script], capture_output=True, cwd=ROOT, env=environment, check=False)
+        assert (done.returncode, done.stderr) == (1, b"cannot write to standard output: File too large\n")
+    closed = subprocess.run(
+        ["bash", "-c", f"{' '.join(PROGRAM)} print urdf rosorin >&-"], capture_output=True, cwd=ROOT, check=False
+    )
+    assert (closed.returncode, closed.stderr) == (1, b"cannot write to standard output: it is closed\n")
+
+
+@pytest.mark.parametrize("make", [rosorin_alone, ur5e, packaged, foreign, meshes])
+def test_each_output_is_what_all_writes(make: Callable[[], None], home: Path, capfdbinary: Shown) -> None:
+    """Also where meshes are found, converted, or missing, and before any of them is copied."""
+    make()
+    more = ["--package", "p=p", "-a", "x=2"] if make is meshes else []
+    listed = json.loads(print_bytes(capfdbinary, "--list", "--json", *more))
+    alone = {entry["file"]: print_bytes(capfdbinary, entry["name"], *more) for entry in listed}
+    assert main(["all", "r", "-q", *more]) == 0
+    capfdbinary.readouterr()
+    folder = home / "outputs" / "r"
+    assert alone == {file: (folder / file).read_bytes() for file in alone}
+    assert alone == {entry["file"]: print_bytes(capfdbinary, entry["name"], *more) for entry in listed}
+
+
+def print_bytes(capfdbinary: Shown, *words: str) -> bytes:
+    assert main(["print", *words[:1], "r", *words[1:]]) == 0
+    out, err = capfdbinary.readouterr()
+    assert err == b""
+    return bytes(out)
+
+
+def test_a_cache_that_others_could_change_is_no_word_worth(tmp_path: Path) -> None:
+    (tmp_path / "cache").mkdir()
+    (tmp_path / "cache").chmod(0o777)
+    environment = {"ROSORIN_COMPILE_CACHE": str(tmp_path / "cache")}
+    printed("urdf", "rosorin", **environment)
+    assert b"note[cache-not-private]" in run("print", "urdf", "rosorin", "-v", **environment).stderr
+
+
+# -o FILE
+
+
+def test_a_file_is_written_at_once_and_an_equal_one_gets_newer(home: Path, capsys: Shown) -> None:
+    assert ask(capsys, "print", "urdf", str(ROSORIN), "-o", "new/folder/r.urdf") == ""
+    made = home / "new" / "folder" / "r.urdf"
+    assert made.read_bytes() == (OUTPUTS / "rosorin.urdf").read_bytes()
+    os.utime(made, (1, 1))
+    before = made.stat().st_ino
+    ask(capsys, "print", "urdf", str(ROSORIN), "-o", str(made))
+    assert made.stat().st_ino == before
+    assert made.stat().st_mtime > 1_000_000_000
+    made.write_text("older")
+    made.chmod(0o640)
+    ask(capsys, "print", "urdf", str(ROSORIN), "-o", str(made))
+    assert stat.S_IMODE(made.stat().st_mode) == 0o640
+    assert [path.name for path in made.parent.iterdir()] == ["r.urdf"]
+
+
+def test_a_link_stays_and_a_pipe_is_written_into(home: Path, capsys: Shown) -> None:
+    (home / "link.urdf").symlink_to("real.urdf")
+    ask(capsys, "print", "urdf", str(ROSORIN), "-o", "link.urdf")
+    assert (home / "link.urdf").is_symlink()
+    assert (home / "real.urdf").read_bytes() == (OUTPUTS / "rosorin.urdf").read_bytes()
+    os.mkfifo(home / "pipe")
+    with subprocess.Popen(["cat", "pipe"], stdout=subprocess.PIPE) as cat:
+        ask(capsys, "print", "urdf", str(ROSORIN), "-o", "pipe")
+        assert cat.communicate()[0] == (OUTPUTS / "rosorin.urdf").read_bytes()
+    assert stat.S_ISFIFO((home / "pipe").stat().st_mode)
+
+
+def test_a_place_that_no_file_can_have(home: Path, capsys: Shown) -> None:
+    (home / "folder").mkdir()
+    (home / "file").write_text("")
+    (home / "arm.yaml").write_text(PLAIN)
+    digest = hashlib.sha256((home / "arm.yaml").read_bytes()).digest()
+    assert "error[output-folder]: folder is a folder" in ask(
+        capsys, "print", "urdf", "arm.yaml", "-o", "folder", code=1
+    )
+    said = ask(capsys, "print", "urdf", "arm.yaml", "-o", "file/x.urdf", code=1)
+    assert "error[output-folder]: cannot write file/x.urdf: file" in said
+    said = ask(capsys, "print", "urdf", "arm.yaml", "-o", "./arm.yaml", code=1)
+    assert "error[output-is-input]: arm.yaml is one of the files that it would be made of" in said
+    assert hashlib.sha256((home / "arm.yaml").read_bytes()).digest() == digest
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_a_folder_that_may_not_be_written(home: Path, capsys: Shown) -> None:
+    (home / "kept").mkdir(mode=0o555)
+    said = ask(capsys, "print", "urdf", str(ROSORIN), "-o", "kept/x.urdf", code=1)
+    assert "error[output-read-only]: cannot write kept/x.urdf" in said
+
+
+# Which robot
+
+
+def test_which_robot_is_meant(home: Path, capsys: Shown) -> None:
+    for name in ("left", "right"):
+        (home / "descriptions" / name).mkdir(parents=True)
+        (home / "descriptions" / name / "robot.yaml").write_text(PLAIN.replace("robot: plain", f"robot: {name}"))
+    said = ask(capsys, "print", "urdf", code=2)
+    assert "there are several robots here: left, right; name one: rosorin-compile print urdf ROBOT" in said
+    assert "left is a robot: write rosorin-compile print OUTPUT left" in ask(capsys, "print", "left", code=2)
+    for word in ("left", "descriptions/left", "descriptions/left/robot.yaml"):
+        assert '<robot name="left">' in ask(capsys, "print", "urdf", word)
+    assert "print what?" in ask(capsys, "print", code=2)
+    assert "a name is empty" in ask(capsys, "print", "urdf", "", code=2)
+    assert "print takes one OUTPUT and one ROBOT" in ask(capsys, "print", "urdf", "left", "right", code=2)
+    shutil.rmtree("descriptions/right")
+    assert '<robot name="left">' in ask(capsys, "print", "urdf")
+    assert "left lists no outputs; print takes the name of a format: urdf, " in ask(capsys, "print", "--list")
+
+
+@pytest.mark.usefixtures("rosorin")
+def test_without_an_output_those_of_the_robot_are_named(capsys: Shown) -> None:
+    said = ask(capsys, "print", code=2)
+    assert "rosorin-compile print OUTPUT [ROBOT]; the outputs of rosorin: frames, frames_amcl, " in said
+
+
+# Robots in other formats
+
+
+def test_a_urdf_in_the_place_of_a_description(capsys: Shown) -> None:
+    source = ROUND_TRIP / "limits.urdf"
+    made = ElementTree.fromstring(ask(capsys, "print", "urdf", str(source)))
+    meant = ElementTree.parse(source).getroot()
+    assert {one.get("name") for one in made.iter("joint")} == {one.get("name") for one in meant.iter("joint")}
+    assert ask(capsys, "print", "frames", str(source)).startswith("# Frames of limits\n")
+    assert [entry["name"] for entry in json.loads(ask(capsys, "print", "--list", str(source), "--json"))][-1] == "urdf"
+
+
+def test_a_xacro_with_its_arguments_prints_nothing_else(tmp_path: Path) -> None:
+    (tmp_path / "a.urdf.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="a"><xacro:arg name="prefix" default="x_"/>'
+        '<link name="$(arg prefix)base"/></robot>'
+    )
+    assert b'<link name="left_base"/>' in printed("urdf", "a.urdf.xacro", "prefix:=left_", cwd=tmp_path)
+    assert b'<link name="x_base"/>' in printed("urdf", "a.urdf.xacro", cwd=tmp_path)
+    told = run("print", "urdf", "a.urdf.xacro", "-v", cwd=tmp_path).stderr
+    assert b"warning[xacro-runs-code]" in told
+    assert b"read a.urdf.xacro\n" in told
+
+
+def test_a_description_that_includes_a_xacro_prints_nothing_else(tmp_path: Path) -> None:
+    shutil.copy(next(XACRO.glob("05-*")) / "robot.xacro", tmp_path / "v.xacro")
+    (tmp_path / "r.yaml").write_text("robot: r\ninclude: [v.xacro]\n")
+    assert printed("urdf", "r.yaml", cwd=tmp_path).startswith(b"<?xml")

@@ -16,9 +16,7 @@ def png(pixels: NDArray[np.uint8], about: str = "") -> bytes:
     rows, columns, channels = pixels.shape
     head = struct.pack(">IIBBBBB", columns, rows, 8, {3: 2, 4: 6}[channels], 0, 0, 0)
     comment = b"Comment\0" + f"{MARK}{about}".encode("latin-1", "replace")
-    plain = np.pad(
-        pixels.reshape(rows, columns * channels), ((0, 0), (1, 0))
-    )
+    plain = np.pad(pixels.reshape(rows, columns * channels), ((0, 0), (1, 0)))
     data = min((zlib.compress(made.tobytes(), 9) for made in (plain, _filtered(pixels))), key=len)
     parts = ((b"IHDR", head), (b"sRGB", b"\0"), (b"tEXt", comment), (b"IDAT", data), (b"IEND", b""))
     return b"\x89PNG\r\n\x1a\n" + b"".join(_part(kind, content) for kind, content in parts)

@@ -1,6 +1,20 @@
-"""Run the command line as ``python -m rosorin_compile``."""
+"""Run the command line, as a program and as ``python -m rosorin_compile``."""
 
-from .cli import main
+from __future__ import annotations
+
+import signal
+
+
+def main() -> int:
+    """Run the command line; return the exit code. A Ctrl-C that comes before there is a command ends it in silence."""
+    before = signal.getsignal(signal.SIGINT)
+    if before is signal.default_int_handler:  # else somebody has said what it means
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    from .cli import main as run
+
+    signal.signal(signal.SIGINT, before)
+    return run()
+
 
 if __name__ == "__main__":
     raise SystemExit(main())

@@ -14,9 +14,10 @@ from collections.abc import Iterable, Sequence
 from importlib import import_module
 
 from . import __version__
-from .diagnostics.console import guarded
+from .diagnostics.console import guarded, show_progress
+from .diagnostics.progress import hide
 from .tools.parser import Parser
-from .tools.shared import PROBLEMS, USAGE, WrongUsage, tell_of_cache
+from .tools.usage import PROBLEMS, USAGE, WrongUsage, tell_of_cache
 
 # By what people want to do; the help lists them in this order.
 GROUPS = {
@@ -43,10 +44,16 @@ GROUPS = {
         "pulses": "turn servo pulses into joint positions and back",
         "args": "list the arguments of a robot",
     },
+    "build with it": {
+        "cmake-dir": "print the folder of the CMake package, for find_package",
+    },
     "run on the robot": {
         "package": "write a ROS 2 package that is ready to build",
         "deploy": "write the artifacts into a ROS 2 package that you have",
         "verify": "hold a recording of the robot against its description",
+    },
+    "set up": {
+        "completion": "print the script that completes a line in bash, zsh or fish",
     },
 }
 COMMANDS = {name: help for group in GROUPS.values() for name, help in group.items()}
@@ -72,10 +79,37 @@ WORDS = {
     "package": "[ROBOT] -o FOLDER",
     "deploy": "[ROBOT] --to FOLDER",
     "verify": "SOURCE [ROBOT]",
+    "completion": "SHELL",
 }
+
+# What the exit codes 0 and 1 of a command mean; 2 is wrong usage everywhere.
+_EXITS = {
+    "init": "0 written, 1 the folder cannot be written",
+    "all": "0 written or unchanged, 1 a robot has errors; with --dry-run also 1 something would change",
+    "print": "0 printed, 1 the robot has errors",
+    "check": "0 as committed, 1 differences or errors",
+    "watch": "0 it was ended by Ctrl-C or SIGTERM",
+    "rule": "0 known, 1 a plug-in is broken",
+    "import": "0 written, 1 the source has errors",
+    "extract": "0 taken out, 1 it cannot be",
+    "diff": "0 the same robot, 1 differences or errors",
+    "explain": "0 answered, 1 the description has errors",
+    "tf": "0 answered, 1 errors or no transform; with --strict also 1 beyond a limit",
+    "frames": "0 shown or written, 1 the robot has errors",
+    "pulses": "0 answered, 1 errors or no such pulse; with --strict also 1 beyond a limit",
+    "args": "0 listed, 1 an argument that is given is wrong",
+    "package": "0 written or unchanged, 1 errors",
+    "deploy": "0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
+    "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
+    "cmake-dir": "0 printed",
+    "schema": "0 printed",
+    "completion": "0 printed",
+}
+_EXIT = "0 fine, 1 problems"
 
 # Where the module of a command stands in ``tools``, where that is not its name.
 MODULES = {
+    "cmake-dir": "cmake_dir",
     "import": "importer.command",
     "extract": "extract.command",
     "explain": "explain.command",
@@ -86,7 +120,11 @@ MODULES = {
     "package": "package.command",
     "deploy": "package.deploy_command",
     "verify": "verify.command",
+    "completion": "completion.command",
 }
+
+# No command of the help: the scripts of ``completion`` ask so what may stand at the cursor.
+ASKED_BY_SHELLS = "complete"
 
 _WHAT = "Say once, in YAML, what a robot looks like; every artifact that other programs read follows."
 _MORE = """rosorin-compile COMMAND --help says more about one.
@@ -110,8 +148,14 @@ def _run(words: list[str]) -> int:
     if not words:
         sys.stderr.write(parser(words).format_help())
         return USAGE
+    if words[0] == ASKED_BY_SHELLS:
+        from .tools.completion.candidates import CommandLine, answer
+
+        return answer(words[1:], CommandLine(COMMANDS, parser))
     try:
         options = parse(words)
+        if _shown(options):
+            show_progress()
         code: int = options.run(options)
         if not getattr(options, "quiet", False):
             tell_of_cache()
@@ -126,7 +170,15 @@ def _run(words: list[str]) -> int:
         return PROBLEMS
     except Exception as problem:
         return _stopped(problem)
+    finally:
+        hide()
     return code
+
+
+def _shown(options: argparse.Namespace) -> bool:
+    """Say whether a run is one for a person, who wants to see how far it is."""
+    for_programs = getattr(options, "format", "text") != "text" or getattr(options, "json", False)
+    return not (for_programs or getattr(options, "quiet", False))
 
 
 def _stopped(problem: Exception) -> int:
@@ -150,7 +202,7 @@ def parse(words: list[str]) -> argparse.Namespace:
     top = parser(words)
     options: argparse.Namespace
     options, more = top.parse_known_args(words)
-    unknown = next((word for word in more if word.startswith("-")), "")
+    unknown = next((word for word in more if word.startswith("-") and word != "-"), "")
     if unknown:
         raise WrongUsage(f"{_called(words)} has no option {unknown}; {_near(unknown, options.known)}")
     if more and not hasattr(options, "words"):
@@ -181,6 +233,10 @@ def parser(words: Sequence[str]) -> Parser:
         module.options(command)
         if called in WORDS:
             command.usage = f"{top.prog} {called} [options] {WORDS[called]}"
+        for one in (command, *command.within.values()):
+            one.epilog = "\n\n".join(
+                filter(None, [one.epilog, f"Exit codes: {_EXITS.get(called, _EXIT)}, 2 wrong usage."])
+            )
         command.set_defaults(run=module.run, known=command.long_options())
     return top
 

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
+from .diagnostics.progress import step
 from .diagnostics.wording import and_more, counted
 from .formats import FORMATS, Artifact, endings, plugged_diagnostics
 from .frontend.accepting import Entry, settled, unknown, unused
@@ -102,7 +103,7 @@ def understand(
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
     are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``.
     """
-    return judged(expand(path, arguments or {}, _Readers(), tell, packages), wanted)
+    return judged(expand(path, arguments or {}, Readers(), tell, packages), wanted)
 
 
 def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
@@ -117,6 +118,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     tree, unknown_outputs = with_wanted(expanded.tree, wanted, FORMATS)
     expanded = expanded._replace(tree=tree)
     said += unknown_outputs
+    step("validating")
     diagnostics = [*said, *validate(tree, FORMATS), *unknown(tree, acceptable())]
     if has_errors(diagnostics):
         return Understood(expanded, None, arrange(diagnostics))
@@ -133,7 +135,7 @@ def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
     return Understood(expanded, lowered, arrange(left.diagnostics), left.used)
 
 
-class _Readers:
+class Readers:
     """Reads the foreign robots that descriptions include (``expand.included_robots.ForeignReader``)."""
 
     def endings(self) -> tuple[str, ...]:
@@ -151,12 +153,6 @@ class _Readers:
         # Notes on what is accepted: the rules say so again, of the whole robot.
         new = [one for one in read.diagnostics if one.severity != NOTE or one.rule not in acceptable()]
         return read._replace(diagnostics=new)
-
-    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
-        """Return the folder of a ROS package that a file names; None if it is not found."""
-        from .formats.packages import Packages
-
-        return Packages(packages, os.environ, by).find(name)
 
 
 def compile(  # noqa: A001 - the word of the API
@@ -263,7 +259,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
         opening = any(FORMATS[output.backend].opens is not None for output in outputs)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = replace(robot, missing_meshes=meshes.missing, mesh_files=meshes.by_name)
-    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path.parent)
+    artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
     if has_errors(said):
@@ -280,15 +276,16 @@ def _has_mesh(link: Link) -> bool:
 
 
 def _emit(
-    robot: Robot, outputs: Sequence[Output], tree: Map, folder: Path
+    robot: Robot, outputs: Sequence[Output], tree: Map, path: Path
 ) -> tuple[tuple[Artifact, ...], list[Diagnostic], tuple[Path, ...]]:
     """Return the artifacts that outputs ask for, what the formats cannot say, and the templates used."""
     from .formats.templating import TemplateProblem, Templates
 
-    templates = Templates(folder)
+    templates = Templates(path.parent, first=path)
     artifacts: list[Artifact] = []
     diagnostics: list[Diagnostic] = []
-    for output in outputs:
+    for number, output in enumerate(outputs):
+        step(f"making {output.file},", number, len(outputs))
         place = locate(tree, ("outputs", output.name), key=True)
         try:
             text, said = FORMATS[output.backend].written(robot, output, templates)
@@ -301,8 +298,7 @@ def _emit(
             d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
         ]
         artifacts.append(Artifact(output.file, text, output.backend, output.name))
-    own = tuple(sorted(path for path in templates.used if path.is_relative_to(folder.resolve())))
-    return tuple(artifacts), diagnostics, own
+    return tuple(artifacts), diagnostics, templates.own()
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

@@ -22,7 +22,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from .diagnostics import Diagnostic, error
 from .diagnostics.registry import PLUGINS, Rule
-from .project import cache_folder, keep, recalled
+from .project.cache import cache_folder, keep, recalled
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

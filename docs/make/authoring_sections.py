@@ -80,12 +80,16 @@ def _include() -> Schema:
         "description": "A file, or a file with what is said beside it. A .urdf, .xacro or .xml is another one's robot: "
         "it is joined as it is, with its names prefixed, and attached to a frame.",
         "properties": {
-            "file": {**text, "description": "The file, relative to this one; with package, relative to the package."},
+            "file": {
+                **text,
+                "description": "The file, relative to this one, or package://NAME/FILE in a ROS package; with "
+                "package, relative to that package.",
+            },
             "args": {"type": "object", "description": "Values of arguments, by name: of a file in YAML or a xacro."},
-            "package": {**text, "description": "Robot: the ROS package that the file is in, wherever that is."},
+            "package": {**text, "description": "The ROS package that the file is in, wherever that is."},
             "packages": {
                 "type": "object",
-                "description": "Robot: folders of ROS packages by name, relative to this file; they go before "
+                "description": "Folders of ROS packages by name, relative to this file; they go before "
                 "ROS_PACKAGE_PATH and AMENT_PREFIX_PATH.",
                 "additionalProperties": text,
             },

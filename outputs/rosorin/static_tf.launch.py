@@ -14,23 +14,40 @@ from launch_ros.parameter_descriptions import ParameterValue
 def robot_state_publisher(context):
     """Return the node that publishes the joints of the URDF."""
     urdf = Path(LaunchConfiguration('urdf_file').perform(context)).read_text(encoding='utf-8')
+    frame_prefix = LaunchConfiguration('frame_prefix')
     return [
         Node(
             package='robot_state_publisher',
             executable='robot_state_publisher',
             name='robot_state_publisher',
-            parameters=[{'robot_description': ParameterValue(urdf, value_type=str)}],
+            namespace=LaunchConfiguration('namespace'),
+            parameters=[
+                {'robot_description': ParameterValue(urdf, value_type=str)},
+                {'frame_prefix': ParameterValue(frame_prefix, value_type=str)},
+            ],
         ),
     ]
 
 
 def generate_launch_description():
     """Return the nodes; their positions are metres, their fixed-axis angles radians."""
+    namespace = LaunchConfiguration('namespace')
+    frame_prefix = LaunchConfiguration('frame_prefix')
     return LaunchDescription([
         DeclareLaunchArgument(
             'urdf_file',
             default_value=str(Path(__file__).parent / 'rosorin.urdf'),
             description='URDF file that robot_state_publisher publishes',
+        ),
+        DeclareLaunchArgument(
+            'namespace',
+            default_value='',
+            description='the namespace of the nodes, such as left; empty: none',
+        ),
+        DeclareLaunchArgument(
+            'frame_prefix',
+            default_value='',
+            description='what stands before the name of each frame, such as left/; empty: nothing',
         ),
         OpaqueFunction(function=robot_state_publisher),
         Node(
@@ -38,6 +55,7 @@ def generate_launch_description():
             package='tf2_ros',
             executable='static_transform_publisher',
             name='tf_base_laser',
+            namespace=namespace,
             arguments=[
                 '--x', '0.048156',
                 '--y', '0.0000756',
@@ -45,8 +63,8 @@ def generate_launch_description():
                 '--roll', '0',
                 '--pitch', '0',
                 '--yaw', '3.14159265',
-                '--frame-id', 'base_link',
-                '--child-frame-id', 'laser',
+                '--frame-id', [frame_prefix, 'base_link'],
+                '--child-frame-id', [frame_prefix, 'laser'],
             ],
         ),
         Node(
@@ -54,6 +72,7 @@ def generate_launch_description():
             package='tf2_ros',
             executable='static_transform_publisher',
             name='tf_base_imu',
+            namespace=namespace,
             arguments=[
                 '--x', '-0.027258',
                 '--y', '-0.0000564',
@@ -61,8 +80,8 @@ def generate_launch_description():
                 '--roll', '0',
                 '--pitch', '-0.0087266',
                 '--yaw', '1.5707',
-                '--frame-id', 'base_link',
-                '--child-frame-id', 'imu_link',
+                '--frame-id', [frame_prefix, 'base_link'],
+                '--child-frame-id', [frame_prefix, 'imu_link'],
             ],
         ),
     ])

@@ -5,8 +5,6 @@ from __future__ import annotations
 import ast
 import json
 import math
-import shutil
-import subprocess
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,7 +29,8 @@ from rosorin_compile.model import (
     Robot,
     Source,
 )
-from support.launch import ParameterValue, command_line, run
+from support.launch import command_line, run
+from support.packages import clean
 from support.robots import compiled, texts
 from support.schemas import schema
 
@@ -86,7 +85,7 @@ def test_the_launch_file_starts_what_it_says(tmp_path: Path) -> None:
     (tmp_path / "robot.urdf").write_text(urdf, "utf-8")
     publisher, *nodes = run(launch(TWO), tmp_path / "static_tf.launch.py")
     assert (publisher.package, publisher.executable, publisher.name) == (ROBOT_STATE_PUBLISHER,) * 3
-    assert publisher.parameters == [{"robot_description": ParameterValue(urdf, value_type=str)}]
+    assert publisher.parameters == {"robot_description": urdf, "frame_prefix": ""}
     assert [node.name for node in nodes] == ["tf_base_laser", "tf_base_imu"]
     assert {(node.package, node.executable) for node in nodes} == {("tf2_ros", "static_transform_publisher")}
     assert all(isinstance(argument, str) for node in nodes for argument in node.arguments)
@@ -102,9 +101,9 @@ def test_the_urdf_is_found_in_the_same_set_or_where_the_argument_says(tmp_path: 
     text = launch(made, replace(OUTPUT, file="launch/static_tf.launch.py"))
     path = tmp_path / "launch" / "static_tf.launch.py"
     parameter = "robot_description"
-    assert run(text, path)[0].parameters[0][parameter].value == "<robot name='here'/>"
+    assert run(text, path)[0].parameters[parameter] == "<robot name='here'/>"
     chosen = run(text, path, urdf_file=str(tmp_path / "other.urdf"))
-    assert chosen[0].parameters[0][parameter].value == "<robot name='other'/>"
+    assert chosen[0].parameters[parameter] == "<robot name='other'/>"
 
 
 def test_a_urdf_from_a_template_counts_where_there_is_no_other() -> None:
@@ -163,15 +162,29 @@ def test_the_launch_file_is_clean_python(tmp_path: Path) -> None:
         assert text.endswith("    ])\n")
         assert all(len(line) <= 99 and line == line.rstrip() for line in text.splitlines())
         (tmp_path / f"made{number}.launch.py").write_text(text, "utf-8")
-    ruff = shutil.which("ruff")
-    if ruff is None:
-        pytest.skip("ruff is not installed")
-    # What ament_flake8 asks of a ROS 2 package: 99 columns and single quotes.
-    house = ["--line-length=99", "--config=lint.flake8-quotes.inline-quotes='single'"]
-    rules = ["--select=E,F,W,I,D,B,UP,N,Q,PTH", "--ignore=D203,D213"]
-    command = [ruff, "check", "--isolated", *house, *rules, str(tmp_path)]
-    checked = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert checked.returncode == 0, checked.stdout
+    clean(*tmp_path.glob("*.py"))
+
+
+@pytest.mark.parametrize("given", [{}, {"namespace": "left"}, {"frame_prefix": "left/"}])
+def test_namespace_and_prefix_reach_every_node(tmp_path: Path, given: dict[str, str]) -> None:
+    (tmp_path / "robot.urdf").write_text("<robot/>")
+    nodes = run(launch(TWO), tmp_path / "static_tf.launch.py", **given)
+    prefix = given.get("frame_prefix", "")
+    assert {node.namespace for node in nodes} == {given.get("namespace", "")}
+    assert nodes[0].parameters["frame_prefix"] == prefix
+    frames = [command_line(node.arguments)[:2] for node in nodes[1:]]
+    assert frames == [(f"{prefix}base_link", f"{prefix}{child}") for child in ("laser", "imu_link")]
+
+
+def test_another_default_of_the_prefix_is_another_meaning() -> None:
+    text = launch(TWO)
+    moved = text.replace(
+        "'frame_prefix',\n            default_value=''", "'frame_prefix',\n            default_value='x/'"
+    )
+    assert moved != text
+    assert {fact.name for fact in static_tf.read(moved)} == {"x/laser", "x/imu_link"}
+    with pytest.raises(ValueError, match="neither text nor a launch argument"):
+        static_tf.read(text.replace("frame_prefix = LaunchConfiguration", "frame_prefix = Unknown"))
 
 
 @pytest.mark.parametrize("name", ODD_NAMES)
@@ -290,7 +303,7 @@ def test_the_reference_robot(tmp_path: Path) -> None:
     files = texts(compiled())
     (tmp_path / "rosorin.urdf").write_text(files["rosorin.urdf"], "utf-8")
     publisher, *nodes = run(files["static_tf.launch.py"], tmp_path / "static_tf.launch.py")
-    assert publisher.parameters[0]["robot_description"].value == files["rosorin.urdf"]
+    assert publisher.parameters["robot_description"] == files["rosorin.urdf"]
     document = json.loads(files["static_tf.json"])
     jsonschema.validate(document, SCHEMA)
     assert document["robot"] == "rosorin"

@@ -116,7 +116,7 @@ def test_a_xacro_in_a_package_is_expanded_with_arguments(tmp_path):
         alone = frames(expanded, {"lift": height})
         found = frames(files["packaged.urdf"], {"a_lift": height})
         assert np.abs(found["a_tool0"] - alone["tool0"]).max() < 1e-12
-    assert "'--child-frame-id', 'a_base'" in files["static_tf.launch.py"]
+    assert "'--child-frame-id', [frame_prefix, 'a_base']" in files["static_tf.launch.py"]
     assert "${not_mine}" in files["packaged.urdf"]  # what stands in another one's file is no expression of ours
 
 

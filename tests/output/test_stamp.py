@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile import project
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
+from rosorin_compile.project import cache
 
 KEY = {"description": "/robots/r.yaml", "arguments": {"a": "1"}, "form": ["text", False]}
 SAID = ["warning: ä\n", {"n": [1, 2.5, None]}]
@@ -184,7 +184,7 @@ def test_any_stamp_that_is_not_ours(remembered, data):
     try:
         path.write_bytes(data)
         assert remembered.recall() is None
-        project.keep(path, data)
+        cache.keep(path, data)
         assert remembered.recall() is None
     finally:
         path.write_bytes(before)
@@ -194,8 +194,8 @@ def test_any_stamp_that_is_not_ours(remembered, data):
 @pytest.mark.parametrize("value", [None, 1, "x", ["x"], {"x": 1}, {}])
 def test_a_stamp_with_one_wrong_part(remembered, part, value):
     path = remembered.stamp()
-    content = json.loads(project.recalled(path))
-    project.keep(path, json.dumps({**content, part: value}).encode())
+    content = json.loads(cache.recalled(path))
+    cache.keep(path, json.dumps({**content, part: value}).encode())
     expected = {("inputs", "{}"): SAID, ("messages", "['x']"): ["x"]}
     assert remembered.recall() == expected.get((part, str(value)))
 
@@ -253,7 +253,7 @@ def test_a_write_that_fails_is_silent_and_leaves_nothing(remembered, monkeypatch
 
 
 def test_old_stamps_go(run, monkeypatch):
-    monkeypatch.setattr(project, "MAX_KEPT", 10)
+    monkeypatch.setattr(cache, "MAX_KEPT", 10)
     for number in range(30):
         remember({"number": number}, [], run.texts, run.folder, [number])
         assert recall({"number": number}, run.folder) == [number]

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from rosorin_compile.diagnostics import Source
 from rosorin_compile.formats import frames
 from rosorin_compile.formats.drawing.situations import situations
-from rosorin_compile.formats.static_tf import condition
+from rosorin_compile.formats.launching import condition, in_frontends, in_python
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.agreement import agreement
@@ -22,7 +22,8 @@ from rosorin_compile.model import Link, Robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.rules.conditions import combinations, holds
 from rosorin_compile.rules.proof import in_words, prove
-from support.launch import Node, command_line, run
+from support import launch
+from support.launch import Context, Failed, Started, command_line, parsed, performed, run
 from support.robots import compiled, found, rules
 
 MODES = ("m", "n")
@@ -283,7 +284,7 @@ def made(folder: Path, text: str = TURNS) -> dict[str, str]:
     return {artifact.output: artifact.text for artifact in result.artifacts}
 
 
-def started(artifacts: dict[str, str], folder: Path, **modes: str) -> list[Node]:
+def started(artifacts: dict[str, str], folder: Path, **modes: str) -> list[Started]:
     (folder / "turner.urdf").write_text(artifacts["urdf"], "utf-8")
     return [n for n in run(artifacts["static_tf"], folder / "turner.launch.py", **modes) if n.package == "tf2_ros"]
 
@@ -294,7 +295,7 @@ def started(artifacts: dict[str, str], folder: Path, **modes: str) -> list[Node]
         ({}, ["tf_laser", "tf_camera", "tf_camera_optical"]),
         ({"simulated": "False"}, ["tf_laser", "tf_camera", "tf_camera_optical"]),
         ({"simulated": "true"}, []),
-        ({"simulated": "1", "mode_urdf_file": "on"}, ["tf_laser_too"]),
+        ({"simulated": "True", "mode_urdf_file": "true"}, ["tf_laser_too"]),
     ],
 )
 def test_launch_file_starts_the_publishers_of_a_mode(tmp_path, modes, names):
@@ -330,9 +331,10 @@ outputs:
     assert [node.name for node in started(made(tmp_path, text), tmp_path)] == ["tf_laser", "tf_eye"]
 
 
-def test_launch_file_refuses_what_is_no_state(tmp_path):
-    with pytest.raises(ValueError, match="neither true nor false"):
-        started(made(tmp_path), tmp_path, simulated="maybe")
+@pytest.mark.parametrize("state", ["maybe", "1", "on", ""])
+def test_launch_file_refuses_what_is_no_state(tmp_path, state):
+    with pytest.raises(Failed, match=f"Argument 'simulated' provided value '{state}' is not valid"):
+        started(made(tmp_path), tmp_path, simulated=state)
 
 
 def test_json_says_when(tmp_path):
@@ -370,7 +372,7 @@ def test_artifacts_agree_and_a_wrong_one_does_not(tmp_path):
     for output, old, new in (
         ("frames", "| 0.1 ", "| 0.2 "),
         ("frames", "| not simulated ", "| simulated "),
-        ("static_tf", "'laser',", "'lasre',"),
+        ("static_tf", "'laser']", "'lasre']"),
         ("static_tf_json", '"0.1"', '"0.3"'),
     ):
         texts = [a._replace(text=a.text.replace(old, new)) if a.output == output else a for a in result.artifacts]
@@ -382,15 +384,57 @@ def test_urdf_has_no_joint_that_takes_turns(tmp_path):
     assert "laser" not in made(tmp_path)["urdf"]
 
 
+def in_launch(when: str, modes: tuple[str, ...], states: dict[str, bool]) -> set[str]:
+    """Return what launch makes of a condition, in Python and in the other two forms."""
+    names = {mode: f"mode_{mode}" for mode in modes}
+    read = condition(Robot("r", (Link("l"),), (), modes=modes), when)
+    context = Context({}, {names[mode]: str(state).lower() for mode, state in states.items()})
+    known = {name: vars(launch)[name] for name in vars(launch) if name.endswith(("Substitution", "Configuration"))}
+    value = eval(in_python(read, names, 60), known)  # noqa: S307
+    return {performed(value, context), performed(parsed(in_frontends(read, names)), context)}
+
+
 @pytest.mark.parametrize(
     "when",
-    [w for w in WHENS if w not in ("", "True")] + ["(m) and(not n)", "m if n else not m", "not not m", "n in [m]"],
+    [w for w in WHENS if w not in ("", "True")]
+    + ["(m) and(not n)", "m if n else not m", "not not m", "n in [m]", "m or True", "m and False", "m != n"],
 )
-def test_conditions_mean_the_same_in_python(when):
-    robot = Robot("r", (Link("l"),), (), modes=("m", "n", "and"))
-    text = condition(robot, when)
+def test_conditions_mean_the_same_in_launch(when):
     for states in combinations(["m", "n"]):
-        assert eval(text, {}, {"on": dict(states)}) is holds(when, states)  # noqa: S307
+        assert in_launch(when, ("m", "n", "and"), dict(states)) == {str(holds(when, states)).lower()}
+
+
+SOME = ("a", "b", "c", "d")
+CONDITIONS = st.recursive(
+    st.sampled_from(SOME),
+    lambda inner: st.one_of(
+        inner.map(lambda one: f"not ({one})"),
+        st.lists(inner, min_size=2, max_size=4).map(lambda some: " and ".join(f"({one})" for one in some)),
+        st.lists(inner, min_size=2, max_size=4).map(lambda some: " or ".join(f"({one})" for one in some)),
+        st.tuples(inner, inner).map(lambda two: f"({two[0]}) == ({two[1]})"),
+        st.tuples(inner, inner, inner).map(lambda three: f"({three[0]}) if ({three[1]}) else ({three[2]})"),
+    ),
+    max_leaves=8,
+)
+
+
+@given(CONDITIONS)
+@settings(max_examples=150, deadline=None)
+def test_any_condition_has_the_truth_table_of_its_launch(when):
+    for states in combinations(list(SOME)):
+        assert in_launch(when, SOME, dict(states)) == {str(holds(when, states)).lower()}
+
+
+def test_a_condition_over_many_modes_stays_short():
+    modes = tuple(f"mode_{number}" for number in range(10))
+    robot = Robot("r", (Link("l"),), (), modes=modes)
+    names = dict(zip(modes, modes, strict=True))
+    text = in_frontends(condition(robot, " and ".join(f"not {mode}" for mode in modes)), names)
+    assert len(text) < 350
+    assert text.startswith("$(and $(and $(and $(and $(not $(var mode_0)) $(not $(var mode_1))) $(not $(var mode_2)))")
+    decided = in_frontends(condition(robot, f"[{', '.join(modes)}] == [{', '.join(['True'] * 10)}]"), names)
+    assert len(decided) < 350
+    assert max(map(len, in_python(condition(robot, " or ".join(modes)), names, 16).splitlines())) <= 99
 
 
 def test_parts_rename_publishers_and_stamps(tmp_path):

@@ -149,10 +149,11 @@ class StaticTf:
     def from_launch(cls, text: str) -> StaticTf:
         found = []
         for node in ast.walk(ast.parse(text)):
-            if isinstance(node, ast.List) and all(isinstance(item, ast.Constant) for item in node.elts):
-                words = ast.literal_eval(node)
-                if "--frame-id" in words:
-                    found.append(words)
+            if isinstance(node, ast.List) and any(
+                isinstance(i, ast.Constant) and i.value == "--frame-id" for i in node.elts
+            ):
+                # A frame is [frame_prefix, NAME]: the prefix is empty unless a launch gives one.
+                found.append([(item.elts[1] if isinstance(item, ast.List) else item).value for item in node.elts])
         return cls(found)
 
     @staticmethod

@@ -1,159 +1,487 @@
 """Reads launch files in their three forms as launch does on Humble and Jazzy; what it does not know fails.
 
-Python is run with stand-ins. XML and YAML are read by the rules of ``launch.frontend``: attributes that a node does not
-know are refused, values are texts, "$(name argument)" is a substitution, a backslash takes the meaning of the next
-character, and ``args`` is split as a shell does after that.
+Python is run with stand-ins that offer what a generated launch file may use, and nothing else. XML and YAML are read by
+the rules of ``launch.frontend``: attributes that an action does not know are refused, values are texts, "$(name
+argument)" is a substitution, a backslash takes the meaning of the next character, and ``args`` is split as a shell does
+after that. Substitutions are performed: ``Command`` runs its program, and fails on whatever that writes to stderr.
 """
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
+import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
-from typing import Any
+from types import ModuleType
+from typing import Any, NamedTuple
 
 import pytest
 import yaml
 
 from rosorin_compile.model import Pose
 
-NODE = {"pkg", "exec", "name", "namespace", "args", "ros_args", "output", "if", "unless"}
-PARAM = {"name", "value", "from", "type"}
-ARG = {"name", "default", "description"}
-CALL = re.compile(r"(?<!\\)\$\(([a-z-]+)((?:[^()'\"]|'(?:[^'()]|\([^()]*\))*')*)\)")
-
 
 @dataclass
 class Started:
-    """A node that is started: package, executable, name, arguments, parameters."""
+    """A node that is started: package, executable, name, namespace, arguments, parameters."""
 
     package: str
     executable: str
     name: str
     arguments: list[str] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
+    namespace: str = ""
+
+
+class Declared(NamedTuple):
+    """An argument of a launch file; ``default`` is None where there is none."""
+
+    default: str | None
+    description: str
+    choices: tuple[str, ...] = ()
 
 
 @dataclass
 class Launch:
-    """What a launch file does: its arguments with their defaults and descriptions, and the nodes that it starts."""
+    """What a launch file does: the arguments that it declares, and the nodes that it starts."""
 
-    arguments: dict[str, tuple[str, str]]
+    arguments: dict[str, Declared]
     nodes: list[Started]
+
+
+class Failed(Exception):
+    """Launch would stop here; the message says why."""
+
+
+class Context:
+    """What launch knows while it runs: the values of its arguments, and where packages are."""
+
+    def __init__(self, shares: Mapping[str, Path], given: Mapping[str, str]) -> None:
+        self.shares, self.values, self.launch = shares, dict(given), Launch({}, [])
 
 
 def read(path: Path, shares: Mapping[str, Path], **given: str) -> Launch:
     """Return what a launch file does with ``given`` arguments; ``shares`` are the share folders of packages."""
-    text = path.read_text("utf-8")
+    return _launched(path.read_text("utf-8"), path, shares, given)
+
+
+def run(text: str, path: Path, **arguments: str) -> list[Started]:
+    """Run a launch file in Python as ``ros2 launch`` would and return the nodes that it starts."""
+    return _launched(text, path, {}, arguments).nodes
+
+
+def _launched(text: str, path: Path, shares: Mapping[str, Path], given: Mapping[str, str]) -> Launch:
+    context = Context(shares, given)
+    _visit(_entities(text, path, context), context)
+    return context.launch
+
+
+def _entities(text: str, path: Path, context: Context) -> list[Any]:
     if path.name.endswith(".py"):
-        return _python(text, path, shares, given)
-    return (_xml if path.name.endswith(".xml") else _yaml)(text, shares, given)
+        return _python(text, path, context)
+    return (_xml if path.name.endswith(".xml") else _yaml)(text)
 
 
-def _xml(text: str, shares: Mapping[str, Path], given: Mapping[str, str]) -> Launch:
+def _visit(entities: Iterable[Any], context: Context) -> None:
+    for entity in entities:
+        condition = getattr(entity, "condition", None)
+        if condition is None or condition.holds(context):
+            _visit(entity.execute(context) or (), context)
+
+
+# Substitutions
+
+
+class Substitution:
+    """What has a value only when launch runs."""
+
+    def perform(self, context: Context) -> str:
+        raise NotImplementedError
+
+
+class LaunchConfiguration(Substitution):
+    def __init__(self, name: str) -> None:
+        self.name = name
+
+    def perform(self, context: Context) -> str:
+        if self.name not in context.values:
+            raise Failed(f"launch configuration '{self.name}' does not exist")
+        return context.values[self.name]
+
+
+class FindPackageShare(Substitution):
+    def __init__(self, package: Any) -> None:
+        self.package = package
+
+    def perform(self, context: Context) -> str:
+        return str(context.shares[performed(self.package, context)])
+
+
+class NotSubstitution(Substitution):
+    def __init__(self, value: Any) -> None:
+        self.value = value
+
+    def perform(self, context: Context) -> str:
+        return str(not _boolean(self.value, context)).lower()
+
+
+class AndSubstitution(Substitution):
+    together: Callable[[list[bool]], bool] = staticmethod(all)
+
+    def __init__(self, left: Any, right: Any) -> None:
+        self.sides = (left, right)
+
+    def perform(self, context: Context) -> str:
+        # Both sides are read always: what is no truth value fails wherever it stands.
+        return str(self.together([_boolean(side, context) for side in self.sides])).lower()
+
+
+class OrSubstitution(AndSubstitution):
+    together = staticmethod(any)
+
+
+class Command(Substitution):
+    def __init__(self, command: Any) -> None:
+        self.command = command
+
+    def perform(self, context: Context) -> str:
+        words = shlex.split(performed(self.command, context))
+        environment = {**os.environ, "PATH": f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"}
+        made = subprocess.run(words, env=environment, capture_output=True, text=True, check=False)
+        if made.returncode != 0 or made.stderr:
+            raise Failed(f"executed command failed. Command: {shlex.join(words)}\n{made.stderr}")
+        return made.stdout
+
+
+def performed(value: Any, context: Context) -> str:
+    """Return a text, a substitution, or a list of them, as the text that it is."""
+    if isinstance(value, str):
+        return value
+    if isinstance(value, Substitution):
+        return value.perform(context)
+    assert isinstance(value, list | tuple), f"no substitution: {value!r}"
+    return "".join(performed(piece, context) for piece in value)
+
+
+def _boolean(value: Any, context: Context) -> bool:
+    text = performed(value, context)
+    found = yaml.safe_load(text)
+    if not isinstance(found, bool):
+        raise Failed(f"cannot convert value '{text}' to bool")
+    return found
+
+
+class IfCondition:
+    def __init__(self, predicate: Any) -> None:
+        self.predicate = predicate
+
+    def holds(self, context: Context) -> bool:
+        text = performed(self.predicate, context).strip().lower()
+        if text not in ("true", "1", "false", "0"):
+            raise Failed(f"'{text}' is no condition")
+        return text in ("true", "1")
+
+
+# Actions
+
+
+class DeclareLaunchArgument:
+    def __init__(
+        self, name: str, *, default_value: Any = None, description: str = "", choices: Sequence[str] | None = None
+    ) -> None:
+        assert isinstance(name, str)
+        assert description
+        assert choices is None or len(choices) > 0
+        if choices is not None and isinstance(default_value, str):
+            assert default_value in choices, f"{default_value} is not in {choices}"
+        self.name, self.default, self.description, self.choices = name, default_value, description, choices
+
+    def execute(self, context: Context) -> None:
+        default = None if self.default is None else performed(self.default, context)
+        declared = Declared(default, self.description, tuple(self.choices or ()))
+        context.launch.arguments.setdefault(self.name, declared)
+        if self.name not in context.values:
+            if default is None:
+                raise Failed(f"Required launch argument '{self.name}' was not provided")
+            context.values[self.name] = default
+        value = context.values[self.name]
+        if self.choices is not None and value not in self.choices:
+            raise Failed(f"Argument '{self.name}' provided value '{value}' is not valid")
+
+
+class SetLaunchConfiguration:
+    def __init__(self, name: str, value: Any) -> None:
+        self.name, self.value = name, value
+
+    def execute(self, context: Context) -> None:
+        context.values[self.name] = performed(self.value, context)
+
+
+class OpaqueFunction:
+    def __init__(self, *, function: Callable[[Context], Any]) -> None:
+        self.function = function
+
+    def execute(self, context: Context) -> Any:
+        return self.function(context)
+
+
+class PythonLaunchDescriptionSource:
+    def __init__(self, path: Any) -> None:
+        self.path = path
+
+
+class IncludeLaunchDescription:
+    def __init__(self, source: Any, *, launch_arguments: Iterable[tuple[str, Any]] = ()) -> None:
+        self.source, self.given = source, list(launch_arguments)
+
+    def execute(self, context: Context) -> list[Any]:
+        path = Path(performed(self.source.path, context))
+        values = {name: performed(value, context) for name, value in self.given}
+        entities = _entities(path.read_text("utf-8"), path, context)
+        for entity in entities:
+            # On Humble an argument without a default has to be given by the include itself.
+            if isinstance(entity, DeclareLaunchArgument) and entity.default is None and entity.name not in values:
+                raise Failed(f"Included launch description missing required argument '{entity.name}'")
+        return [*(SetLaunchConfiguration(name, value) for name, value in values.items()), *entities]
+
+
+class ParameterValue:
+    def __init__(self, value: Any, *, value_type: type) -> None:
+        assert value_type in (bool, str)
+        self.value, self.type = value, value_type
+
+    def read(self, context: Context) -> Any:
+        text = performed(self.value, context)
+        return text if self.type is str else _boolean(text, context)
+
+
+class Node:
+    def __init__(
+        self,
+        *,
+        package: Any,
+        executable: Any,
+        name: Any,
+        namespace: Any = "",
+        arguments: Any = (),
+        parameters: Any = (),
+        condition: IfCondition | None = None,
+    ) -> None:
+        assert all(isinstance(argument, str | list | Substitution) for argument in arguments)
+        self.words, self.arguments = (package, executable, name, namespace), arguments
+        self.parameters, self.condition = parameters, condition
+
+    def execute(self, context: Context) -> None:
+        package, executable, name, namespace = (performed(word, context) for word in self.words)
+        arguments = [performed(argument, context) for argument in self.arguments]
+        merged = {key: value for one in self.parameters for key, value in one.items()}
+        values = {key: _parameter(value, context) for key, value in merged.items()}
+        context.launch.nodes.append(Started(package, executable, name, arguments, values, namespace))
+
+
+def _parameter(value: Any, context: Context) -> Any:
+    """Return a parameter as the node gets it: what is no ParameterValue is read as YAML."""
+    return value.read(context) if isinstance(value, ParameterValue) else yaml.safe_load(performed(value, context))
+
+
+def _python(text: str, path: Path, context: Context) -> list[Any]:
+    actions = (DeclareLaunchArgument, IncludeLaunchDescription, OpaqueFunction, SetLaunchConfiguration)
+    substitutions = (AndSubstitution, Command, LaunchConfiguration, NotSubstitution, OrSubstitution)
+    offered: dict[str, dict[str, Any]] = {
+        "ament_index_python": {},
+        "ament_index_python.packages": {"get_package_share_directory": lambda name: str(context.shares[name])},
+        "launch": {"LaunchDescription": list},
+        "launch.actions": {one.__name__: one for one in actions},
+        "launch.conditions": {"IfCondition": IfCondition},
+        "launch.launch_description_sources": {"PythonLaunchDescriptionSource": PythonLaunchDescriptionSource},
+        "launch.substitutions": {one.__name__: one for one in substitutions},
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": Node},
+        "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for module, names in offered.items():
+            made = ModuleType(module)
+            vars(made).update(names)
+            patch.setitem(sys.modules, module, made)
+        scope: dict[str, Any] = {"__file__": str(path), "__name__": "launch_file"}
+        exec(compile(text, str(path), "exec"), scope)  # noqa: S102 - it is our own text
+        entities: list[Any] = scope["generate_launch_description"]()
+    return entities
+
+
+# XML and YAML
+
+KNOWN = {
+    "arg": {"name", "default", "description", "choice"},
+    "node": {"pkg", "exec", "name", "namespace", "args", "ros_args", "output", "if", "unless", "param"},
+    "include": {"file", "arg"},
+    "param": {"name", "value", "from", "type"},
+    "choice": {"value"},
+    "arg of include": {"name", "value"},
+}
+CHILDREN = {"arg": "choice", "node": "param", "include": "arg"}
+
+
+def _xml(text: str) -> list[Any]:
     root = ET.fromstring(text)
     assert root.tag == "launch"
     assert not root.attrib
-    entities = []
+    actions = []
     for element in root:
-        assert element.tag in ("arg", "node")
         assert not (element.text or "").strip()
         attributes: dict[str, Any] = dict(element.attrib)
-        params = [dict(child.attrib) for child in element]
-        assert all(child.tag == "param" for child in element)
-        entities.append((element.tag, attributes | ({"param": params} if params else {})))
-    return _launched(entities, shares, given)
+        children = [dict(child.attrib) for child in element]
+        assert all(child.tag == CHILDREN[element.tag] for child in element)
+        attributes |= {CHILDREN[element.tag]: children} if children else {}
+        actions.append(_action(element.tag, attributes))
+    return actions
 
 
-def _yaml(text: str, shares: Mapping[str, Path], given: Mapping[str, str]) -> Launch:
+def _yaml(text: str) -> list[Any]:
     tree = yaml.safe_load(text)
     assert list(tree) == ["launch"]
     assert all(len(entity) == 1 for entity in tree["launch"])
-    return _launched([next(iter(entity.items())) for entity in tree["launch"]], shares, given)
+    return [_action(*next(iter(entity.items()))) for entity in tree["launch"]]
 
 
-def _launched(
-    entities: list[tuple[str, dict[str, Any]]], shares: Mapping[str, Path], given: Mapping[str, str]
-) -> Launch:
-    launch = Launch({}, [])
-    values: dict[str, str] = {}
-    for tag, attributes in entities:
-        params = attributes.pop("param", [])
-        assert all(isinstance(value, str) for value in attributes.values()), f"not all texts: {attributes}"
-        assert attributes.keys() <= {"arg": ARG, "node": NODE}[tag], "Unexpected attribute(s)"
-        if tag == "arg":
-            launch.arguments[attributes["name"]] = (attributes["default"], attributes["description"])
-            values[attributes["name"]] = given.get(attributes["name"], attributes["default"])
-            continue
-
-        def said(text: str) -> str:
-            return "".join(performed(text, shares, values))
-
-        if "if" in attributes and not _true(said(attributes["if"])):
-            continue
-        node = Started(*(said(attributes[key]) for key in ("pkg", "exec", "name")))
-        node.arguments = split(performed(attributes.get("args", ""), shares, values))
-        for param in params:
-            assert param.keys() <= PARAM
-            assert all(isinstance(value, str) for value in param.values())
-            text = said(param["value"])
-            node.parameters[param["name"]] = text if param.get("type") == "str" else yaml.safe_load(text)
-        launch.nodes.append(node)
-    return launch
+def _action(tag: str, given: Mapping[str, Any]) -> Any:
+    """Return the action that an entity of a frontend means."""
+    assert given.keys() <= KNOWN[tag], f"Unexpected attribute(s): {given}"
+    attributes = dict(given)
+    children = attributes.pop(CHILDREN[tag], [])
+    kind = "arg of include" if tag == "include" else CHILDREN[tag]
+    for child in children:
+        assert child.keys() <= KNOWN[kind], f"Unexpected attribute(s): {child}"
+    for one in (attributes, *children):
+        assert all(isinstance(value, str) for value in one.values()), f"not all texts: {one}"
+    return {"arg": _argument, "node": _node, "include": _include}[tag](attributes, children)
 
 
-class Performed(str):
-    """The result of a substitution: no shell splits it."""
+def _argument(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]]) -> DeclareLaunchArgument:
+    default = parsed(attributes["default"]) if "default" in attributes else None
+    if default is not None and all(isinstance(piece, Text) for piece in default):
+        default = "".join(str(piece) for piece in default)
+    choices = [_escaped(child["value"]) for child in children] or None
+    names = (_escaped(attributes[key]) for key in ("name", "description"))
+    name, description = names
+    return DeclareLaunchArgument(name, default_value=default, description=description, choices=choices)
 
 
-def performed(text: str, shares: Mapping[str, Path], values: Mapping[str, str]) -> list[str]:
-    """Return a text as pieces, its substitutions performed."""
-    pieces: list[str] = []
-    at = 0
-    for match in CALL.finditer(text):
-        pieces.append(_plain(text[at : match.start()]))
-        argument = match[2].strip()
-        if match[1] == "var":
-            pieces.append(Performed(values[argument]))
-        elif match[1] == "find-pkg-share":
-            pieces.append(Performed(shares[argument]))
-        elif match[1] == "eval":
-            assert argument[0] == argument[-1] == "'"
-            expression = "".join(performed(argument[1:-1], shares, values))
-            pieces.append(Performed(eval(expression, {"__builtins__": {}})))  # noqa: S307 - it is our own text
-        elif match[1] == "command":
-            assert argument[0] == argument[-1] == "'"
-            words = shlex.split("".join(performed(argument[1:-1], shares, values)))
-            assert words[0] == "cat"
-            assert len(words) == 2
-            pieces.append(Performed(Path(words[1]).read_bytes().decode()))
-        else:
-            pytest.fail(f"Unknown substitution: {match[1]}")
-        at = match.end()
-    return [*pieces, _plain(text[at:])]
+def _include(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]]) -> IncludeLaunchDescription:
+    given = [(child["name"], parsed(child["value"])) for child in children]
+    return IncludeLaunchDescription(PythonLaunchDescriptionSource(parsed(attributes["file"])), launch_arguments=given)
 
 
-def _plain(text: str) -> str:
-    assert not re.search(r"(?<!\\)\$", text), f"the grammar of substitutions has no bare $: {text}"
+def _node(attributes: Mapping[str, str], children: Sequence[Mapping[str, str]]) -> Node:
+    words = {key: parsed(attributes.get(key, "")) for key in ("pkg", "exec", "name", "namespace")}
+    parameters = {}
+    for child in children:
+        value: Any = parsed(child["value"])
+        assert child.get("type", "str") == "str"
+        parameters[child["name"]] = ParameterValue(value, value_type=str) if "type" in child else value
+    return Node(
+        package=words["pkg"],
+        executable=words["exec"],
+        name=words["name"],
+        namespace=words["namespace"],
+        arguments=split(parsed(attributes.get("args", ""))),
+        parameters=[parameters],
+        condition=IfCondition(parsed(attributes["if"])) if "if" in attributes else None,
+    )
+
+
+class Text(str):
+    """Text of a launch file, its escapes read."""
+
+
+def _escaped(text: str) -> str:
     return re.sub(r"\\(.)", r"\1", text)
 
 
-def split(pieces: list[str]) -> list[str]:
+def parsed(text: str) -> list[Any]:
+    """Return a text of a frontend as pieces: texts and substitutions (``launch/frontend/grammar.lark``)."""
+    pieces, end = _template(text, 0, "")
+    assert end == len(text)
+    return pieces
+
+
+def _template(text: str, at: int, closing: str) -> tuple[list[Any], int]:
+    """Return pieces up to the end of the text or to the quote that closes them, and where that is."""
+    pieces: list[Any] = []
+    letters = ""
+    while at < len(text) and not (closing and text[at] == closing):
+        if text.startswith("$(", at):
+            pieces += [Text(_escaped(letters))] if letters else []
+            letters = ""
+            substitution, at = _substitution(text, at)
+            pieces.append(substitution)
+            continue
+        assert text[at] != "$", f"the grammar of substitutions has no bare $: {text}"
+        step = 2 if text[at] == "\\" else 1
+        letters += text[at : at + step]
+        at += step
+    return [*pieces, *([Text(_escaped(letters))] if letters else [])], at
+
+
+def _substitution(text: str, at: int) -> tuple[Substitution, int]:
+    name = re.compile(r"\$\(([a-z][a-z_-]*)").match(text, at)
+    assert name, f"no substitution: {text[at:]}"
+    at = name.end()
+    values: list[list[Any]] = []
+    while text[at] == " ":
+        value, at = _value(text, at + 1)
+        assert value, f"one space stands between arguments: {text}"
+        values.append(value)
+    assert text[at] == ")", f"the substitution ends nowhere: {text[at:]}"
+    return _meant(name[1], values), at + 1
+
+
+def _value(text: str, at: int) -> tuple[list[Any], int]:
+    if text[at] in "'\"":
+        pieces, end = _template(text, at + 1, text[at])
+        return pieces, end + 1
+    pieces = []
+    while text[at] not in " )":
+        if text.startswith("$(", at):
+            piece, at = _substitution(text, at)
+        else:
+            match = re.compile(r"""([^ '\\"$()]|\\.)+""").match(text, at)
+            assert match, f"a letter that has to be quoted: {text[at:]}"
+            piece, at = Text(_escaped(match[0])), match.end()
+        pieces.append(piece)
+    return pieces, at
+
+
+def _meant(name: str, values: list[list[Any]]) -> Substitution:
+    """Return a substitution of Humble; one that Jazzy alone has is none."""
+    kinds: dict[str, Callable[..., Substitution]] = {
+        "and": AndSubstitution,
+        "or": OrSubstitution,
+        "not": NotSubstitution,
+        "command": Command,
+        "find-pkg-share": FindPackageShare,
+        "var": lambda name: LaunchConfiguration("".join(name)),
+    }
+    if name not in kinds:
+        pytest.fail(f"Unknown substitution: {name}")
+    return kinds[name](*values)
+
+
+def split(pieces: list[Any]) -> list[Any]:
     """Return a command line as its words: text is split as a shell does, results of substitutions stay whole."""
-    words: list[str] = []
+    words: list[list[Any]] = []
     is_open = False
     for piece in pieces:
-        if not piece:
-            continue
-        if isinstance(piece, Performed):
-            found, starts, ends = [str(piece)], False, False
+        if isinstance(piece, Text):
+            found, starts, ends = [[word] for word in shlex.split(piece)], piece[0].isspace(), piece[-1].isspace()
         else:
-            found, starts, ends = shlex.split(piece), piece[0].isspace(), piece[-1].isspace()
+            found, starts, ends = [[piece]], False, False
         if found and is_open and not starts:
             words[-1] += found.pop(0)
         words += found
@@ -161,147 +489,7 @@ def split(pieces: list[str]) -> list[str]:
     return words
 
 
-def _true(text: str) -> bool:
-    assert text.lower() in ("true", "1", "false", "0"), f"no truth value: {text}"
-    return text.lower() in ("true", "1")
-
-
-def _python(text: str, path: Path, shares: Mapping[str, Path], given: Mapping[str, str]) -> Launch:
-    """Run a launch file with stand-ins that know what it may use and nothing else."""
-    launch = Launch({}, [])
-    values: dict[str, str] = {}
-
-    def resolved(value: Any) -> Any:
-        return value() if callable(value) else value
-
-    def node(
-        package: str, executable: str, name: str, arguments: Any = (), parameters: Any = (), condition: Any = None
-    ) -> Callable[[], None]:
-        assert all(isinstance(argument, str) for argument in arguments)
-
-        def start() -> None:
-            if condition is None or _true(condition()):
-                merged = {key: resolved(value) for one in parameters for key, value in one.items()}
-                launch.nodes.append(Started(package, executable, name, list(arguments), merged))
-
-        return start
-
-    def argument(name: str, *, default_value: str, description: str) -> Callable[[], None]:
-        assert isinstance(default_value, str)
-
-        def declare() -> None:
-            launch.arguments[name] = (default_value, description)
-            values[name] = given.get(name, default_value)
-
-        return declare
-
-    def typed(value: Any, *, value_type: type) -> Callable[[], Any]:
-        def convert() -> Any:
-            found = resolved(value)
-            return yaml.safe_load(found) if value_type is bool else found
-
-        assert value_type in (bool, str)
-        return convert
-
-    offered = {
-        "ament_index_python": {},
-        "ament_index_python.packages": {"get_package_share_directory": lambda name: str(shares[name])},
-        "launch": {"LaunchDescription": lambda entities: entities},
-        "launch.actions": {"DeclareLaunchArgument": argument},
-        "launch.conditions": {"IfCondition": lambda predicate: predicate},
-        "launch.substitutions": {
-            "LaunchConfiguration": lambda name: lambda: values[name],
-            "PythonExpression": lambda pieces: lambda: str(eval("".join(map(resolved, pieces)), {"__builtins__": {}})),  # noqa: S307
-        },
-        "launch_ros": {},
-        "launch_ros.actions": {"Node": node},
-        "launch_ros.parameter_descriptions": {"ParameterValue": typed},
-    }
-    with pytest.MonkeyPatch.context() as patch:
-        for module, names in offered.items():
-            made = ModuleType(module)
-            vars(made).update(names)
-            patch.setitem(sys.modules, module, made)
-        scope = SimpleNamespace(__file__=str(path), __name__="launch_file")
-        exec(compile(text, str(path), "exec"), vars(scope))  # noqa: S102 - it is our own text
-        for entity in scope.generate_launch_description():
-            entity()
-    return launch
-
-
-# Stand-ins for launch and launch_ros as Humble and Jazzy have them, and the command line of the static publisher.
-# They offer what a generated launch file may use, and nothing else, so that any other use fails.
-
-
-@dataclass
-class Node:
-    package: str
-    executable: str
-    name: str
-    parameters: list[dict[str, Any]] = field(default_factory=list)
-    arguments: list[str] = field(default_factory=list)
-
-
-@dataclass
-class ParameterValue:
-    value: Any
-    value_type: type
-
-    def __init__(self, value: Any, *, value_type: type) -> None:
-        self.value, self.value_type = value, value_type
-
-
-@dataclass
-class LaunchDescription:
-    entities: list[Any]
-
-
-class DeclareLaunchArgument:
-    def __init__(self, name: str, *, default_value: str, description: str) -> None:
-        assert isinstance(default_value, str)
-        self.name, self.default_value, self.description = name, default_value, description
-
-
-class LaunchConfiguration:
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-    def perform(self, context: dict[str, str]) -> str:
-        return context[self.name]
-
-
-class OpaqueFunction:
-    def __init__(self, *, function: Any) -> None:
-        self.function = function
-
-
-OFFERED = {
-    "launch": {"LaunchDescription": LaunchDescription},
-    "launch.actions": {"DeclareLaunchArgument": DeclareLaunchArgument, "OpaqueFunction": OpaqueFunction},
-    "launch.substitutions": {"LaunchConfiguration": LaunchConfiguration},
-    "launch_ros": {},
-    "launch_ros.actions": {"Node": Node},
-    "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
-}
-
-
-def run(text: str, path: Path, **arguments: str) -> list[Node]:
-    """Run a launch file as ``ros2 launch`` would and return the nodes that it starts."""
-    modules = {}
-    for name, offered in OFFERED.items():
-        modules[name] = ModuleType(name)
-        vars(modules[name]).update(offered)
-    with pytest.MonkeyPatch.context() as patch:
-        for name, module in modules.items():
-            patch.setitem(sys.modules, name, module)
-        scope = {"__file__": str(path), "__name__": "launch_file"}
-        exec(compile(text, str(path), "exec"), scope)  # noqa: S102 - it is our own text
-        entities = scope["generate_launch_description"]().entities  # type: ignore[operator]
-        context = {e.name: e.default_value for e in entities if isinstance(e, DeclareLaunchArgument)} | arguments
-        nodes = []
-        for entity in entities:
-            nodes += entity.function(context) if isinstance(entity, OpaqueFunction) else [entity]
-        return [node for node in nodes if isinstance(node, Node)]
+# The command line of the static publisher
 
 
 def command_line(arguments: list[str]) -> tuple[str, str, Pose]:

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import shutil
+import subprocess
+import sys
 from pathlib import Path
+
+import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.model import STATIC_TRANSFORM_PUBLISHER, Joint, Pose, Publisher, Robot
@@ -125,3 +130,17 @@ def describe(folder: Path, text: str) -> Path:
     path.parent.mkdir(parents=True)
     path.write_text(text, "utf-8")
     return path
+
+
+def clean(*files: Path) -> None:
+    """Check that files are what ament_flake8 and ament_pep257 ask of a ROS 2 package."""
+    ruff = shutil.which("ruff") or shutil.which("ruff", path=str(Path(sys.executable).parent))
+    if ruff is None:
+        pytest.skip("ruff is not installed")
+    house = ["--line-length=99", "--config=lint.flake8-quotes.inline-quotes='single'"]
+    house += ["--config=lint.isort.force-sort-within-sections=true", "--config=lint.isort.known-third-party=['launch']"]
+    rules = ["--select=E,F,W,I,D,B,UP,N,Q,PTH", "--ignore=D203,D213"]
+    command = [ruff, "check", "--isolated", *house, *rules, *map(str, files)]
+    checked = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert files
+    assert checked.returncode == 0, checked.stdout

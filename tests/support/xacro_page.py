@@ -1,4 +1,4 @@
-"""docs/from-xacro.md, made from the cases in tests/xacro.
+"""docs/from-xacro-reference.md, made from the cases in tests/xacro.
 
     python tests/renew.py from-xacro
 
@@ -19,7 +19,7 @@ from rosorin_compile.pipeline import compile_robot
 from support.paths import DOCS, XACRO
 from support.xacro_table import Case, cases, names, read, ready
 
-PAGE = DOCS / "from-xacro.md"
+PAGE = DOCS / "from-xacro-reference.md"
 
 # In a why.md: what the feature is for is there, but not in a description.
 OTHERWISE = "<!-- in another way -->"
@@ -29,7 +29,7 @@ END = re.compile(r"\s*(<!--|#) end( -->)?\s*")
 
 
 def page() -> str:
-    """Return docs/from-xacro.md."""
+    """Return docs/from-xacro-reference.md."""
     found = cases()
     lines = [_HEAD.strip(), "", "| feature of xacro | here |", "|---|---|"]
     lines += [f"| {case.area}: [{case.feature}](#{_anchor(case.feature)}) | {_outcome(case)} |" for case in found]
@@ -42,31 +42,14 @@ def page() -> str:
 
 
 _HEAD = """
-# From xacro
+# From xacro, feature by feature
 
 <!-- Made by: python tests/renew.py from-xacro. Edit tests/xacro, or the head in tests/support/xacro_page.py. -->
 
-You have a robot as [xacro](https://github.com/ros/xacro) and want it here: `rosorin-compile import`
-[does that](bring-your-own-robot.md), and an include [takes it as it is](add-to-a-bought-robot.md). Both take the robot
-that the xacro makes.
-
-To write a robot anew, with parts and loops in place of macros, look here for the word. This page has each feature of
-xacro, with the same robot in both. A test lets the real xacro 2.1 expand the one and compiles the other: links, joints,
-poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not carried over has its reason, and
-what to write instead.
-
-| xacro | here |
-|---|---|
-| `xacro:property` | a name in `let` |
-| `xacro:arg` | a name in `args` |
-| `xacro:macro`, and a call of it | an entry of `parts`, and one of `use` |
-| `xacro:if`, `xacro:unless` | `if:` in the entry |
-| a macro that calls itself | `for:` in the entry |
-| `xacro:include` | `include` |
-| `${...}` | `${...}` |
-| `xacro.load_yaml(...)` | `load(...)` |
-
-The [language](language.md) has the rest.
+[From xacro](from-xacro.md) moves a package over by example. Here is each feature of
+[xacro](https://github.com/ros/xacro), with the same robot in both. A test lets the real xacro 2.1 expand the one and
+compiles the other: links, joints, poses, axes, limits, masses and shapes are equal, numbers to 1e-12. What is not
+carried over has its reason, and what to write instead. The [language](language.md) has the rest.
 """
 
 _OUTCOMES = {

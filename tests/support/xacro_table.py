@@ -59,6 +59,7 @@ AREAS = (
     "Comments",
     "CLI",
     "Error trace",
+    "Daily life",
 )
 
 TITLE = re.compile(r"# ([^:]+): (.+)")
@@ -148,7 +149,8 @@ def _packages(folder: Path) -> Iterator[None]:
 @contextlib.contextmanager
 def ready(case: Case) -> Iterator[None]:
     """Be in the folder of a case, with its packages in reach."""
-    with _packages(case.folder / "site"), _in(case.folder):
+    site = case.folder / "site"
+    with _packages(site), patch.dict(os.environ, {"ROS_PACKAGE_PATH": str(site)}), _in(case.folder):
         yield
 
 

@@ -86,3 +86,11 @@ def test_a_word_sets_what_the_option_sets(
 
 def interrupted(_seconds: float) -> None:
     raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("word", ["prefix=left_", "prefix:left_"])
+@pytest.mark.parametrize("words", [["print", "urdf", "r.yaml"], ["print", "urdf"], ["all", "r.yaml"], ["check"]])
+def test_half_a_mark_is_told(home: Path, capsys: Shown, words: list[str], word: str) -> None:
+    (home / "r.yaml").write_text(ROBOT)
+    assert main([*words, word]) == 2
+    assert capsys.readouterr().err == f'rosorin-compile: "{word}" sets no argument: write prefix:=left_\n'

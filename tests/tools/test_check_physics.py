@@ -18,9 +18,10 @@ from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PHYSICS, every_rule
 from rosorin_compile.project import Description
 from rosorin_compile.tools.extract.meshes import load_mesh
+from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.physics import checking
 from rosorin_compile.tools.physics.scene import winding
-from rosorin_compile.tools.shared import Given, understood
+from rosorin_compile.tools.understanding import understood
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT

@@ -246,10 +246,11 @@ def test_everything_that_ships_is_packaged() -> None:
     text = (ROOT / "pyproject.toml").read_text("utf-8")
     package = PACKAGE
     on_disk = {".".join(path.parent.relative_to(package.parent).parts) for path in package.rglob("__init__.py")}
-    data = {"rosorin_compile.parts_library", "rosorin_compile.schemas", "rosorin_compile.templates"}
+    folders = {"cmake": "cmake", "parts_library": "parts", "schemas": "schemas", "templates": "templates"}
+    data = {f"rosorin_compile.{name}" for name in folders}
     listed = text.partition("packages = [")[2].partition("]")[0]
     assert set(re.findall(r'"(.+?)"', listed)) == on_disk | data
-    for name, folder in (("parts_library", "parts"), ("schemas", "schemas"), ("templates", "templates")):
+    for name, folder in folders.items():
         patterns = re.findall(r'"(.+?)"', text.partition(f'"rosorin_compile.{name}" = [')[2].partition("]")[0])
         shipped = {path for pattern in patterns for path in (ROOT / folder).glob(pattern)}
         assert {

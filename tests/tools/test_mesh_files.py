@@ -10,7 +10,7 @@ import pytest
 from rosorin_compile.cli import main
 from rosorin_compile.project import Description
 from rosorin_compile.tools import watch
-from rosorin_compile.tools.shared import Given
+from rosorin_compile.tools.given import Given
 
 ROBOT = """robot: r
 links:

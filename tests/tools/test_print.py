@@ -287,6 +287,8 @@ def test_which_robot_is_meant(home: Path, capsys: Shown) -> None:
     assert "print what?" in ask(capsys, "print", code=2)
     assert "a name is empty" in ask(capsys, "print", "urdf", "", code=2)
     assert "print takes one OUTPUT and one ROBOT" in ask(capsys, "print", "urdf", "left", "right", code=2)
+    said = ask(capsys, "print", "left", "urdf", code=2)
+    assert "the output stands before the robot: rosorin-compile print urdf left" in said
     shutil.rmtree("descriptions/right")
     assert '<robot name="left">' in ask(capsys, "print", "urdf")
     assert "left lists no outputs; print takes the name of a format: urdf, " in ask(capsys, "print", "--list")
@@ -308,6 +310,14 @@ def test_a_urdf_in_the_place_of_a_description(capsys: Shown) -> None:
     assert {one.get("name") for one in made.iter("joint")} == {one.get("name") for one in meant.iter("joint")}
     assert ask(capsys, "print", "frames", str(source)).startswith("# Frames of limits\n")
     assert [entry["name"] for entry in json.loads(ask(capsys, "print", "--list", str(source), "--json"))][-1] == "urdf"
+
+
+def test_what_import_refuses_is_not_left_out_in_silence(home: Path, capsys: Shown) -> None:
+    (home / "a.urdf").write_text('<robot name="a"><link name="l"><inertial><mass value="1"/></inertial></link></robot>')
+    said = ask(capsys, "print", "urdf", "a.urdf", code=1)
+    assert 'a.urdf:1:33: error[missing-element]: <inertial> of <link name="l"> lacks <inertia>' in said
+    assert "--lenient leaves the inertial out" in said
+    assert ElementTree.fromstring(ask(capsys, "print", "urdf", "a.urdf", "--lenient")).find("link/inertial") is None
 
 
 def test_a_xacro_with_its_arguments_prints_nothing_else(tmp_path: Path) -> None:

@@ -76,3 +76,34 @@ def test_a_folder_that_everybody_may_write_to_is_no_project(
     monkeypatch.chdir(project / "src")
     assert main(["all"]) == 2
     assert "there is no descriptions/*/robot.yaml here or above" in capsys.readouterr().err
+
+
+def test_an_install_space_of_links(project: Path, capsys: Shown) -> None:
+    """``colcon build --symlink-install`` makes folders of links to the files of the source."""
+    rover = project / "descriptions" / "rover"
+    with (rover / "robot.yaml").open("a") as file:
+        file.write("let: {loaded: \"${load('../common/table.yaml').a}\"}\nsensors: {}\n")
+    text = (rover / "robot.yaml").read_text()
+    (rover / "robot.yaml").write_text(
+        text.replace("outputs: {", "outputs: {note: {file: note.txt, template: note.jinja}, ").replace(
+            "child: laser,", 'child: laser, rpy: [0, 0, "${loaded}"],'
+        )
+    )
+    (rover / "note.jinja").write_text("{{ robot.name }}")
+    (project / "descriptions" / "common" / "table.yaml").write_text("a: 1\n")
+    share = project.parent / f"{project.name} installed" / "share" / "rover"
+    for path in sorted((project / "descriptions").rglob("*")):
+        if path.is_file():
+            link = share / path.relative_to(project)
+            link.parent.mkdir(parents=True, exist_ok=True)
+            link.symlink_to(path)
+    installed = share / "descriptions" / "rover"
+    assert main(["all", "rover"]) == main(["check", str(installed), "--outputs", str(project / "outputs")]) == 0
+    # What a link in it leads to stands in the project, and nothing else.
+    (project.parent / f"{project.name} secret").write_text("a: 1\n")
+    table = share / "descriptions" / "common" / "table.yaml"
+    table.unlink()
+    table.symlink_to(project.parent / f"{project.name} secret")
+    capsys.readouterr()
+    assert main(["check", str(installed)]) == 1
+    assert "../common/table.yaml is outside the project" in capsys.readouterr().err

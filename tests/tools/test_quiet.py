@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import json
+import sys
 from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import main
+from rosorin_compile.cli import COMMANDS, main, parser
+from support.paths import DATA, ROOT
 
 ROVER = """
 robot: rover
@@ -47,3 +50,76 @@ def test_errors_are_shown(project: Path, capsys: pytest.CaptureFixture[str]) -> 
 def test_a_program_gets_errors_and_stand_ins(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["all", "rover.yaml", "-q", "--format", "json"]) == 0
     assert [entry["rule"] for entry in json.loads(capsys.readouterr().out)] == ["stand-in"]
+
+
+# Commands that have nothing to say but their result.
+WITHOUT = {"init", "schema", "rule", "cmake-dir", "completion"}
+
+
+@pytest.mark.parametrize("name", [name for name in COMMANDS if name not in WITHOUT])
+def test_every_command_that_says_more_than_its_result_can_be_quiet(name: str) -> None:
+    command = parser([name]).within[name]
+    for one in command.within.values() or [command]:
+        quiet = [action for action in one.options if "--quiet" in action.option_strings]
+        assert [action.option_strings for action in quiet] == [["-q", "--quiet"]]
+
+
+ASKED = (
+    ["tf", "base_link", "arm", "--joint", "arm_joint=170deg"],
+    ["tf", "base_link", "arm", "--joint", "arm_joint=170deg", "--json"],
+    ["explain", "arm"],
+    ["frames", "--ascii"],
+    ["args"],
+    ["print", "urdf"],
+    ["diff", "arm.yaml", "arm.yaml"],
+    ["extract", "boxes", "brick.stl"],
+)
+
+
+@pytest.mark.parametrize("words", ASKED, ids=" ".join)
+def test_a_result_is_the_same_without_its_messages(
+    project: Path, words: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
+    limit = "limit: {lower: 0, upper: 1, effort: 1, velocity: 1}"
+    joint = f"arm_joint: {{type: revolute, parent: base_link, child: arm, axis: [0, 0, 1], {limit}}}"
+    outputs = "outputs: {urdf: {file: arm.urdf}}"
+    (project / "arm.yaml").write_text(
+        f"robot: arm\nlinks: {{base_link: {{}}, arm: {{}}}}\njoints:\n  {joint}\n{outputs}\n"
+    )
+    facet = "facet normal 0 0 1\nouter loop\nvertex 0 0 {0}\nvertex 1 0 {0}\nvertex 0 1 {0}\nendloop\nendfacet\n"
+    (project / "brick.stl").write_text(f"solid a\n{facet.format(0)}{facet.format(1)}endsolid a\n")
+    robot = (
+        [] if words[0] in ("diff", "extract") else ["-r", "arm.yaml"] if words[0] in ("tf", "explain") else ["arm.yaml"]
+    )
+    code = main([*words, *robot])
+    loud = capsys.readouterr()
+    assert code == main([*words, *robot, "-q"]) == 0
+    assert capsys.readouterr() == (loud.out, "")
+    if words[0] in ("tf", "extract"):
+        assert loud.err
+
+
+@pytest.mark.parametrize(
+    "words", [["tf", "a", "b"], ["frames"], ["explain", "a"], ["print", "urdf"], ["pulses"]], ids=" ".join
+)
+def test_errors_stay_where_one_asks(project: Path, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    (project / "rover.yaml").write_text(ROVER.replace("parent: base_link", "parent: base_lnik"))
+    robot = ["-r", "rover.yaml"] if words[0] in ("tf", "explain") else ["rover.yaml"]
+    assert main([*words, *robot, "-q"]) == 1
+    assert 'did you mean "base_link"?' in capsys.readouterr().err
+
+
+def test_a_recording_that_is_as_described_is_silent(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("numpy")
+    monkeypatch.chdir(ROOT)
+    session = str(DATA / "recordings" / "session.txt")
+    assert main(["verify", session, "rosorin", "-q"]) == 0
+    assert capsys.readouterr() == ("", "")
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO((DATA / "recordings" / "session.txt").read_bytes())))
+    assert main(["verify", "-", "outputs/rosorin/rosorin.urdf", "-q"]) == 1
+    shown = capsys.readouterr()
+    assert shown.out == ""
+    assert "error[" in shown.err
+    assert "warning[" not in shown.err

@@ -13,9 +13,9 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile import project
 from rosorin_compile.cli import main
-from rosorin_compile.tools import all as all_command
+from rosorin_compile.project import cache
+from rosorin_compile.tools import compiling
 
 URDF = """\
 <robot name="vendor"><link name="base_link"><visual><geometry><sphere radius="{}"/></geometry></visual></link></robot>
@@ -176,7 +176,7 @@ def test_no_place_of_this_machine_is_in_an_artifact(ros: Path, capsys: pytest.Ca
     compiled(capsys)
     assert str(ros) not in (ros / "outputs" / "mine" / "mine.urdf").read_text()
     [path] = (ros / "cache" / "stamps").iterdir()
-    assert json.loads(project.recalled(path) or b"")["resolved"] == [
+    assert json.loads(cache.recalled(path) or b"")["resolved"] == [
         ["ROS package", "vendor", str(ros / "descriptions/mine/robot.yaml"), str(ros / "base/vendor")]
     ]
 
@@ -199,11 +199,11 @@ def put(path: Path, data: bytes) -> None:
 
 def again(capsys: pytest.CaptureFixture[str], code: int = 0) -> bool:
     """Compile; return whether nothing was compiled."""
-    with mock.patch.object(all_command, "compile_proven", wraps=all_command.compile_proven) as compiling:
+    with mock.patch.object(compiling, "compile_proven", wraps=compiling.compile_proven) as compiled:
         assert main(["all"]) == code
-    assert compiling.called or capsys.readouterr().out.endswith(", unchanged\n")
+    assert compiled.called or capsys.readouterr().out.endswith(", unchanged\n")
     capsys.readouterr()
-    return not compiling.called
+    return not compiled.called
 
 
 def copied() -> bytes:

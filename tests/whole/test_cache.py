@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins, project
+from rosorin_compile import plugins
 from rosorin_compile.cli import main
-from rosorin_compile.project import cache_folder, cache_refused, keep, recalled
+from rosorin_compile.project import cache
+from rosorin_compile.project.cache import cache_folder, cache_refused, keep, recalled
 
 ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}}\n"
 
@@ -101,7 +102,7 @@ def test_a_shared_folder_itself(home: Path, monkeypatch: pytest.MonkeyPatch) -> 
 
 
 def belongs_to(monkeypatch: pytest.MonkeyPatch, user: int) -> None:
-    monkeypatch.setattr(project.os, "geteuid", lambda: user)
+    monkeypatch.setattr(cache.os, "geteuid", lambda: user)
 
 
 def test_a_folder_of_somebody_else(robot: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -152,7 +153,7 @@ def test_the_base_folder_is_absolute(home: Path, monkeypatch: pytest.MonkeyPatch
     monkeypatch.setenv("HOME", "")
     assert cache_folder("stamps") is None
     monkeypatch.setenv("HOME", str(home / "me"))
-    monkeypatch.setattr(project.os.path, "expanduser", lambda text: text)
+    monkeypatch.setattr(cache.os.path, "expanduser", lambda text: text)
     assert cache_folder("stamps") is None
     assert not (home / "~").exists()
 
@@ -252,7 +253,7 @@ def test_a_template_that_changes_is_compiled_anew(home: Path) -> None:
 
 
 def test_many_templates_do_not_fill_the_disk(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(project, "MAX_KEPT", 10)
+    monkeypatch.setattr(cache, "MAX_KEPT", 10)
     for number in range(40):
         keep(home / str(number), b"x")
     (home / "folder").mkdir()

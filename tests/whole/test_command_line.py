@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import io
 import json
+import re
+import sys
 from collections import defaultdict
 from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
@@ -67,6 +71,31 @@ def test_help_of_each_command(name: str, capsys: Shown, monkeypatch: pytest.Monk
     assert COMMANDS[name][1:] in " ".join(shown.split())
 
 
+@pytest.mark.parametrize("name", COMMANDS)
+def test_the_help_ends_with_the_exit_codes(name: str, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "100")
+    for words in [[name], *([name, way] for way in parser([name]).within[name].within)]:
+        said = " ".join(help_of(capsys, *words).rpartition("\n\n")[2].split())
+        assert re.fullmatch(r"Exit codes: 0 [^.]+, 2 wrong usage\.", said), said
+        assert "0 fine, 1 problems" not in said, f"{name}: say what its exit codes mean"
+
+
+def test_exit_codes_are_those_of_the_help(rosorin: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
+    """One call a command that ends with 1, where it has such an end that takes no engine."""
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"no sound of a robot")))
+    (rosorin / "broken.yaml").write_text("robot: a\nlinks: {}\njoints: 1\n")
+    (rosorin / "broken.urdf").write_text("<robot>")
+    calls = """all broken.yaml/all -n/print urdf broken.yaml/check broken.yaml/import broken.urdf
+        diff broken.urdf rosorin/explain -r broken.yaml a/tf a b broken.yaml/frames broken.yaml
+        tf laser odom --json --strict --joint joint1=170deg
+        pulses broken.yaml/args --args broken.yaml/package broken.yaml -o made/deploy broken.yaml --to .
+        verify - rosorin"""
+    for call in (call.strip() for line in calls.splitlines() for call in line.split("/")):
+        assert main(call.split()) == 1, call
+        assert capsys.readouterr().err, call
+    assert main(["init", "a/b"]) == main(["schema", "x"]) == main(["all", "nobody"]) == main([]) == 2
+
+
 def test_an_option_has_one_name_for_its_value() -> None:
     forms: dict[str, set[str]] = defaultdict(set)
     for name in COMMANDS:
@@ -127,7 +156,8 @@ def test_every_schema_is_printed(capsys: Shown) -> None:
 def test_the_pages_tell_of_every_command_and_schema() -> None:
     pages = {path.name: path.read_text("utf-8") for path in (DOCS).glob("*.md")}
     for name in COMMANDS:
-        assert any(f"$ rosorin-compile {name} " in page for page in pages.values()) or name in ("watch", "schema"), name
+        shown = any(f"$ rosorin-compile {name} " in page for page in pages.values())
+        assert shown or name in ("cmake-dir", "schema", "watch"), name
     assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
     listed = pages["README.md"].partition("## Schemas")[2]
     assert all(f"`{name}`" in listed for name in names())

@@ -64,6 +64,12 @@ def test_files_of_no_project(capsys: Shown) -> None:
     assert 'there is no file "nowhere.yaml"' in capsys.readouterr().err
 
 
+@pytest.mark.usefixtures("user")
+def test_a_project_that_is_looked_at_each_time(capsys: Shown) -> None:
+    assert main(["check", "--hook", "dog/descriptions", "README.md"]) == 0
+    assert capsys.readouterr().out == "dog: 1 artifact as committed in dog/outputs/dog\n"
+
+
 def test_a_file_from_within_a_project(user: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(user / "dog/descriptions/dog")
     assert main(["check", "--hook", "robot.yaml"]) == 0

@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins, project
+from rosorin_compile import plugins
+from rosorin_compile.project import cache
 
 pytestmark = pytest.mark.slow
 
@@ -259,7 +260,7 @@ def test_folders_without_a_plugin_are_remembered(tmp_path: Path, monkeypatch: py
     os.utime(packages, ns=(10**18, 10**18))
     find = plugins._metadata_folders.__wrapped__
     assert find((str(packages),)) == ()
-    known = json.loads(project.recalled(tmp_path / "cache" / "plugins" / "folders.json"))
+    known = json.loads(cache.recalled(tmp_path / "cache" / "plugins" / "folders.json"))
     assert known == {str(packages): [10**18, []]}
     looked = []
     monkeypatch.setattr(plugins, "_names_us", lambda path: looked.append(path) or True)

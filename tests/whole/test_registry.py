@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import ERROR, Diagnostic
+from rosorin_compile.diagnostics import ERROR, Diagnostic, registry
 from rosorin_compile.diagnostics.registry import NUMBERS, Rule, checks_of, declared_in, every_rule, find, rule
 from rosorin_compile.diagnostics.report import FORMATS
 from rosorin_compile.rules import CHECKS, acceptable, is_id
@@ -90,6 +90,13 @@ def test_what_is_read_from_the_source_is_what_the_module_has(path: Path):
     made = list(getattr(module, "RULES", ()))
     made += [rule for check in checks_of(module) for rule in check.rules]
     assert sorted(made) == sorted(DECLARED[path])
+
+
+def test_an_id_that_is_declared_twice_overrides_nothing(monkeypatch: pytest.MonkeyPatch):
+    twice = [(Path(name), b'RULES = (Rule("axis-zero", "What.", "Help."),)') for name in ("one.py", "other.py")]
+    monkeypatch.setattr(registry, "_declaring", lambda: iter(twice))
+    with pytest.raises(ValueError, match=r"the rule axis-zero is declared twice, the second time in other\.py"):
+        every_rule()
 
 
 def test_every_rule_says_what_it_means():

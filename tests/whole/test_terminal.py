@@ -12,7 +12,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.diagnostics import console
+from rosorin_compile.diagnostics import console, progress
 from rosorin_compile.output import stamp
 
 # Escape sequences of 7 and 8 bits, what turns the order of letters round, what nobody sees, and a line that is wiped.
@@ -130,15 +130,17 @@ class Terminal(io.StringIO):
 def test_our_own_colours_and_the_bar_come_through(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "stderr", Terminal())
     monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
     with console.guarded():
         console.Console("text").again("\x1b[31merror\x1b[0m \x1b[2J\n")
-        bar = console.Progress("measuring")
-        bar.next = 0.0
-        bar(1, 2)
-        bar.end()
+        console.show_progress()
+        monkeypatch.setattr(progress._line, "due", 0.0)
+        progress.step("measuring", 1, 2)
         print("\x1b[31m", file=sys.stderr)
     shown = sys.stderr.getvalue()  # type: ignore[attr-defined]
-    assert shown.startswith("\x1b[31merror\x1b[0m \\x1b[2J\n\rmeasuring [")
+    assert shown.startswith("\x1b[31merror\x1b[0m \\x1b[2J\n\rmeasuring 1 of 2 [")
+    progress.hide()
     assert shown.endswith("\r\x1b[K\\x1b[31m\n")
 
 

@@ -7,10 +7,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import yaml
 
-from rosorin_compile.diagnostics import NOTE
+from rosorin_compile.diagnostics import NOTE, Source
 from rosorin_compile.diagnostics.report import text
 from rosorin_compile.frontend.expression import evaluate
+from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.pipeline import Compiled, compile_robot
 from support.cases import told
 from support.pages import FENCED
@@ -104,6 +106,17 @@ def test_name_has_the_same_value(name: Name) -> None:
     theirs = number(xacro.safe_eval(name.theirs, symbols))
     ours = number(evaluate(name.ours, {}.__getitem__))
     assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-12) if isinstance(theirs, float) else ours == theirs
+
+
+def test_every_unit_tag_of_xacro_is_read() -> None:
+    """A value behind each tag, a calculation too, is in SI what xacro makes of it."""
+    loader = yaml.SafeLoader("")
+    for unit in xacro.ConstructUnits:
+        for value in ("12.5", "-1e-2", "360 / 7", "-pi/2", "sqrt(2) * sin(radians(30))"):
+            theirs = unit.constructor(loader, yaml.ScalarNode("", value))
+            ours = parse_yaml(Source("table.yaml", f"a: {unit.value.tag} {value}"))["a"]
+            assert ours == pytest.approx(theirs, rel=1e-14), unit
+            assert type(ours) is float  # !degrees stands before speeds, too
 
 
 def test_page_is_up_to_date() -> None:

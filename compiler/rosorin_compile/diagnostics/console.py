@@ -1,8 +1,8 @@
 """The console: diagnostics go to the person at once, or to a program as one document at the end.
 
-``Console`` is what a command talks to; ``Progress`` shows a bar on the terminal for what takes longer than a second.
+``Console`` is what a command talks to.
 ``guarded`` stands between the whole program and the terminal: no text of a file, of a name or of another program steers
-it. What may go past it is said here: our own colours, the bar, and artifacts on their way into a file or a pipe.
+it. What may go past it is said here: our own colours, and artifacts on their way into a file or a pipe.
 """
 
 from __future__ import annotations
@@ -11,13 +11,12 @@ import errno
 import os
 import re
 import sys
-import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered
+from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 
 if TYPE_CHECKING:
@@ -45,6 +44,7 @@ class _Guard:
 
     def write(self, text: str) -> int:
         """Write a text; lines and tabs stay."""
+        progress.wipe()
         self.stream.write(printable(text, _LAYOUT))
         return len(text)
 
@@ -73,10 +73,17 @@ def _unguarded(stream: TextIO) -> TextIO:
     return stream.stream if isinstance(stream, _Guard) else stream
 
 
+def show_progress() -> None:
+    """Show what takes long, if a person sees standard error: a terminal, and not that of a machine that builds."""
+    if sys.stderr.isatty() and "CI" not in os.environ and os.environ.get("TERM") != "dumb":
+        progress.show(_unguarded(sys.stderr))
+
+
 def paint(text: str, stream: TextIO) -> None:
     """Print a text in which our own colours are."""
     pieces = re.split(_COLOUR, text)
     pieces[::2] = [printable(piece, _LAYOUT) for piece in pieces[::2]]
+    progress.wipe()
     _unguarded(stream).write("".join(pieces))
 
 
@@ -84,6 +91,7 @@ def give(text: str) -> None:
     """Print an artifact: to the byte, in UTF-8 whatever the locale is; but for a terminal. Raises OSError."""
     if getattr(sys.stdout, "name", "") == os.devnull:
         raise OSError(errno.EBADF, "it is closed")
+    progress.wipe()
     stream = sys.stdout if sys.stdout.isatty() else _unguarded(sys.stdout)
     raw = getattr(stream, "buffer", None)
     if isinstance(stream, _Guard) or raw is None:
@@ -230,42 +238,3 @@ class Console:
 def colour() -> bool:
     """Whether diagnostics are printed in colour: to a terminal, unless NO_COLOR is set (https://no-color.org)."""
     return sys.stderr.isatty() and "NO_COLOR" not in os.environ
-
-
-_AFTER = 1.0  # seconds
-_EVERY = 0.1
-_WIDTH = 30
-
-
-class Progress:
-    """Shows on standard error how far something is, if that is a terminal and it takes long; leaves nothing behind."""
-
-    def __init__(self, what: str) -> None:
-        self.what = what
-        self.begun = time.monotonic()
-        self.next = self.begun + _AFTER
-        self.shown = False
-
-    def __call__(self, done: int, total: int) -> None:
-        """Say that ``done`` of ``total`` are done."""
-        now = time.monotonic()
-        if now < self.next or not sys.stderr.isatty():
-            return
-        self.next = now + _EVERY
-        self.shown = True
-        share = min(1.0, done / max(total, 1))  # a recording may hold more than it says
-        full = int(_WIDTH * share)
-        bar = "#" * full + "." * (_WIDTH - full)
-        _unguarded(sys.stderr).write(f"\r{printable(self.what)} [{bar}] {int(100 * share):3d}%")
-        sys.stderr.flush()
-
-    def part(self, index: int, count: int) -> Callable[[float], None]:
-        """Return what is told the share (0 to 1) that is done of one part of several."""
-        return lambda share: self(int(1000 * (index + share)), 1000 * count)
-
-    def end(self) -> None:
-        """Wipe the bar off."""
-        if self.shown:
-            _unguarded(sys.stderr).write("\r\x1b[K")
-            sys.stderr.flush()
-            self.shown = False

@@ -118,8 +118,14 @@ def find(ids: Collection[str]) -> dict[str, Rule]:
 
 
 def every_rule() -> dict[str, Rule]:
-    """Return the tool's own rules by id."""
-    return {rule.id: rule for _, text in _declaring() for rule in declared_in(text)}
+    """Return the tool's own rules by id. Raises ValueError if two have one id."""
+    found: dict[str, Rule] = {}
+    for path, text in _declaring():
+        for rule in declared_in(text):
+            if rule.id in found:
+                raise ValueError(f"the rule {rule.id} is declared twice, the second time in {path}")
+            found[rule.id] = rule
+    return found
 
 
 def _declaring() -> Iterator[tuple[Path, bytes]]:

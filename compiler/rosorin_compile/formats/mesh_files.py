@@ -28,11 +28,11 @@ from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_h
 from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import first_of
 from ..frontend.accepting import EVERYTHING
+from ..frontend.packages import Packages
 from ..frontend.tree import Map, Seq
 from ..model import Output
 from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from . import FORMATS as RECORDS
-from .packages import Packages
 
 RULES = (
     Rule(

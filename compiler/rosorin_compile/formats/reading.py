@@ -7,11 +7,11 @@ from pathlib import Path
 from ..diagnostics import NOTE, Diagnostic, Source, Span, error
 from ..diagnostics.registry import READING, Rule
 from ..plugins import PluginFailed
-from ..project import ENDINGS
+from ..project import ENDINGS, stdin_of
 from ..xml.files import mended, read_source, without_late_declaration
 from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
-from . import FORMATS, Format, Opened, is_built_in, plugged_diagnostics
+from . import FORMATS, Format, Opened, is_built_in, plugged_diagnostics, published
 from .imported import Imported, ReadOptions
 
 RULES = (
@@ -68,8 +68,19 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
     format = _format_of(document, path)
     if format is None:
         return _refused(_wrong_root(document), path, *plugged_diagnostics())
+    if stdin_of(path) is not None and format is not published():
+        return _refused(_not_on_stdin(format, document), path)
     read = _read(format, Opened(path, options, document, asked))
     return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
+
+
+def _not_on_stdin(format: Format, document: Document) -> Diagnostic:
+    """Return the error about a robot that is read together with the files beside its own."""
+    message = f"this is {format.listed}, which is read with the files beside it, and not from standard input"
+    help = "name the file"
+    if format.takes_arguments:
+        help += f"; or expand it before the pipe: {format.name} FILE | rosorin-compile ..."
+    return error("wrong-format", message, document.root.span, help)
 
 
 def known() -> str:

@@ -8,8 +8,7 @@ the frames is published by robot_state_publisher from the URDF.
 from __future__ import annotations
 
 import posixpath
-import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -20,13 +19,15 @@ from ..diagnostics.wording import masked
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import fed
-from ..rules.conditions import combinations, holds, modes_in
+from ..rules.conditions import modes_in
 from . import format
 from .facts import NO_TOLERANCE, frame_facts, number_of
 from .format import Fact, Facts, Format, Value
 from .templating import BUILTIN, Templates
 
 if TYPE_CHECKING:
+    import ast
+
     from ..rules.case import Case
 RULES = (
     Rule(
@@ -46,10 +47,13 @@ RULES = (
 _XYZ = ("--x", "--y", "--z")
 _RPY = ("--roll", "--pitch", "--yaw")
 _URDF_FILE = "urdf_file"  # a launch argument of ours
-_WORD = re.compile(r"[^\W\d]\w*")
-_WORDS_ALONE = re.compile(r"[\w() ]+")
-_OPERATORS = ("and", "or", "not")
-_PARENT, _CHILD = "--frame-id", "--child-frame-id"
+FRAME_PREFIX = "frame_prefix"
+# The arguments that every launch file of ours has, with their help.
+ARGUMENTS = {
+    "namespace": "the namespace of the nodes, such as left; empty: none",
+    FRAME_PREFIX: "what stands before the name of each frame, such as left/; empty: nothing",
+}
+FRAMES = _PARENT, _CHILD = "--frame-id", "--child-frame-id"
 
 
 class Numbers(NamedTuple):
@@ -83,7 +87,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
 
     robot_state_publisher is started if an output is a URDF. Its file is looked for where it stands from the launch file
     in the outputs folder; the launch argument ``urdf_file`` names another. Modes on which a static publisher depends
-    are launch arguments.
+    are launch arguments, and so are ``namespace`` and ``frame_prefix``, which let two robots run side by side.
     """
     numbers = numbers_of(output)
     transforms, diagnostics = static_transforms(robot, numbers)
@@ -95,12 +99,34 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics.append(
             Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
         )
-    values: dict[str, Any] = {"robot": robot, "transforms": transforms, "literal": repr, "source": describe}
-    modes = modes_in(robot, [transform.when for transform in in_modes])
-    values |= {"modes": [_mode(name) for name in modes], "in_modes": in_modes, "condition": partial(condition, robot)}
+    values: dict[str, Any] = {"robot": robot, "statics": [*transforms, *in_modes], "literal": repr, "source": describe}
+    values |= {"common": ARGUMENTS, "pairs": in_python, **_of_modes(robot, in_modes)}
     values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
     values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
     return templates.render(f"{BUILTIN}static_tf.launch.py.jinja", values), diagnostics
+
+
+def _of_modes(robot: Robot, in_modes: Sequence[StaticTransform]) -> dict[str, Any]:
+    """Return what a launch file says of modes: their arguments, and the condition of each node as Python."""
+    configuration = "LaunchConfiguration"
+    if not in_modes:
+        return {"modes": {}, "conditions": {}, "imports": f"from launch.substitutions import {configuration}"}
+    from . import launching
+
+    modes = launching.mode_arguments(robot, in_modes, (_URDF_FILE, *ARGUMENTS))
+    read = {one.when: launching.condition(robot, one.when) for one in in_modes}
+    return {
+        "modes": modes,
+        "states": list(launching.STATES),
+        "conditions": {when: launching.if_condition(one, modes, 12) for when, one in read.items()},
+        "imports": launching.imported("launch.substitutions", launching.substitutions(read.values(), configuration)),
+    }
+
+
+def in_python(transform: StaticTransform) -> Iterator[tuple[str, str]]:
+    """Yield the arguments of a static transform in pairs: the flag, and the value as Python; frames have the prefix."""
+    for flag, value in zip(transform.arguments[::2], transform.arguments[1::2], strict=True):
+        yield flag, f"[{FRAME_PREFIX}, {value!r}]" if flag in FRAMES else repr(value)
 
 
 def _urdf_file(robot: Robot) -> str | None:
@@ -141,25 +167,6 @@ def _turns(robot: Robot, numbers: Numbers) -> Iterator[StaticTransform]:
             yield StaticTransform(edge.publisher.name, edge.parent, edge.child, arguments, edge.source, edge.when)
 
 
-def _mode(name: str) -> tuple[str, str]:
-    """Return a mode and the launch argument that turns it on."""
-    return name, f"mode_{name}" if name == _URDF_FILE else name
-
-
-def condition(robot: Robot, when: str) -> str:
-    """Return a condition that names modes as Python over the table ``on``, such as "not on['slam']"."""
-    modes = modes_in(robot, [when])
-    words = _WORD.findall(when)
-    if _WORDS_ALONE.fullmatch(when) and set(words) <= {*modes, *_OPERATORS}:
-        return _WORD.sub(lambda match: match[0] if match[0] in _OPERATORS else f"on[{match[0]!r}]", when.strip())
-    # Expressions know more than Python's "and": every combination of modes in which it holds is named.
-    ways = [states for states in combinations(modes) if holds(when, states)]
-    return " or ".join(
-        "(" + " and ".join(f"{'' if state else 'not '}on[{mode!r}]" for mode, state in states.items()) + ")"
-        for states in ways
-    )
-
-
 def describe(source: Source) -> str:
     """Return where a value comes from as one line of printable text; empty if the description does not say."""
     head = ", ".join(part for part in (source.status.replace("_", "-"), source.measured) if part)
@@ -184,9 +191,12 @@ def read(text: str) -> Facts:
 
     facts: Facts = {}
     try:
-        calls = [node for node in ast.walk(python_of(text)) if isinstance(node, ast.Call)]
+        tree = python_of(text)
+        nodes = list(ast.walk(tree))
     except SyntaxError as problem:
         raise ValueError(f"not a Python file: {problem}") from None
+    calls = [node for node in nodes if isinstance(node, ast.Call)]
+    known = _defaults(nodes, calls)
     for call in calls:
         given = {keyword.arg: keyword.value for keyword in call.keywords}
         executable = given.get("executable")
@@ -194,11 +204,52 @@ def read(text: str) -> Facts:
             if not {"name", "arguments"} <= given.keys():
                 raise ValueError("a static_transform_publisher has no name or no arguments")
             try:
-                name, arguments = (ast.literal_eval(given[key]) for key in ("name", "arguments"))
+                name, arguments = (_value(given[key], known) for key in ("name", "arguments"))
             except TypeError as problem:
                 raise ValueError(f"not plain values: {problem}") from None
             facts |= node_facts(name, arguments)
     return facts
+
+
+def _defaults(nodes: Sequence[ast.AST], calls: Sequence[ast.Call]) -> dict[str, str]:
+    """Return the default values of launch arguments by the names that a launch file gives to them."""
+    import ast
+
+    defaults: dict[str, str] = {}
+    for call in calls:
+        if isinstance(call.func, ast.Name) and call.func.id == "DeclareLaunchArgument" and call.args:
+            name = call.args[0]
+            value = next((word.value for word in call.keywords if word.arg == "default_value"), None)
+            if isinstance(name, ast.Constant) and isinstance(value, ast.Constant):
+                defaults[str(name.value)] = str(value.value)
+    known: dict[str, str] = {}
+    for node in nodes:
+        if isinstance(node, ast.Assign) and isinstance(node.value, ast.Call) and isinstance(node.targets[0], ast.Name):
+            argument = node.value.args[0] if node.value.args else None
+            if ast.unparse(node.value.func) == "LaunchConfiguration" and isinstance(argument, ast.Constant):
+                known |= {node.targets[0].id: defaults[argument.value]} if argument.value in defaults else {}
+    return known
+
+
+def _value(node: ast.expr, known: Mapping[str, str]) -> Any:
+    """Return a plain value; a list within a list is one text, of pieces that are texts or names in ``known``.
+
+    Raises ValueError, TypeError.
+    """
+    import ast
+
+    if not isinstance(node, ast.List):
+        return ast.literal_eval(node)
+    values: list[Any] = []
+    for item in node.elts:
+        if isinstance(item, ast.List):
+            pieces = [known.get(one.id) if isinstance(one, ast.Name) else _value(one, known) for one in item.elts]
+            if any(piece is None for piece in pieces):
+                raise ValueError("a part of an argument is neither text nor a launch argument with a default")
+            values.append("".join(map(str, pieces)))
+        else:
+            values.append(_value(item, known))
+    return values
 
 
 def node_facts(name: object, arguments: object) -> Facts:

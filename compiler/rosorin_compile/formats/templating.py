@@ -17,7 +17,7 @@ from markupsafe import Markup, escape
 
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
-from ..project import data_folder
+from ..project import data_folder, homes
 from ..project import shown as as_shown
 
 RULES = (
@@ -69,21 +69,31 @@ def comment(text: str) -> str:
 
 
 class Templates:
-    """Renders the templates of the tool and those in ``folder``, the folder of a description."""
+    """Renders the templates of the tool and those in ``folder``, the folder of a description.
 
-    def __init__(self, folder: Path | None = None, named: str = "the folder of the description") -> None:
+    ``first`` is the first file of that description: where it is a link, so may the templates be (``project.homes``).
+    """
+
+    def __init__(
+        self, folder: Path | None = None, named: str = "the folder of the description", first: Path | None = None
+    ) -> None:
         import jinja2
 
         from .sandbox import Sandbox
 
         self.folder = folder
         self.named = named
+        self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
         self.asked: Span | None = None
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
         self.environment = Sandbox(autoescape=_is_xml, **options)
+
+    def own(self) -> tuple[Path, ...]:
+        """Return the templates of the description that were used, sorted."""
+        return tuple(sorted(file for file in self.used if any(map(file.is_relative_to, self.homes))))
 
     def package(self, name: str) -> Templates:
         """Return what renders the templates in the folder ``templates`` of a Python package, and no others."""
@@ -147,7 +157,8 @@ class Templates:
             path = (anchor / name.removeprefix(BUILTIN)).resolve()
         except (OSError, RuntimeError):  # links that lead round
             return None
-        return path if path.is_relative_to(anchor.resolve()) else None
+        places = (anchor.resolve(),) if name.startswith(BUILTIN) else (anchor.resolve(), *self.homes)
+        return path if any(path.is_relative_to(place) for place in places) else None
 
 
 def _is_xml(name: str | None) -> bool:

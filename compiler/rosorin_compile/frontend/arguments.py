@@ -68,19 +68,21 @@ def _has_expression(value: Any) -> bool:
     return isinstance(value, str) and "${" in value
 
 
-def declared(path: Path, arguments: Mapping[str, Any]) -> tuple[list[Argument], list[Diagnostic]]:
+def declared(
+    path: Path, arguments: Mapping[str, Any], packages: Mapping[str, Path] | None = None
+) -> tuple[list[Argument], list[Diagnostic]]:
     """Return the arguments of the description whose first file is ``path``, and what is wrong.
 
     Of a description that has other faults the arguments are listed all the same, as long as its files can be read.
     """
-    reader = Reader(path, None)
+    reader = Reader(path, None, packages)
     root = reader.read(path, shown(path), None, None, ())
     if root is None or has_errors(reader.diagnostics):
         return [], reader.diagnostics
     entries = root.get("args")
     if not isinstance(entries, Map):
         entries = Map(root.span)
-    expanded = expand(path, arguments, None)
+    expanded = expand(path, arguments, None, packages=packages)
     written = Written()
     made = [_with_value(_argument(name, entries, written), arguments, reader, written) for name in entries]
     return made, arrange(d for d in expanded.diagnostics if d.rule in _OF_ARGUMENTS)

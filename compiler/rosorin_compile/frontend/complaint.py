@@ -234,7 +234,9 @@ def not_allowed(tree: Map, path: Steps, value: Any, options: Iterable[Any], kind
     """Return an error: the value at a path is not one of those that are allowed; ``kind`` is that of its synonyms."""
     names = list(dict.fromkeys(str(one).lower() if isinstance(one, bool) else str(one) for one in options))
     help = word_meant(str(value), names, kind)
-    if help.startswith("did"):
+    if isinstance(value, str) and value in names:  # true is a word of YAML, "true" a text
+        help = f"write {value} without quotes"
+    elif help.startswith("did"):
         help += f" (one of {', '.join(names)})"
     place = locate(tree, path)
     return error("wrong-value", f'{subject(path)} cannot be "{value}"', place.span, help, place.stack())

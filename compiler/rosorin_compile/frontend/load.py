@@ -16,6 +16,7 @@ import yaml
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import FILES, Rule
+from ..project import stdin_of
 from ..units import parse_quantity
 from .tree import Instance, Map, Seq, Text, first_line
 
@@ -99,12 +100,14 @@ def read_text(path: Path, shown: str, asked: Span | None = None) -> Source:
     Raises LoadError when it cannot be read, is too large or is not UTF-8 text.
     """
     help = "descriptions are UTF-8 text files; check the name and the permissions"
+    given = stdin_of(path)
     try:
-        if path.exists() and not (path.is_file() or path.is_dir()):  # a pipe or a device would be waited for
+        if given is None and path.exists() and not (path.is_file() or path.is_dir()):
+            # A pipe or a device would be waited for.
             raise LoadError(error("file-unreadable", f"{shown} is not a regular file", asked, help))
-        if path.is_file() and path.stat().st_size > MAX_BYTES:
+        if (path.stat().st_size if given is None and path.is_file() else len(given or b"")) > MAX_BYTES:
             raise LoadError(error("file-too-large", f"{shown} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = path.read_bytes()
+        data = path.read_bytes() if given is None else given
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
         raise LoadError(error("file-unreadable", f"cannot read {shown}: {reason}", asked, help)) from None
@@ -141,7 +144,9 @@ def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instanc
     kind = "empty" if tree is None else "not a mapping"
     kind = "a list" if isinstance(tree, Seq) else kind
     message = f'{shown} is {kind}; a description is a mapping such as "robot: my_robot"'
-    raise LoadError(error("not-a-mapping", message, first_line(source), "start from docs/tutorial.md"))
+    empty = tree is None and stdin_of(path) is not None
+    help = "did the program before the pipe say why?" if empty else "start from docs/tutorial.md"
+    raise LoadError(error("not-a-mapping", message, first_line(source), help))
 
 
 def _markup(text: str) -> tuple[str, str]:
@@ -265,12 +270,28 @@ class _Composer:
         return plain_scalar(event.value)
 
     def tagged(self, event: Any) -> Any:
-        """Return the quantity of a scalar with one of xacro's tags: ``!degrees 90`` is 90 deg."""
-        quantity = parse_quantity(f"{event.value.strip()} {_UNIT_TAGS[event.tag]}")
+        """Return the number in SI of a scalar with one of xacro's tags: a factor, and no more.
+
+        It has no dimension: tables that people publish say ``max_velocity: !degrees 180``.
+        """
+        unit = _UNIT_TAGS[event.tag]
+        quantity = parse_quantity(f"{event.value.strip()} {unit}") or parse_quantity(f"{_result(event.value)} {unit}")
         if quantity is None:
             help = "write a number, or a quantity or an expression without the tag"
             raise self.fail("yaml-tag", f'{event.tag} stands before a number, not "{event.value}"', event, help)
-        return quantity
+        return float(quantity)
+
+
+def _result(text: str) -> str:
+    """Return the number that a calculation gives, such as ``pi / 2``, as xacro has it behind a tag; empty if none."""
+    from .expression import evaluate
+    from .expression.functions import ExpressionError
+
+    try:
+        value = evaluate(text, dict[str, Any]().__getitem__)
+    except ExpressionError:
+        return ""
+    return repr(float(value)) if type(value) in (int, float) else ""
 
 
 def plain_scalar(text: str) -> Any:

@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
+from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
 from ..formats.facts import ANGLES, facts_of
@@ -67,7 +68,8 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     for the words.
     """
     model = facts_of(robot)
-    for artifact in artifacts:
+    for number, artifact in enumerate(artifacts):
+        step(f"proving {artifact.file},", number, len(artifacts))
         try:
             reading = _reading(robot, artifact, model)
         except ValueError:

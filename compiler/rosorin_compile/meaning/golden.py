@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..diagnostics.progress import step
 from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact
 from ..model import Robot
@@ -47,7 +48,8 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     arranged = sorted(artifacts, key=lambda artifact: (FORMATS[artifact.backend].rank, artifact.output))
     texts: list[TextDifference] = []
     pairs: list[Pair] = []
-    for artifact in arranged:
+    for number, artifact in enumerate(arranged):
+        step(f"comparing {artifact.file},", number, len(arranged))
         old = _decoded(committed.get(artifact.file))
         if old is None:
             missing = artifact.file not in committed

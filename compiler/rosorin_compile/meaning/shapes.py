@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ..formats import Format
+from ..formats import Format, published
 from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
@@ -28,6 +28,13 @@ class Purpose(NamedTuple):
     def simple(self) -> bool:
         """Whether one side has one box a link along its axes, and one height map."""
         return any(ONE_BOX in format.lacks for format in self.formats)
+
+    @property
+    def says_no_colour(self) -> bool:
+        """Whether a visual without a colour means the same on both sides: a description has the words of a URDF."""
+        return self.formats[0] is self.formats[1] or all(
+            format is published() or not format.read for format in self.formats
+        )
 
 
 class Shapes(NamedTuple):
@@ -195,10 +202,10 @@ class _Shapes:
             self.items.append(Item(VISUAL, link, "colour", text, old, new))
 
     def _colours(self, one: Shape, other: Shape) -> tuple[str, str] | None:
-        """Return the colours of two visuals if they differ; a format of its own has a default of its own."""
+        """Return the colours of two visuals if they differ; a simulator's format has a default of its own."""
         old, new = self.pairing.a.robot.colour(one), self.pairing.b.robot.colour(other)
         if old is None or new is None:
-            if old is new or self.purpose.formats[0] is not self.purpose.formats[1]:
+            if old is new or not self.purpose.says_no_colour:
                 return None
             return tuple("none" if c is None else row(c) for c in (old, new))  # type: ignore[return-value]
         known = joined(self.pairing.a.printing.tolerance("rgba", *old), self.pairing.b.printing.tolerance("rgba", *new))

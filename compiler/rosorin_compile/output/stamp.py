@@ -18,7 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, Resolved, cache_folder, data_folder, keep, recalled
+from ..project import DATA, Resolved, data_folder
+from ..project.cache import cache_folder, keep, recalled
 
 _CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
 
@@ -101,19 +102,25 @@ def _tool() -> str:
     """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
     parts = [f"{__version__} {sys.version}"]
     for folder in (Path(__file__).parent.parent, *map(data_folder, DATA)):
-        parts += sorted(_marks(folder, ""))
+        parts += sorted(_marks(folder))
     parts += plugins.mark()
     return _digest("\n".join(parts).encode("utf-8", "surrogateescape"))
 
 
-def _marks(folder: Path | str, prefix: str) -> Iterator[str]:
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if not entry.is_dir():
-                status = entry.stat()
-                yield f"{prefix}{entry.name} {status.st_size} {status.st_mtime_ns}"
-            elif entry.name != "__pycache__":
-                yield from _marks(entry.path, f"{prefix}{entry.name}/")
+def _marks(folder: Path) -> list[str]:
+    """Return the name, size and time of each file below a folder of the tool; this is most of what ``recall`` does."""
+    marks = []
+    folders = [(os.fspath(folder), "")]
+    while folders:
+        path, prefix = folders.pop()
+        with os.scandir(path) as entries:
+            for entry in entries:
+                if not entry.is_dir():
+                    status = entry.stat()
+                    marks.append(f"{prefix}{entry.name} {status.st_size} {status.st_mtime_ns}")
+                elif entry.name != "__pycache__":
+                    folders.append((entry.path, f"{prefix}{entry.name}/"))
+    return marks
 
 
 def _same_outputs(outputs: Mapping[str, str], folder: Path) -> bool:

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, Span
+from ..diagnostics.progress import step
 from ..diagnostics.registry import OF_PLUGINS, Check, Rule, checks_of, find
 from ..frontend.accepting import accepted
 from ..frontend.expand.scope import Scope
@@ -107,7 +108,10 @@ def check(
     those that outputs may name, ``scope`` has what the names of the description stand for.
     """
     case = Case(robot, tree, places, collect(tree), formats, scope)
-    diagnostics = [diagnostic for one in CHECKS for diagnostic in one(case)]
+    diagnostics: list[Diagnostic] = []
+    for number, one in enumerate(CHECKS):
+        step("checking", number, len(CHECKS))
+        diagnostics += one(case)
     diagnostics += [diagnostic for plugin, one in plugged().checks for diagnostic in _guarded(plugin, one, case)]
     return _causes(tree, _joined(tree, diagnostics))
 

@@ -15,7 +15,6 @@ from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Instance, Path, locate
 from ..model import ROBOT_STATE_PUBLISHER
 from ..xml.elements import Found, canonical, damage, found_in, tree_of
-from ..xml.markup import MarkupError, parse
 from ..xml.references import EITHER, FRAME, JOINT, LINK, REFERRING, Reference, references
 from .case import Case, suggest
 from .kinematics import WORLD_FRAMES
@@ -26,10 +25,10 @@ if TYPE_CHECKING:
 AFTER = "materials"
 
 # What has none of these words names no link and no joint.
-_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material")
+_WORDS = ("link", "Link", "joint", "Joint", "reference", "mimic", "body", "frame", "Frame", "<material", "<gazebo ")
 _MAX_RELATED = 3
 _AROUND = "elements"  # a name that nobody closes by mistake
-_CLOSES = re.compile(r"</(.+)> closes what is not open: <(.+)> is")
+_CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
 
 
 @rule(
@@ -48,13 +47,15 @@ def well_formed(case: Case) -> Iterator[Diagnostic]:
 
 def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
     """Return what is wrong with a text that is no XML, at its line where the file has it as it is."""
+    from ..xml.markup import MarkupError, parse
+
     help = "write whole elements, such as <gazebo>...</gazebo>"
     try:
         parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>"))
     except MarkupError as problem:
         told, span = problem.diagnostic.message, problem.diagnostic.span
         line, column = (span.line, span.column) if span else (1, 1)
-        left = _CLOSES.fullmatch(told)
+        left = re.fullmatch(_CLOSES, told)
         if left and left[1] == _AROUND:  # what stands around is closed too early: something within is still open
             told, line, column = f"<{left[2]}> is not closed", 0, 0
             help = f"add </{left[2]}>"
@@ -113,7 +114,7 @@ class Mention(NamedTuple):
 @rule(
     "unknown-reference",
     "A warning: an element of `urdf_elements` names a link, a joint or a material that there is not, or that the URDF "
-    "has not. Its readers pass over it.",
+    "has not. Its readers pass over it. Or the attribute `reference` is misspelt.",
     "Correct the name.",
     NUMBERS,
 )
@@ -127,11 +128,22 @@ def known(case: Case) -> Iterator[Diagnostic]:
             for element in found_in(text):
                 own.update(_defined(element))
                 looks.meet(element, path)
+                yield from _misspelt(case, element, path)
                 for found in references(element.tags, element.attributes, element.text):
                     mentions.setdefault((found.kind, found.name), []).append(Mention(found, element.line, path))
     if mentions:
         yield from _unknown(case, mentions, own)
     yield from looks.unknown()
+
+
+def _misspelt(case: Case, element: Found, path: Path) -> Iterator[Diagnostic]:
+    """Yield a <gazebo> whose reference is misspelt: it is about the whole robot, not about the link."""
+    if element.tags == ("gazebo",):
+        for name in element.attributes:
+            if name != "reference" and nearest(name, ["reference"]):
+                found = Reference(name, FRAME, "", "")
+                message = f'<gazebo> has no attribute "{name}", so it is about the whole robot'
+                yield _placed(case, message, Mention(found, element.line, path), 'did you mean "reference"?')
 
 
 def _unknown(case: Case, mentions: dict[tuple[str, str], list[Mention]], own: set[str]) -> Iterator[Diagnostic]:

@@ -1,7 +1,8 @@
 """Tools: the commands, each a module or folder: ``options`` says what one takes, ``run`` returns the exit code.
 
 Small ones are one module (``all``, ``check``, ``diff``, ``frames``, ...). In a folder, ``command`` is the command and
-the rest what it works with: ``explain``, ``extract``, ``importer``, ``package``, ``transforms``, ``verify``.
-``shared`` and ``parser`` are what all of them share, ``sides`` and ``foreign`` what several ask of files in other
-formats.
+the rest what it works with: ``completion``, ``explain``, ``extract``, ``importer``, ``package``, ``verify``;
+``transforms`` has two. What several share: ``parser`` and ``options`` (the command line), ``given`` (arguments),
+``robots`` (those asked for), ``compiling`` and ``understanding`` them, ``usage`` (how a run ends), ``sides`` and
+``foreign`` (files in other formats).
 """

@@ -13,32 +13,13 @@ from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..diagnostics.wording import counted
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
-from .shared import (
-    FINE,
-    PROBLEMS,
-    USAGE,
-    Run,
-    WrongUsage,
-    compile_proven,
-    count,
-    depfile_options,
-    descriptions,
-    for_each,
-    format_options,
-    given_arguments,
-    hook_option,
-    lacks_meshes,
-    mesh_files,
-    nothing_written,
-    output_options,
-    place,
-    read_by,
-    robot_options,
-)
+from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .robots import Run, check_depfile, for_each, no_stdin
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
-    from ..formats.packages import Packages
+    from ..frontend.packages import Packages
     from ..output import Written
     from ..pipeline import Compiled
 
@@ -89,21 +70,13 @@ def run(options: argparse.Namespace) -> int:
 
 def _check_options(options: argparse.Namespace) -> None:
     """Raise WrongUsage for options that do not go together."""
+    no_stdin(options.words, "name a file, or print one artifact: rosorin-compile print OUTPUT -")
     if options.only and (options.prune or options.dry_run):
         other = "--prune" if options.prune else "--dry-run"
         raise WrongUsage(f"--only does not go with {other}, which is about all artifacts of a robot")
-    if options.depfile_target is not None and options.depfile is None:
-        raise WrongUsage("--depfile-target goes with --depfile FILE")
-    if options.depfile is None:
-        return
-    if options.dry_run:
+    if options.depfile is not None and options.dry_run:
         raise WrongUsage("--depfile does not go with --dry-run, which writes nothing")
-    if options.hook:
-        raise WrongUsage("--depfile does not go with --hook, which is about all robots of a project")
-    found = descriptions(given_arguments(options, options.words)[1])
-    if len(found) > 1:
-        robots = ", ".join(description.name for description in found)
-        raise WrongUsage(f"a depfile is about one robot, and there are several: {robots}; name one")
+    check_depfile(options)
 
 
 def _write_one(run: Run, description: Description) -> int:
@@ -121,6 +94,8 @@ def _write_one(run: Run, description: Description) -> int:
             run.console.tell_read([*inputs, *run.given.files])
             run.console.say(f"{summary}, unchanged")
             return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
+    from .compiling import compile_proven, count, lacks_meshes, mesh_files, nothing_written, read_by
+
     begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
     compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
@@ -164,6 +139,7 @@ def _key(run: Run, description: Description) -> dict[str, Any]:
 def _write_some(run: Run, description: Description) -> int:
     """Compile a robot and write the artifacts that are asked for."""
     from ..frontend.wanted import UNKNOWN
+    from .compiling import compile_proven, count, nothing_written, read_by
 
     compiled = compile_proven(run.given, description, run.console, run.options.only)
     run.console.show(compiled.diagnostics)
@@ -200,18 +176,12 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     """
     if run.options.depfile is None:
         return FINE
-    from ..output import OutputError
-    from ..output.one_file import touch, write_depfile
+    from .compiling import tell_build
 
     read = {os.path.realpath(file) for file in inputs}
     made = [description.outputs / name for name in names]
-    try:
-        write_depfile(Path(run.options.depfile), run.options.depfile_target or str(made[0]), inputs, made)
-        touch(file for file in made if os.path.realpath(file) not in read)
-    except OutputError as problem:
-        run.console.show([problem.diagnostic])
-        return PROBLEMS
-    return FINE
+    newer = [file for file in made if os.path.realpath(file) not in read]
+    return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
 def _leads(finders: dict[str, Packages], asked: Resolved) -> str:
@@ -220,7 +190,7 @@ def _leads(finders: dict[str, Packages], asked: Resolved) -> str:
         return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer
     if asked.kind == MESH_FILE:
         return asked.name if is_file(Path(asked.name)) else ""
-    from ..formats.packages import Packages
+    from ..frontend.packages import Packages
 
     finder = finders.setdefault(asked.by, Packages({}, os.environ, Path(asked.by)))
     return resolved(asked.kind, asked.name, asked.by, finder.find(asked.name)).answer

@@ -7,7 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from ..project import Description
-from .shared import FINE, PROBLEMS, Given, descriptions, given_arguments, json_option, robot_options
+from .given import Given, given_arguments
+from .options import json_option, quiet_option, robot_options
+from .robots import descriptions
+from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
     from ..diagnostics import Span
@@ -19,13 +22,14 @@ _HEADS = ("name", "type", "allowed", "default", "set to", "where")
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
+    quiet_option(command)
     json_option(command)
 
 
 def run(options: argparse.Namespace) -> int:
     """List the arguments of each robot; those that are given are shown, and checked."""
     given, names = given_arguments(options, options.words)
-    console = Console("text")
+    console = Console("text", options.quiet)
     code, listed = FINE, []
     for description in descriptions(names):
         found = _declared(given, description, console)
@@ -50,7 +54,7 @@ def _declared(given: Given, description: Description, console: Console) -> list[
     from ..frontend.load import LoadError
 
     try:
-        found, diagnostics = declared(description.path, given.values())
+        found, diagnostics = declared(description.path, given.values(), given.packages)
     except LoadError as problem:
         diagnostics = [problem.diagnostic]
     console.show(diagnostics)

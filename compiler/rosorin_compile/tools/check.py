@@ -15,35 +15,35 @@ from pathlib import Path, PurePosixPath
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
+from ..diagnostics.progress import about
 from ..diagnostics.registry import PACKAGES, WRITING, Rule
 from ..diagnostics.wording import counted, listed
-from ..project import Description
-from .shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    Run,
-    WrongUsage,
+from ..project import ON_STDIN, Description
+from .compiling import (
     compile_proven,
-    console_of,
     count,
-    for_each,
-    format_options,
-    given_arguments,
-    hook_option,
-    is_foreign,
     mesh_files,
     nothing_written,
-    one,
+    proven,
+    read_by,
+    search_meshes,
+    tell_build,
+    telling,
+)
+from .given import Given, given_arguments
+from .options import (
+    console_of,
+    depfile_options,
+    format_options,
+    hook_option,
     output_options,
     page_options,
     place,
-    proven,
     robot_options,
-    search_meshes,
-    telling,
-    understood,
 )
+from .robots import Run, check_depfile, for_each, is_foreign, one
+from .understanding import understood
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -108,11 +108,13 @@ def options(command: argparse.ArgumentParser) -> None:
         command, "write a page that shows the robots, what is committed under what is compiled, and what changed"
     )
     output_options(command)
+    depfile_options(command, "none, it has to be named")
     format_options(command)
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    _check_depfile(options)
     if options.html is None:
         return _run(options, check_one)
     if options.every_argument or options.deployed is not None:
@@ -145,6 +147,19 @@ def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -
     return for_each(options, _check_deployed)
 
 
+def _check_depfile(options: argparse.Namespace) -> None:
+    """Raise WrongUsage for a depfile that cannot be."""
+    check_depfile(options)
+    if options.depfile is None:
+        return
+    if options.physics or options.every_argument or options.deployed is not None:
+        raise WrongUsage(
+            "--depfile is about what is committed: it does not go with --deployed, --every-argument, --physics"
+        )
+    if options.depfile_target is None:
+        raise WrongUsage("a depfile needs a target: --depfile-target NAME")
+
+
 def check_one(run: Run, description: Description, pictures: Pictures | None = None) -> int:
     """Compile one robot in memory and compare with its outputs folder; ``pictures`` take what a page shows of that."""
     from ..diagnostics import has_errors
@@ -155,6 +170,9 @@ def check_one(run: Run, description: Description, pictures: Pictures | None = No
     run.console.show(compiled.diagnostics)
     if compiled.robot is None or has_errors(compiled.diagnostics):
         return nothing_written(run.console, description.name, compiled.diagnostics)
+    if description.path == ON_STDIN:
+        run.console.say(f"{description.name}: {count(compiled.artifacts)} compiled; there are no committed ones")
+        return FINE
     try:
         committed = read_set(description.outputs)
     except OutputError as problem:
@@ -169,11 +187,15 @@ def check_one(run: Run, description: Description, pictures: Pictures | None = No
         pictures.take(run.given, description, compiled, comparison, committed, changed)
     if not comparison.same or changed:
         _differ(run, comparison, changed)
+        _tell_no_folder(run, description)
         return PROBLEMS
     if refusals:
         return PROBLEMS
     run.console.say(f"{description.name}: {count(compiled.artifacts, meshes)} as committed in {description.outputs}")
-    return FINE
+    compared = [description.outputs / name for name in committed]
+    if run.options.depfile is None:
+        return FINE
+    return tell_build(run, run.options.depfile_target, [*read_by(run.given, compiled), *compared])
 
 
 def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]]) -> None:
@@ -191,6 +213,13 @@ def _differ(run: Run, comparison: Comparison, meshes: Sequence[tuple[str, str]])
         return blocks(comparison.changes, comparison.texts, meshes)
 
     run.console.differ("not as committed", said, told, blocks)
+
+
+def _tell_no_folder(run: Run, description: Description) -> None:
+    """Say that the folder of --outputs, as a build file may name it, has nothing of a robot."""
+    if getattr(run.options, "outputs", None) is not None and not description.outputs.is_dir():
+        way = "rosorin-compile all with the same --outputs and arguments writes it"
+        run.console.warn(f"{description.name}: there is no folder {description.outputs}; {way}")
 
 
 def _mesh(compiled: bytes, committed: bytes | None) -> str:
@@ -276,6 +305,7 @@ def _check_deployed(run: Run, description: Description) -> int:
     from ..diagnostics import error, has_errors
     from ..frontend.load import LoadError
     from .package import naming
+    from .package.carrying import described
     from .package.checking import check
     from .package.finding import files_below
 
@@ -287,7 +317,15 @@ def _check_deployed(run: Run, description: Description) -> int:
     try:
         files = files_below(folder, skip_built=False)
         told = naming.read(folder, compiled.robot.name)
-        checked = check(compiled.robot, compiled.artifacts, folder, files, told, run.options.full)
+        checked = check(
+            compiled.robot,
+            compiled.artifacts,
+            folder,
+            files,
+            told,
+            run.options.full,
+            lambda options: described(compiled, description, run.given, options)[0],
+        )
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
@@ -330,7 +368,7 @@ def check_every(run: Run, description: Description) -> int:
     except LoadError as problem:
         run.console.show([problem.diagnostic])
         return PROBLEMS
-    arguments, wrong = declared(description.path, given)
+    arguments, wrong = declared(description.path, given, run.given.packages)
     if has_errors(wrong):
         run.console.show(wrong)
         return PROBLEMS
@@ -339,7 +377,8 @@ def check_every(run: Run, description: Description) -> int:
     found: dict[Diagnostic, list[Combination]] = {}
     tell: Tell = telling(run.given, run.console)
     search = partial(search_meshes, run.given, description)
-    for combination in tried:
+    for number, combination in enumerate(tried, 1):
+        about(f"{description.name}, {number:,} of {len(tried):,}:")
         texts = dict(zip((name for name, _ in varied), combination, strict=True))
         compiled = compile_robot(description.path, {**given, **texts}, tell, run.given.packages, search)
         for diagnostic in proven(compiled).diagnostics:

@@ -9,23 +9,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
-from .shared import (
-    FINE,
-    MARK,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    json_option,
-    one,
-    package_option,
-    packages_of,
-    page_options,
-)
+from .given import given_arguments, named, packages_of
+from .options import argument_options, json_option, package_option, page_options, quiet_option
+from .robots import one, take_stdin
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..meaning.difference import Difference, Side
-    from .shared import Given
+    from .given import Given
     from .sides import Read
 
 _SIDES = ("A", "B")
@@ -40,6 +31,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="A B",
+        completes="ROBOT ROBOT",
         help=f"two robots: each the name, folder or file of a description, or a {', '.join(others)} or {last} file",
     )
     for side in _SIDES:
@@ -64,6 +56,7 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--full", action="store_true", help="show every difference")
     page_options(command, "write a page that shows B, with A under it, and what differs")
+    quiet_option(command)
     package_option(command)
     json_option(command)
     argument_options(command)
@@ -78,22 +71,23 @@ def run(options: argparse.Namespace) -> int:
     given, words = given_arguments(options, options.words)
     if len(words) != 2:
         raise WrongUsage(f"diff compares two robots, and was given {len(words)}: {', '.join(words) or 'none'}")
+    take_stdin(words)
     try:
         arguments = given.values()
     except LoadError as problem:
-        Console("text").show([problem.diagnostic])
+        Console("text", options.quiet).show([problem.diagnostic])
         return PROBLEMS
-    own = [{**arguments, **_pairs(texts)} for texts in (options.a_arg, options.b_arg)]
+    own = [{**arguments, **named(texts)} for texts in (options.a_arg, options.b_arg)]
     packages = packages_of(options)
     read = [_read(word, values, packages, options.trust) for word, values in zip(words, own, strict=True)]
-    sides = _sides(read, words)
+    sides = _sides(read, words, Console("text", options.quiet))
     if sides is None:
         return PROBLEMS
     _check_arguments(options, read, words, bool(arguments))
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     found = compare_robots(*sides, tolerance, options.prefix)
     each = options.full or options.format == "json"
-    left = [line for word, one in zip(words, read, strict=True) for line in one.lines(word, each)]
+    left = [line for word, side in zip(words, read, strict=True) for line in side.lines(word, each)]
     found = found._replace(not_compared=(*found.not_compared, *left))
     if options.format == "json":
         import json
@@ -102,7 +96,7 @@ def run(options: argparse.Namespace) -> int:
     else:
         print("\n".join(lines(found, options.full)))
     if options.html is not None:
-        givens = [given._replace(texts={**given.texts, **_pairs(texts)}) for texts in (options.a_arg, options.b_arg)]
+        givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
         _write_page(options, list(zip(words, givens, strict=True)), sides, found)
     return FINE if found.same else PROBLEMS
 
@@ -132,17 +126,6 @@ def _tolerance(text: str) -> float:
     return value
 
 
-def _pairs(texts: list[str]) -> dict[str, str]:
-    """Return NAME=VALUE texts by name. Raises WrongUsage."""
-    found = {}
-    for text in texts:
-        name, equals, value = text.partition(MARK if MARK in text else "=")
-        if not equals or not name:
-            raise WrongUsage(f'"{text}" is not NAME=VALUE')
-        found[name] = value
-    return found
-
-
 def _read(word: str, arguments: dict[str, Any], packages: dict[str, Path], trust: bool) -> Read:
     from ..project import NoDescription
     from .sides import read_side
@@ -165,9 +148,8 @@ def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[
         raise WrongUsage("neither of the two has arguments; only a description and a xacro do")
 
 
-def _sides(read: list[Read], words: list[str]) -> tuple[Side, Side] | None:
+def _sides(read: list[Read], words: list[str], console: Console) -> tuple[Side, Side] | None:
     """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
-    console = Console("text")
     for word, side in zip(words, read, strict=True):
         console.show(side.diagnostics)
         if side.side is None:

@@ -1,4 +1,4 @@
-"""Foreign robots in place of a description, for commands that only ask about one and write nothing."""
+"""Foreign robots in place of a description, for commands that only ask about one or print what it becomes."""
 
 from __future__ import annotations
 
@@ -68,12 +68,14 @@ def emit_foreign(
     trust: bool,
     search: Search | None,
     wanted: Sequence[str],
+    lenient: bool = False,
 ) -> Compiled:
     """Return artifacts of a foreign robot, as ``pipeline.compile_robot`` does of the description that is made of it.
 
-    It is read as in ``understand_foreign``, and lists the outputs that such a description lists.
+    It lists the outputs that such a description lists. What would be left out of the artifacts is an error, unless
+    ``lenient``.
     """
-    imported = read(path, ReadOptions(arguments, packages, lenient=True, tell=tell, trust=trust))
+    imported = read(path, ReadOptions(arguments, packages, lenient=lenient, tell=tell, trust=trust))
     names = [format.name for format in FORMATS.values() if not format.optional]
     tree = None if imported.tree is None else _with_outputs(imported, imported.tree, [*names, *wanted])
     return emitted(judged(Expanded(tree, imported.diagnostics, imported.files), wanted), path, search, wanted)

@@ -10,20 +10,11 @@ from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console, paint
 from ..diagnostics.registry import OUTPUTS, Rule
-from .shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    mode_option,
-    mode_states,
-    one,
-    one_robot,
-    package_option,
-    place,
-    understood,
-)
+from .given import given_arguments
+from .options import argument_options, mode_option, one_robot, package_option, place, quiet_option
+from .robots import one
+from .understanding import mode_states, understood
+from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ..formats.drawing.situations import Situation
@@ -40,8 +31,8 @@ _LINES = "└├│─╌"
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     one_robot(command)
-    command.add_argument("--frame", metavar="NAME", help="only the way to a frame, and who publishes each step")
-    command.add_argument("--publisher", metavar="NAME", help="only the edges of a publisher; nobody is one, too")
+    command.add_argument("--frame", metavar="FRAME", help="only the way to a frame, and who publishes each step")
+    command.add_argument("--publisher", metavar="NODE", help="only the edges of a publisher; nobody is one, too")
     mode_option(command, "on and off, each in a tree")
     command.add_argument(
         "-o",
@@ -53,6 +44,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--force", action="store_true", help="overwrite a file that this command did not make")
     command.add_argument("--ascii", action="store_true", help="draw the tree with plain letters")
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -65,7 +57,7 @@ def run(options: argparse.Namespace) -> int:
     chosen = [name for name in ("frame", "publisher", "output") if getattr(options, name) is not None]
     if len(chosen) > 1:
         raise WrongUsage(f"--{chosen[0]} and --{chosen[1]} do not go together")
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, one("".join(words), _HOW), console)
     if known is None:
         return PROBLEMS

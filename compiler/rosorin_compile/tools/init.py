@@ -12,7 +12,7 @@ from typing import NamedTuple
 from ..output import cleared
 from ..output.staging import STAGE
 from ..project import DESCRIPTIONS, ROOT_FILE, data_folder
-from .shared import FINE, PROBLEMS, WrongUsage
+from .usage import FINE, PROBLEMS, WrongUsage
 
 
 def options(command: argparse.ArgumentParser) -> None:

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics import NOTE, WARNING, Diagnostic, has_errors
+from ..diagnostics.progress import step
 from ..diagnostics.registry import FORMATS, Rule
 from ..formats.mesh_files import Found, Named, Searched, told
 from .extract.problems import ExtractProblem
@@ -61,7 +62,8 @@ def brought(searched: Searched, outputs: Path) -> Searched:
     missing = set(searched.missing)
     converted: list[Named] = []
     failed: dict[tuple[str, str], list[Named]] = {}
-    for found in searched.found:
+    for number, found in enumerate(searched.found):
+        step("reading meshes", number, len(searched.found))
         try:
             made, is_new = _files(found, outputs)
         except _NotRead as problem:

@@ -19,7 +19,10 @@ class Options(Protocol):
 
 
 class Parser(argparse.ArgumentParser):
-    """A parser that notes its options as they are added, and the commands within it by name."""
+    """A parser that notes its options as they are added, and the commands within it by name.
+
+    ``completes`` of an option says what a shell completes there, in the words of ``tools.completion.candidates``.
+    """
 
     def __init__(self, *words: Any, **settings: Any) -> None:
         self.options: list[argparse.Action] = []
@@ -28,8 +31,9 @@ class Parser(argparse.ArgumentParser):
 
     def add_argument(self, *names: str, **settings: Any) -> argparse.Action:
         """Add an option or a word, and note it."""
+        completes = settings.pop("completes", None)
         self.options.append(super().add_argument(*names, **settings))
-        return self.options[-1]
+        return _completed(self.options[-1], completes)
 
     def add_argument_group(self, *words: Any, **settings: Any) -> Any:
         """Return a new group; what is added to it is noted here."""
@@ -75,8 +79,16 @@ class Parser(argparse.ArgumentParser):
         add = group.add_argument
 
         def add_argument(*names: str, **settings: Any) -> Any:
+            completes = settings.pop("completes", None)
             self.options.append(add(*names, **settings))
-            return self.options[-1]
+            return _completed(self.options[-1], completes)
 
         group.add_argument = add_argument
         return group
+
+
+def _completed(action: argparse.Action, completes: object) -> argparse.Action:
+    """Return an option that notes what its value is to a shell, where its name in the help does not say it."""
+    if completes is not None:
+        action.completes = completes  # type: ignore[attr-defined]
+    return action

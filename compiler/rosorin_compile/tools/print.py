@@ -16,26 +16,11 @@ from typing import TYPE_CHECKING
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import Description, NoDescription, first_file
-from .shared import (
-    FINE,
-    PROBLEMS,
-    USAGE,
-    Given,
-    WrongUsage,
-    argument_options,
-    compile_one,
-    depfile_options,
-    given_arguments,
-    is_foreign,
-    one,
-    package_option,
-    place,
-    proven,
-    read_by,
-    search_meshes,
-    telling,
-    texts,
-)
+from .compiling import compile_one, proven, read_by, search_meshes, telling
+from .given import Given, given_arguments, no_half_mark, texts
+from .options import argument_options, depfile_options, package_option, place
+from .robots import is_foreign, one
+from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -52,19 +37,29 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="OUTPUT [ROBOT]",
+        completes="ARTIFACT [ROBOT]",
         help="a name under outputs, or a format such as urdf, which has its defaults then; the robot (name, folder or "
         "file, also a URDF, xacro or MJCF) is needed where there are several",
     )
     command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
-    command.add_argument("--list", action="store_true", help="list the outputs of the robot: name, format, file")
+    command.add_argument(
+        "--list", action="store_true", completes="[ROBOT]", help="list the outputs of the robot: name, format, file"
+    )
     command.add_argument("--json", action="store_true", help="the list as JSON")
     depfile_options(command, "the FILE of -o")
     # A launch file takes whatever stands on standard error for a failure.
-    command.add_argument(
+    how_much = command.add_mutually_exclusive_group()
+    how_much.add_argument("-q", "--quiet", action="store_true", help="show errors only; the default")
+    how_much.add_argument(
         "-v",
         "--verbose",
         action="store_true",
         help="on standard error, show warnings and notes, and which files were read",
+    )
+    command.add_argument(
+        "--lenient",
+        action="store_true",
+        help="of a URDF, xacro or MJCF, take what breaks the specification where that works",
     )
     package_option(command)
     argument_options(command)
@@ -82,6 +77,7 @@ def run(options: argparse.Namespace) -> int:
     if "" in words:
         raise WrongUsage("a name is empty: a variable of the shell that is not set?")
     if len(words) > 2:
+        no_half_mark(words)
         raise WrongUsage(f"print takes one OUTPUT and one ROBOT: {_CALL} {words[0]} {words[1]}")
     if options.json:
         raise WrongUsage("--json goes with --list")
@@ -91,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
     if options.depfile is not None and target is None:
         raise WrongUsage("a depfile needs a target: write -o FILE, or --depfile-target NAME")
     description = _robot(words)
-    compiled = proven(_compiled(given, description, console, words[0]))
+    compiled = proven(_compiled(given, description, console, words[0], options.lenient))
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
@@ -106,6 +102,8 @@ def _robot(words: list[str]) -> Description:
     except WrongUsage:
         if not names and _is_robot(output):
             raise WrongUsage(_meant(output)) from None
+        if names and _is_robot(output) and not _is_robot(*names):
+            raise WrongUsage(f"the output stands before the robot: {_CALL} {names[0]} {output}") from None
         raise
 
 
@@ -121,8 +119,8 @@ def _meant(robot: str) -> str:
     return f"{robot} is a robot: write {_CALL} OUTPUT {robot}; --list {robot} shows its outputs"
 
 
-def _compiled(given: Given, description: Description, console: Console, output: str) -> Compiled:
-    """Return what becomes of one output of a robot in any format."""
+def _compiled(given: Given, description: Description, console: Console, output: str, lenient: bool) -> Compiled:
+    """Return what becomes of one output of a robot in any format; ``lenient`` is about those in others than ours."""
     from ..frontend.load import LoadError
     from ..pipeline import Compiled
 
@@ -136,7 +134,8 @@ def _compiled(given: Given, description: Description, console: Console, output: 
         return Compiled(None, (), [problem.diagnostic], ())
     search = partial(search_meshes, given, description)
     tell = telling(given, console)
-    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, (output,))
+    wanted = (output,)
+    compiled = emit_foreign(description.path, arguments, given.packages, tell, given.trust, search, wanted, lenient)
     console.tell_read(read_by(given, compiled))
     return compiled
 
@@ -158,10 +157,10 @@ def _put(
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    return FINE if options.output is not None or _given(artifact.text, console) else PROBLEMS
+    return FINE if options.output is not None or _printed(artifact.text, console) else PROBLEMS
 
 
-def _given(text: str, console: Console) -> bool:
+def _printed(text: str, console: Console) -> bool:
     """Print an artifact; say whether that went well. Whoever reads the first lines alone has what they want."""
     try:
         give(text)

@@ -11,7 +11,8 @@ from ..diagnostics import Diagnostic, did_you_mean, has_errors
 from ..diagnostics.console import Console
 from ..diagnostics.registry import OF_PLUGINS, PLUGINS, Rule, every_rule, find
 from ..frontend.accepting import STAYS
-from .shared import FINE, PROBLEMS, WrongUsage, json_option
+from .options import json_option
+from .usage import FINE, PROBLEMS, WrongUsage
 
 _LINK = re.compile(r"\[([^\]]*)\]\(([^)\s]+)\)")
 _WIDTH = 100
@@ -43,6 +44,11 @@ def run(options: argparse.Namespace) -> int:
         print("\n".join(_listed(chosen)))
     Console("text").show(diagnostics)
     return PROBLEMS if has_errors(diagnostics) else FINE
+
+
+def every() -> dict[str, Rule]:
+    """Return all rules by id: those of plug-ins, and the tool's own."""
+    return {**_of_plugins()[0], **every_rule()}
 
 
 def _of_plugins() -> tuple[dict[str, Rule], tuple[Diagnostic, ...]]:

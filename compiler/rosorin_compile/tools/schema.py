@@ -8,7 +8,7 @@ from ..diagnostics import did_you_mean
 from ..diagnostics.console import give
 from ..formats import FORMATS
 from ..project import data_folder
-from .shared import FINE, WrongUsage
+from .usage import FINE, WrongUsage
 
 # The schemas that are no format's, and whose form they describe.
 _NAMES = {
@@ -25,7 +25,9 @@ def options(command: argparse.ArgumentParser) -> None:
     width = max(map(len, known))
     command.formatter_class = argparse.RawDescriptionHelpFormatter
     command.epilog = "NAME is one of:\n" + "\n".join(f"  {name:<{width}}  {what}" for name, what in known.items())
-    command.add_argument("name", nargs="?", default="authoring", metavar="NAME", help="see below; default: authoring")
+    command.add_argument(
+        "name", nargs="?", default="authoring", metavar="NAME", completes="SCHEMA", help="see below; default: authoring"
+    )
 
 
 def names() -> dict[str, str]:

@@ -17,7 +17,7 @@ from ..meaning.tolerance import printing_of
 from ..meaning.wording import several
 from ..model import Robot
 from ..plugins import PluginFailed
-from ..project import NoDescription, find, is_file
+from ..project import STDIN, NoDescription, find, first_file, is_file, stdin_of
 
 # What a person is to know before a foreign file is opened.
 _TOLD = ("xacro-runs-code",)
@@ -111,7 +111,12 @@ def read_side(word: str, arguments: Mapping[str, Any], packages: Mapping[str, Pa
     ``arguments`` are those of a description or a xacro file; ``trust`` is that in what a xacro runs. Raises
     project.NoDescription if there is no such robot.
     """
-    path = Path(word)
+    path = first_file(word) if word == STDIN else Path(word)
+    if stdin_of(path) is not None:
+        from .robots import is_foreign
+
+        read = _foreign if is_foreign(path) else _description
+        return read(path, str(path), arguments, packages, trust)
     if is_file(path) and path.suffix.lower() not in YAML.endings:
         return _foreign(path, word, arguments, packages, trust)
     if path.suffix.lower() in endings():

@@ -12,20 +12,15 @@ from types import FrameType
 from typing import TYPE_CHECKING
 
 from ..diagnostics.console import Console
+from ..diagnostics.progress import begin
 from ..diagnostics.wording import and_more, counted
 from ..output.watch import INTERVAL, Inputs
 from ..project import MESH_FILE, Description, NoDescription, find
-from .shared import (
-    FINE,
-    Given,
-    compile_proven,
-    count,
-    descriptions,
-    given_arguments,
-    mesh_files,
-    output_options,
-    robot_options,
-)
+from .compiling import compile_proven, count, mesh_files
+from .given import Given, given_arguments
+from .options import output_options, quiet_option, robot_options
+from .robots import descriptions, no_stdin
+from .usage import FINE
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -39,6 +34,7 @@ def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     robot_options(command)
     output_options(command)
+    quiet_option(command)
 
 
 def run(options: argparse.Namespace) -> int:
@@ -47,7 +43,8 @@ def run(options: argparse.Namespace) -> int:
 
     gc.enable()  # this run is a long one
     given, names = given_arguments(options, options.words)
-    watched = {d.path: _Robot(d, given) for d in descriptions(names, options.outputs)}
+    no_stdin(names, "name a file to watch")
+    watched = {d.path: _Robot(d, given, options.quiet) for d in descriptions(names, options.outputs)}
     stop = _Stop()
     for robot in watched.values():
         robot.compile()
@@ -55,7 +52,7 @@ def run(options: argparse.Namespace) -> int:
     while not stop.asked:
         time.sleep(INTERVAL)
         if not names:
-            _notice_new(watched, given, options.outputs)
+            _notice_new(watched, given, options)
         for robot in watched.values():
             if not stop.asked and robot.inputs.changed():
                 robot.inputs.settle()
@@ -77,30 +74,31 @@ class _Stop:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def _notice_new(watched: dict[Path, _Robot], given: Given, outputs: str | None) -> None:
+def _notice_new(watched: dict[Path, _Robot], given: Given, options: argparse.Namespace) -> None:
     """Compile descriptions that were not there before."""
     try:
-        found = find([], outputs)
+        found = find([], options.outputs)
     except NoDescription:
         return
     for description in found:
         if description.path not in watched:
-            watched[description.path] = _Robot(description, given)
+            watched[description.path] = _Robot(description, given, options.quiet)
             watched[description.path].compile()
 
 
 class _Robot:
     """One robot that is watched."""
 
-    def __init__(self, description: Description, given: Given) -> None:
+    def __init__(self, description: Description, given: Given, quiet: bool = False) -> None:
         self.description = description
         self.given = given
         self.inputs = Inputs()
-        self.console = Console("text")
+        self.console = Console("text", quiet)
         self.notes: set[tuple[str, str]] = set()
 
     def compile(self) -> None:
         """Compile the robot, write what changed, and say what that means; after an error all stays as it is."""
+        begin()
         self.inputs.read(self._compile)
 
     def _compile(self) -> Iterable[Path]:

@@ -13,7 +13,7 @@ from pathlib import Path
 from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import READING, Rule
 from ..diagnostics.wording import masked
-from ..project import shown
+from ..project import shown, stdin_of
 from .markup import Document, MarkupError
 
 RULES = (
@@ -23,6 +23,7 @@ RULES = (
 
 
 MAX_BYTES = 100_000_000
+_NO_FILE = "check the name and the permissions"
 
 # https://www.w3.org/TR/xml/#sec-guessing; the longer marks first.
 _MARKS = (
@@ -55,22 +56,28 @@ def read_source(path: Path, asked: Span | None = None) -> Source:
 def read_bytes(path: Path, asked: Span | None = None) -> bytes:
     """Return the bytes of a file. Raises MarkupError when it cannot be read, is empty or far too large."""
     name = shown(path)
-    help = "check the name and the permissions"
+    given = stdin_of(path)
+    data = _of_file(path, name, asked) if given is None else given
+    if len(data) > MAX_BYTES:
+        raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
+    if not data.strip():
+        raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
+    return data
+
+
+def _of_file(path: Path, name: str, asked: Span | None) -> bytes:
     try:
         if path.is_dir():
             message = f"{name} is a folder, not a file"
             raise MarkupError(error("file-unreadable", message, asked, "name the file of the robot in it"))
         if path.exists() and not path.is_file():
-            raise MarkupError(error("file-unreadable", f"{name} is not a regular file", asked, help))
+            raise MarkupError(error("file-unreadable", f"{name} is not a regular file", asked, _NO_FILE))
         if path.stat().st_size > MAX_BYTES:
-            raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, help))
-        data = path.read_bytes()
+            raise MarkupError(error("file-too-large", f"{name} is larger than {MAX_BYTES:,} bytes", asked, _NO_FILE))
+        return path.read_bytes()
     except (OSError, ValueError) as problem:
         reason = getattr(problem, "strerror", None) or str(problem)
-        raise MarkupError(error("file-unreadable", f"cannot read {name}: {reason}", asked, help)) from None
-    if not data.strip():
-        raise MarkupError(error("file-empty", f"{name} is empty", asked, "is this the right file?"))
-    return data
+        raise MarkupError(error("file-unreadable", f"cannot read {name}: {reason}", asked, _NO_FILE)) from None
 
 
 def decode(data: bytes, name: str, asked: Span | None = None) -> Source:

@@ -12,7 +12,6 @@ from typing import NamedTuple
 
 from ..diagnostics import Source
 from .elements import found_in
-from .markup import TEXT, MarkupError, Remark, parse
 
 LINK, JOINT, EITHER, FRAME = "link", "joint", "link or joint", "frame"
 
@@ -26,11 +25,10 @@ _ATTRIBUTES = dict.fromkeys(("link", "link1", "link2", "base_link", "tip_link", 
 _ATTRIBUTES |= dict.fromkeys(("joint", "joint1", "joint2"), JOINT)
 # The text of an element of a plug-in that says so is a name, if it is nearly one of the robot.
 _TEXTS = (
-    (re.compile(r"(.*_)?joint|joint_?[nN]ame|.+Joint"), JOINT),
-    (re.compile(r"(.*_)?link|(link|body)_?[nN]ame|.+Link"), LINK),
-    (re.compile(r"(.*_)?frame(_id|_name)?|frame(Id|Name)|.+Frame(Id|Name)?"), FRAME),
+    (r"(.*_)?joint|joint_?[nN]ame|.+Joint", JOINT),
+    (r"(.*_)?link|(link|body)_?[nN]ame|.+Link", LINK),
+    (r"(.*_)?frame(_id|_name)?|frame(Id|Name)|.+Frame(Id|Name)?", FRAME),
 )
-_PLAIN = re.compile(r"[\w./-]+")
 
 
 class Reference(NamedTuple):
@@ -84,12 +82,12 @@ def _named(tags: tuple[str, ...], attributes: Iterable[str]) -> Iterator[tuple[s
 @lru_cache(maxsize=2_000)
 def _kind_of_text(tag: str) -> str:
     """Return what the text of an element of this tag names: a link, a joint, a frame, or none of them."""
-    return next((kind for form, kind in _TEXTS if form.fullmatch(tag)), "")
+    return next((kind for form, kind in _TEXTS if re.fullmatch(form, tag)), "")
 
 
 def _is_name(text: str) -> bool:
     """Say whether a text can be the name of a link or joint: one word, and none that xacro has yet to expand."""
-    return bool(_PLAIN.fullmatch(text)) and not _is_number(text)
+    return bool(re.fullmatch(r"[\w./-]+", text)) and not _is_number(text)
 
 
 def _is_number(text: str) -> bool:
@@ -102,6 +100,8 @@ def _is_number(text: str) -> bool:
 
 def renamed(text: str, rename: Callable[[str], str]) -> str:
     """Return elements in which each name of a link or joint is what ``rename`` makes of it; all else is as it was."""
+    from .markup import TEXT, MarkupError, Remark, parse
+
     before = "<robot>"
     try:
         document = parse(Source("", f"{before}{text}</robot>"))

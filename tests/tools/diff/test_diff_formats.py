@@ -71,6 +71,7 @@ CARRIED = [
     ("armature: 0.01", "armature: 0.02", "shoulder armature 0.01 -> 0.02 kg*m^2", "xml"),
     ("velocity: 0.2", "velocity: 0.25", "slide limit velocity 0.2 -> 0.25 m/s", "urdf"),
     ("rgba: [0.8", "rgba: [0.9", "base_link visual colour 0.8 0.1 0.1 1 -> 0.9 0.1 0.1 1", "urdf xml"),
+    (", rgba: [0.8, 0.1, 0.1, 1]", "", "base_link visual colour 0.8 0.1 0.1 1 -> none", "urdf"),
     ("elbow: -1", "elbow: -1.1", "pose ready: elbow -1 -> -1.1 rad", "xml"),
     ("zero_pulse: 500", "zero_pulse: 510", "servo of shoulder zero_pulse 500 -> 510", "json"),
 ]

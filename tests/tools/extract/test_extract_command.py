@@ -285,14 +285,17 @@ def test_help_of_all_three(capsys: Said) -> None:
 
 def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
     """Run extract on a terminal of its own, on which a clock says that each look at it takes some seconds."""
-    code = "import itertools, sys, rosorin_compile.diagnostics.console as p\n"
+    code = "import itertools, sys, rosorin_compile.diagnostics.progress as p\n"
     code += "import rosorin_compile.tools.extract.heightmap as h\n"
     code += f"p.time.monotonic = lambda c=itertools.count(): {seconds} * next(c)\n"
     code += "h.CHUNK = 3\n"
     code += "from rosorin_compile.cli import main\n"
     code += f"main(['extract', '{what}', 'brick.stl', '-o', 'made.yaml', '--force'])\n"
     terminal, other_end = os.openpty()
-    process = subprocess.Popen([sys.executable, "-c", code], cwd=here, stdout=other_end, stderr=other_end)
+    environment = {**{name: value for name, value in os.environ.items() if name != "CI"}, "TERM": "xterm"}
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=here, env=environment, stdout=other_end, stderr=other_end
+    )
     os.close(other_end)
     said = b""
     try:
@@ -306,11 +309,11 @@ def progress(here: Path, seconds: str, what: str = "heightmap") -> str:
 
 
 def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
-    said = progress(here, "0.6")
-    assert re.search(r"\rsampling \[#{15}\.{15}\]  50%", said), said
+    said = progress(here, "1.1")
+    assert re.search(r"\rsampling 6 of 12 \[#{15}\.{15}\]  50%", said), said
     assert "\r\x1b[K" in said
     assert "sampling" not in progress(here, "0.001")
-    said = progress(here, "0.6", "boxes")
+    said = progress(here, "1.1", "boxes")
     assert re.search(r"\rfitting \[#{18}\.{12}\]  60%", said), said
     assert "\r\x1b[K" in said
     assert "fitting" not in progress(here, "0.001", "boxes")
@@ -318,6 +321,6 @@ def test_bar_on_a_terminal_when_it_takes_long(here: Path) -> None:
 
 def test_no_bar_without_a_terminal(here: Path, capsys: Said, monkeypatch: pytest.MonkeyPatch) -> None:
     assert here.is_dir()
-    monkeypatch.setattr("rosorin_compile.diagnostics.console._AFTER", -1.0)
+    monkeypatch.setattr("rosorin_compile.diagnostics.progress.AFTER", -1.0)
     assert main(["extract", "heightmap", "brick.stl", "--json"]) == 0
     assert "sampling [" not in capsys.readouterr().err

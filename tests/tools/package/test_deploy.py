@@ -46,7 +46,7 @@ def test_the_launch_file_finds_the_urdf_where_it_was_put(base: Path) -> None:
     deploy(base)
     path = base / "launch/static_tf.launch.py"
     publisher, *statics = run(path.read_text("utf-8"), path)
-    assert publisher.parameters[0]["robot_description"].value == TEXTS["rosorin.urdf"]
+    assert publisher.parameters["robot_description"] == TEXTS["rosorin.urdf"]
     assert [node.name for node in statics] == ["tf_base_laser", "tf_base_imu"]
 
 

@@ -30,6 +30,27 @@ def test_plain_values_are_read(text: str) -> None:
     assert call.line >= 4
 
 
+DECLARED = "DeclareLaunchArgument('prefix', default_value='base_')"
+PREFIXED = f"{NODE}['--x', '0.1', '--frame-id', [prefix, 'link'], '--child-frame-id', ['las', 'er']])"
+
+
+@pytest.mark.parametrize(
+    ("text", "arguments"),
+    [
+        (f"{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", READ),
+        (f"def f():\n    prefix = LaunchConfiguration('prefix')\n    return [{DECLARED}, {PREFIXED}]", READ),
+        (f"{DECLARED}\n{PREFIXED.replace('[prefix', '[LaunchConfiguration(' + repr('prefix') + ')')}", READ),
+        (f"prefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"DeclareLaunchArgument('prefix')\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"{DECLARED}\n{DECLARED}\nprefix = LaunchConfiguration('prefix')\n{PREFIXED}", None),
+        (f"{DECLARED}\nprefix = LaunchConfiguration(name)\n{PREFIXED}", None),
+        (f"{DECLARED}\nprefix = LaunchConfiguration(7)\n{PREFIXED}", None),
+    ],
+)
+def test_an_argument_in_pieces_has_the_default_of_the_launch_argument(text: str, arguments: object) -> None:
+    assert [call.arguments for call in calls("a.launch.py", text)] == [arguments]
+
+
 @pytest.mark.parametrize(
     "text",
     [

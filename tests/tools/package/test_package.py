@@ -18,7 +18,7 @@ from rosorin_compile.cli import main
 from rosorin_compile.tools.package.meshes import named, settle
 from rosorin_compile.tools.package.naming import is_legal, package_name
 from support.packages import EXAMPLES, describe, names_in, written
-from support.paths import ROSORIN
+from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
 MESHED = """\
@@ -40,6 +40,7 @@ def test_what_is_in_it(tmp_path: Path) -> None:
     found = names_in(written(tmp_path))
     assert found == [
         ".rosorin-compile-written.json",
+        "CHANGELOG.rst",
         "CMakeLists.txt",
         "README.md",
         "config/robot_model.json",
@@ -49,9 +50,11 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "launch/description.launch.py",
         "launch/description.launch.xml",
         "launch/description.launch.yaml",
+        "launch/robot_state_publisher.launch.py",
         "mjcf/rosorin.xml",
         "package.xml",
         "rviz/rosorin.rviz",
+        "test/test_urdf.py",
         "urdf/rosorin.urdf",
     ]
 
@@ -73,15 +76,23 @@ def test_the_artifacts_in_it_are_the_compiled_ones(tmp_path: Path) -> None:
 def test_package_xml_by_catkin_pkg(tmp_path: Path, kind: str) -> None:
     parse_package = pytest.importorskip("catkin_pkg.package").parse_package
     words = ["--maintainer", "Ada L. <ada@example.org>", "--license", "Apache-2.0", "--package-version", "1.2.3"]
+    words += ["--url", "https://example.org/rosorin?a=1&b=2"]
     package = parse_package(str(written(tmp_path, "--build-type", kind, *words)))
     warnings: list[str] = []
     package.validate(warnings=warnings)
     assert not warnings
     assert (package.name, package.version, package.licenses) == ("rosorin_description", "1.2.3", ["Apache-2.0"])
     assert [(person.name, person.email) for person in package.maintainers] == [("Ada L.", "ada@example.org")]
+    assert [(one.url, one.type) for one in package.urls] == [("https://example.org/rosorin?a=1&b=2", "website")]
+    assert [one.file for one in package.licenses] == ["LICENSE"]
     assert package.get_build_type() == kind
+    tests = {dependency.name for dependency in package.test_depends}
+    assert tests == {"liburdfdom-tools", "python3-pytest"} | (
+        {"ament_cmake_pytest"} if kind == "ament_cmake" else set()
+    )
     needs = {dependency.name for dependency in package.exec_depends}
-    assert needs >= {"robot_state_publisher", "tf2_ros", "rviz2", "joint_state_publisher_gui", "launch_ros"}
+    assert needs >= {"robot_state_publisher", "tf2_ros", "launch_ros"}
+    assert not needs & {"rviz2", "joint_state_publisher", "joint_state_publisher_gui"}
 
 
 def test_the_view_shows_frames_that_exist(tmp_path: Path) -> None:
@@ -90,7 +101,7 @@ def test_the_view_shows_frames_that_exist(tmp_path: Path) -> None:
     links = [element.get("name") for element in ET.parse(package / "urdf/rosorin.urdf").iter("link")]
     assert view["Global Options"]["Fixed Frame"] == links[0] == "base_link"
     shown = {display["Class"]: display for display in view["Displays"]}
-    assert shown["rviz_default_plugins/RobotModel"]["Description Topic"]["Value"] == "/robot_description"
+    assert shown["rviz_default_plugins/RobotModel"]["Description Topic"]["Value"] == "robot_description"
     scan = shown["rviz_default_plugins/LaserScan"]
     assert (scan["Topic"]["Value"], scan["Enabled"], scan["Name"]) == ("/scan_raw", True, "lidar")
     cloud = shown["rviz_default_plugins/PointCloud2"]
@@ -148,6 +159,8 @@ def test_names_that_are_refused(name: str, tmp_path: Path, capsys: pytest.Captur
         (["--maintainer", "Ada"], "\"Ada\" is not a name and an address: --maintainer 'NAME <MAIL>'"),
         (["--package-version", "1.2"], '"1.2" is no version of a ROS 2 package, which has three numbers: 1.2.3'),
         (["--license", " "], "the license is one line of text"),
+        (["--url", "example.org"], '"example.org" is no address of a page: https://example.org/robot'),
+        (["--url", "https://a b"], '"https://a b" is no address of a page: https://example.org/robot'),
         (["--topic", "lidar"], '"lidar" is not SENSOR=TOPIC, such as laser=/scan'),
         (["--topic", "nose=/scan"], 'the robot has no sensor "nose"; it has camera, lidar, imu'),
         (["x"], "a package is for one robot: rosorin-compile package ROBOT -o FOLDER"),
@@ -222,6 +235,65 @@ def test_what_nobody_said_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert told not in capsys.readouterr().err
 
 
+@pytest.mark.parametrize("spdx", ["Apache-2.0", "MIT", "BSD-2-Clause", "BSD-3-Clause"])
+def test_the_text_of_the_license_comes_along(tmp_path: Path, spdx: str) -> None:
+    package = written(tmp_path, "--license", spdx, "--maintainer", "Ada & L. <ada@example.org>")
+    text = (package / "LICENSE").read_text("utf-8")
+    assert f'<license file="LICENSE">{spdx}</license>' in (package / "package.xml").read_text("utf-8")
+    if spdx == "Apache-2.0":
+        assert text == (ROOT / "LICENSE").read_text("utf-8")
+        return
+    assert "\nCopyright (c) Ada & L.\n" in text
+    assert ("Neither the name" in text) is (spdx == "BSD-3-Clause")
+    assert ("2. Redistributions in binary form" in text) is spdx.startswith("BSD")
+
+
+def test_a_license_without_a_text_is_told(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    package = written(tmp_path, "--license", "GPL-3.0-only")
+    message = "there is no LICENSE in the package: the tool does not carry the text of GPL-3.0-only"
+    help = f"put the text of the licence into {package}/LICENSE; it stays there"
+    assert f"note[package-license]: {message}\n    {help}\n" in capsys.readouterr().err
+    assert not (package / "LICENSE").exists()
+    assert "<license>GPL" in (package / "package.xml").read_text("utf-8")
+    (package / "LICENSE").write_text("GNU GENERAL PUBLIC LICENSE\n")
+    written(tmp_path)
+    assert "package-license" not in capsys.readouterr().err
+    assert '<license file="LICENSE">GPL-3.0-only</license>' in (package / "package.xml").read_text("utf-8")
+    assert (package / "LICENSE").read_text() == "GNU GENERAL PUBLIC LICENSE\n"
+
+
+def test_changelog_and_license_belong_to_people_once_they_wrote_in_them(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    package = written(tmp_path, "--license", "MIT")
+    heading = "Changelog for package rosorin_description"
+    text = (package / "CHANGELOG.rst").read_text("utf-8")
+    assert text.startswith(f"{'^' * len(heading)}\n{heading}\n{'^' * len(heading)}\n\nForthcoming\n-----------\n* ")
+    # As we wrote them, they follow what is said.
+    written(tmp_path, "--license", "BSD-2-Clause", "--name", "other")
+    assert "Changelog for package other\n" in (package / "CHANGELOG.rst").read_text("utf-8")
+    assert (package / "LICENSE").read_text("utf-8").startswith("BSD 2-Clause License")
+    mine = {"CHANGELOG.rst": f"{text}* a wheel of mine\n", "LICENSE": "Copyright (c) 2026 me\n"}
+    for name, words in mine.items():
+        (package / name).write_text(words, "utf-8")
+    capsys.readouterr()
+    for words in ([], ["--license", "MIT", "--name", "third"]):
+        written(tmp_path, *words)
+        assert "kept" not in capsys.readouterr().err
+        assert {name: (package / name).read_text("utf-8") for name in mine} == mine
+    assert not list(package.rglob("*.kept*"))
+
+
+def test_the_changelog_is_clean_rst(tmp_path: Path) -> None:
+    docutils = pytest.importorskip("docutils.core")
+    text = (written(tmp_path) / "CHANGELOG.rst").read_text("utf-8")
+    tree = ET.fromstring(docutils.publish_doctree(text).asdom().toxml())
+    assert not list(tree.iter("system_message"))
+    titles = [element.text for element in tree.iter() if element.tag in ("title", "subtitle")]
+    assert titles == ["Changelog for package rosorin_description", "Forthcoming"]
+    assert len(list(tree.iter("list_item"))) == 1
+
+
 @pytest.mark.parametrize("name", ["package.xml", "README.md", "urdf/rosorin.urdf"])
 def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]) -> None:
     target = tmp_path / "package"
@@ -237,6 +309,7 @@ def test_a_folder_of_somebody_else_is_left_alone(tmp_path: Path, name: str, caps
 
 def test_what_was_said_once_holds_the_next_time(tmp_path: Path) -> None:
     words = ["--maintainer", "Ada & L. <ada@example.org>", "--license", "MIT", "--package-version", "1.2.3"]
+    words += ["--url", "https://example.org/a?b=1&c=2"]
     words += ["--name", "mine", "--build-type", "ament_python", "--topic", "lidar=/scan"]
     package = written(tmp_path, *words)
     before = {name: (package / name).read_bytes() for name in names_in(package)}
@@ -246,6 +319,7 @@ def test_what_was_said_once_holds_the_next_time(tmp_path: Path) -> None:
     text = (package / "package.xml").read_text("utf-8")
     assert "<version>1.3.0</version>" in text
     assert '<maintainer email="ada@example.org">Ada &amp; L.</maintainer>' in text
+    assert '<url type="website">https://example.org/a?b=1&amp;c=2</url>' in text
     view = (package / "rviz/rosorin.rviz").read_text("utf-8")
     assert '"/scan"' in view
     assert '"/points"' in view

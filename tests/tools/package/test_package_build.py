@@ -8,16 +8,20 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
 from rosorin_compile.cli import main
+from support.launch import read
 from support.paths import ROSORIN
 
 COLCON = os.environ.get("COLCON") or shutil.which("colcon")
-AMENT_CMAKE = Path("/usr/share/ament_cmake/cmake/ament_cmakeConfig.cmake")
-AMENT_PACKAGE = Path("/usr/lib/python3/dist-packages/ament_package")
+AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
+# What ament_cmake and the test of the package ask for; the other packages of Debian's Python would be in the way.
+MODULES = ("ament_package", "ament_cmake_test", "ament_index_python")
+SITE = Path("/usr/lib/python3/dist-packages")
 NAME = "rosorin_description"
 
 pytestmark = [
@@ -26,30 +30,31 @@ pytestmark = [
 ]
 
 
+def colcon(folder: Path, *words: str) -> str:
+    """Run colcon in a workspace and return what it prints."""
+    assert COLCON is not None
+    environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
+    environment["PATH"] = f"{Path(COLCON).parent}:{Path(sys.executable).parent}:{environment['PATH']}"
+    (folder / "site").mkdir(exist_ok=True)
+    for module in MODULES:
+        if (SITE / module).is_dir() and not (folder / "site" / module).exists():
+            (folder / "site" / module).symlink_to(SITE / module)
+    ran = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    assert ran.returncode == 0, ran.stdout + ran.stderr
+    return ran.stdout
+
+
 def build(folder: Path, kind: str, *more: str) -> Path:
     """Build the package in a workspace and return its share folder in the install space."""
     source = folder / "src" / NAME
     assert main(["package", str(ROSORIN), "-o", str(source), "--build-type", kind]) == 0
-    assert COLCON is not None
-    environment = {**os.environ, "COLCON_HOME": str(folder / "home")}
-    environment["PATH"] = f"{Path(COLCON).parent}:{environment['PATH']}"
-    if (
-        AMENT_PACKAGE.is_dir()
-    ):  # ament_cmake asks for this one package of Debian, and the others there would be in the way
-        (folder / "site").mkdir()
-        (folder / "site/ament_package").symlink_to(AMENT_PACKAGE)
-        environment["PYTHONPATH"] = str(folder / "site")
-    ran = subprocess.run(
-        [COLCON, "build", *more], cwd=folder, env=environment, capture_output=True, text=True, check=False
-    )
-    assert ran.returncode == 0, ran.stdout + ran.stderr
-    assert "1 package finished" in ran.stdout
+    assert "1 package finished" in colcon(folder, "build", *more)
     return folder / "install" / NAME / "share" / NAME
 
 
 KINDS = [
     "ament_python",
-    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake")),
+    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
 ]
 
 
@@ -86,3 +91,35 @@ def test_an_install_space_that_is_older(tmp_path: Path, capsys: pytest.CaptureFi
     (share / "urdf/rosorin.urdf").write_bytes((source / "urdf/rosorin.urdf").read_bytes())
     assert main(["deploy", str(ROSORIN), "--to", str(source)]) == 0
     assert "deploy-not-built" not in capsys.readouterr().err
+
+
+@pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_test_of_the_package_runs_and_finds_what_is_wrong(tmp_path: Path, kind: str) -> None:
+    share = build(tmp_path, kind)
+    colcon(tmp_path, "test", "--return-code-on-test-failure")
+    found = colcon(tmp_path, "test-result", "--all")
+    assert "2 tests, 0 errors, 0 failures, 0 skipped" in found
+    urdf = share / "urdf/rosorin.urdf"
+    urdf.write_text(urdf.read_text("utf-8").replace('<child link="link2"/>', '<child link="nobody"/>'), "utf-8")
+    colcon(tmp_path, "test")
+    with pytest.raises(AssertionError, match=r"0 errors, [12] failure"):
+        colcon(tmp_path, "test-result", "--all")
+
+
+@pytest.mark.skipif(not (SITE / "ament_index_python").is_dir(), reason="no python3-ament-index")
+@pytest.mark.parametrize("kind", KINDS)
+def test_a_description_compiles_from_the_install_space(tmp_path: Path, kind: str) -> None:
+    source = tmp_path / "src" / NAME
+    words = ["package", str(ROSORIN), "-o", str(source), "--build-type", kind, "--compile-at-launch"]
+    assert main(words) == 0
+    colcon(tmp_path, "build")
+    colcon(tmp_path, "test", "--return-code-on-test-failure")
+    assert "3 tests, 0 errors, 0 failures, 0 skipped" in colcon(tmp_path, "test-result", "--all")
+    share = tmp_path / "install" / NAME / "share" / NAME
+    source.rename(tmp_path / "gone")
+    for form in ("py", "xml", "yaml"):
+        nodes = read(share / f"launch/description.launch.{form}", {NAME: share}).nodes
+        assert [node.name for node in nodes] == ["tf_base_laser", "tf_base_imu", "robot_state_publisher"]
+        assert nodes[-1].parameters["robot_description"] == (share / "urdf/rosorin.urdf").read_text("utf-8")
+    assert main(["check", str(ROSORIN), "--deployed", str(share)]) == 0

@@ -12,10 +12,11 @@ from hypothesis import strategies as st
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats import static_tf
+from rosorin_compile.formats.launching import STATES
 from rosorin_compile.model import Joint, Link, Output, Pose, Robot, Transform
 from rosorin_compile.numbers import METRE_DIGITS, RADIAN_DIGITS
-from support.launch import command_line, read
-from support.packages import EXAMPLES, FORMS, describe, made, static, written
+from support.launch import Failed, command_line, read
+from support.packages import EXAMPLES, FORMS, clean, describe, made, static, written
 from support.robots import compiled
 
 ODD = [
@@ -37,13 +38,42 @@ ODD = [
 ]
 
 
-def test_every_node_that_is_started_is_a_dependency(tmp_path: Path) -> None:
+def test_every_node_that_runs_on_a_robot_is_a_dependency(tmp_path: Path) -> None:
     package = written(tmp_path)
     needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
-    everything = dict.fromkeys(("joint_state_publisher", "joint_state_publisher_gui", "rviz"), "true")
-    nodes = read(package / "launch/description.launch.xml", {"rosorin_description": package}, **everything).nodes
-    assert {node.package for node in nodes} <= needs
-    assert len(nodes) == 6
+    screen = {"joint_state_publisher": "true", "joint_state_publisher_gui": "true", "rviz": "true"}
+    for form in FORMS:
+        path, shares = package / f"launch/description.launch.{form}", {"rosorin_description": package}
+        assert {node.package for node in read(path, shares).nodes} <= needs
+        nodes = read(path, shares, **screen).nodes
+        assert [node.package for node in nodes[-3:]] == [*list(screen)[:2], "rviz2"]
+        assert len(nodes) == 6
+    assert not needs & {*screen, "rviz2"}  # they have a screen
+    said = (package / "README.md").read_text("utf-8")
+    assert "sudo apt install ros-$ROS_DISTRO-rviz2 ros-$ROS_DISTRO-joint-state-publisher-gui" in said
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_two_robots_of_one_package_share_no_name(tmp_path: Path, form: str) -> None:
+    package = written(tmp_path)
+    path, shares = package / f"launch/description.launch.{form}", {"rosorin_description": package}
+    alone = read(path, shares, rviz="true", joint_state_publisher="true").nodes
+    robots = []
+    for side in ("left", "right"):
+        given = {"namespace": side, "frame_prefix": f"{side}/", "rviz": "true", "joint_state_publisher": "true"}
+        robots.append(read(path, shares, **given).nodes)
+        assert [node.namespace for node in robots[-1]] == [side] * len(alone)
+        for node, one in zip(robots[-1], alone, strict=True):
+            assert (node.package, node.executable, node.name) == (one.package, one.executable, one.name)
+        assert robots[-1][0].parameters == {**alone[0].parameters, "frame_prefix": f"{side}/"}
+        frames = [command_line(node.arguments)[:2] for node in robots[-1] if node.package == "tf2_ros"]
+        assert frames == [(f"{side}/base_link", f"{side}/laser"), (f"{side}/base_link", f"{side}/imu_link")]
+        assert robots[-1][-1].arguments[2:] == ["-f", f"{side}/base_link"]
+    names = [(node.namespace, node.name) for node in (*robots[0], *robots[1])]
+    assert len(set(names)) == len(names)
+    view = yaml.safe_load((package / "rviz/rosorin.rviz").read_text("utf-8"))
+    model = next(one for one in view["Visualization Manager"]["Displays"] if one["Name"] == "RobotModel")
+    assert model["Description Topic"]["Value"] == "robot_description"  # no "/": it is in the namespace
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -52,7 +82,8 @@ def test_a_launch_file_starts_what_the_description_says(tmp_path: Path, form: st
     launch = read(package / f"launch/description.launch.{form}", {"rosorin_description": package})
     publisher, *statics = launch.nodes
     urdf = (package / "urdf/rosorin.urdf").read_text("utf-8")
-    assert publisher.parameters == {"robot_description": urdf, "use_sim_time": False}
+    assert publisher.parameters == {"robot_description": urdf, "frame_prefix": "", "use_sim_time": False}
+    assert publisher.namespace == ""
     assert (publisher.package, publisher.executable) == ("robot_state_publisher", "robot_state_publisher")
     robot = compiled().robot
     assert robot is not None
@@ -70,7 +101,7 @@ def test_the_three_forms_do_the_same(tmp_path: Path, chosen: str) -> None:
     assert chosen == "use_sim_time" or first.nodes[-1].name.startswith(chosen)
     assert first.nodes[0].parameters["use_sim_time"] is (chosen == "use_sim_time")
     if chosen == "rviz":
-        assert first.nodes[-1].arguments == ["-d", str(package / "rviz/rosorin.rviz")]
+        assert first.nodes[-1].arguments == ["-d", str(package / "rviz/rosorin.rviz"), "-f", "base_link"]
 
 
 @settings(max_examples=60, deadline=None)
@@ -166,16 +197,32 @@ outputs:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("slam", ["true", "1", "false", "Off"])
+@pytest.mark.parametrize("slam", ["true", "True", "false", "False"])
 @pytest.mark.parametrize("rviz", ["true", "false"])
-def test_publishers_that_take_turns(tmp_path: Path, form: str, slam: str, rviz: str) -> None:
+def test_publishers_that_take_turns(tmp_path: Path, slam: str, rviz: str) -> None:
     path = describe(tmp_path, TURNS)
     package = tmp_path / "package"
     assert main(["package", str(path), "-o", str(package), "--name", "made"]) == 0
-    launch = read(package / f"launch/description.launch.{form}", {"made": package}, slam=slam, mode_rviz=rviz)
-    wanted = "tf_mast" if slam in ("true", "1") and rviz == "false" else "tf_other"
-    assert [node.name for node in launch.nodes[1:]] == [wanted]
-    assert launch.arguments["slam"] == ("false", "the robot is run in the mode slam: true or false")
-    assert set(launch.arguments) > {"rviz", "mode_rviz"}
+    wanted = "tf_mast" if slam in ("true", "True") and rviz == "false" else "tf_other"
+    for form in FORMS:
+        launch = read(package / f"launch/description.launch.{form}", {"made": package}, slam=slam, mode_rviz=rviz)
+        assert [node.name for node in launch.nodes[1:]] == [wanted]
+        assert launch.arguments["slam"] == ("false", "the robot is run in the mode slam", STATES)
+        assert set(launch.arguments) > {"rviz", "mode_rviz"}
     assert main(["check", str(path), "--deployed", str(package)]) == 0
+
+
+@pytest.mark.parametrize("state", ["1", "on", "TRUE", "", "no"])
+def test_the_three_forms_refuse_the_same_states(tmp_path: Path, state: str) -> None:
+    package = tmp_path / "package"
+    assert main(["package", str(describe(tmp_path, TURNS)), "-o", str(package), "--name", "made"]) == 0
+    for form in FORMS:
+        with pytest.raises(Failed, match=f"provided value '{state}' is not valid"):
+            read(package / f"launch/description.launch.{form}", {"made": package}, slam=state)
+
+
+def test_python_of_launch_files_is_clean(tmp_path: Path) -> None:
+    package = tmp_path / "package"
+    assert main(["package", str(describe(tmp_path, TURNS)), "-o", str(package), "--name", "made"]) == 0
+    clean(*(package / "launch").glob("*.py"))
+    clean(*(written(tmp_path) / "launch").glob("*.py"))

@@ -12,7 +12,7 @@ import pytest
 
 from rosorin_compile.cli import main
 from rosorin_compile.formats.page import MAX_MEGABYTES, data_of
-from rosorin_compile.tools.shared import PAGE_MEGABYTES
+from rosorin_compile.tools.options import PAGE_MEGABYTES
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
 from support.schemas import schema

@@ -17,7 +17,7 @@ import pytest
 
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.project import find
-from rosorin_compile.tools.shared import Given
+from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.view import command
 from support.commands import edit, write_files
 from support.paths import ROOT

@@ -19,9 +19,9 @@ from types import ModuleType
 from typing import Any
 from urllib.parse import unquote
 
+from ...frontend.packages import Packages, package_name
 from ...xml.files import read_source
 from ...xml.markup import MarkupError, parse
-from ..packages import Packages, package_name
 from .tracing import Traces, elements, places, where
 from .wanting import MissingPackage, Wanting
 

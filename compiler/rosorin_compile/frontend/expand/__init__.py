@@ -69,7 +69,7 @@ def expand(
     that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
     name, asked before those that an include names.
     """
-    reader = Reader(path, robots)
+    reader = Reader(path, robots, packages)
     root = reader.read(path, shown(path), None, None, ())
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
@@ -176,9 +176,15 @@ def _declare_arguments(root: Map, arguments: Mapping[str, Any], reader: Reader, 
             message, help = f'the description has no argument "{name}"', did_you_mean(name, declared) or "it has none"
             scope.ledger.diagnostics.append(error("unknown-argument", message, names.get(name), help))
             continue
+        if value == "" and type(value) is str and _type(declared[name]) != "text":
+            continue  # a launch file cannot leave an argument out: name:= is not given, as xacro has it
         places[name] = Place(values.get(name, declared.key_spans[name]), None)
         given[name] = _given(value, declared[name], places[name])
     declare(scope, declared, given, places, "the description", "-a {}=VALUE")
+
+
+def _type(declaration: Any) -> Any:
+    return declaration.get("type") if isinstance(declaration, Map) else None
 
 
 def _given(value: Any, declaration: Any, place: Place) -> Any:
@@ -187,8 +193,7 @@ def _given(value: Any, declaration: Any, place: Place) -> Any:
     A text is read as in YAML, but where a text is wanted "007" is one.
     """
     if type(value) is str:
-        wanted = declaration.get("type") if isinstance(declaration, Map) else None
-        return value if wanted == "text" else plain_scalar(value)
+        return value if _type(declaration) == "text" else plain_scalar(value)
     if type(value) is list:
         items = Seq(place.span)
         for item in value:

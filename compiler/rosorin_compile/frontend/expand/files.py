@@ -6,17 +6,28 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, Span, error
+from ...diagnostics.progress import step
 from ...diagnostics.registry import FILES, Rule
-from ...project import ENDINGS, PYTHON_PACKAGE, Resolved, data_folder, project_of, python_folder, resolved, shown
+from ...project import (
+    ENDINGS,
+    PYTHON_PACKAGE,
+    ROS_PACKAGE,
+    Resolved,
+    data_folder,
+    projects_of,
+    python_folder,
+    resolved,
+    shown,
+)
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..tree import Instance, Map, Place, Seq, locate
-from .nearby import corrected, outside, outside_of
+from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
 from .parts import copy, sourced
 
 if TYPE_CHECKING:
@@ -26,7 +37,7 @@ RULES = (
     Rule(
         "include-outside",
         "An included file is outside the project: the folder that has `descriptions`, or that of a lone description.",
-        "Move it inside; a robot may also be in a ROS `package`.",
+        "Move it inside, or name the ROS package that it is in: `package://NAME/FILE`.",
         FILES,
     ),
     Rule("include-cycle", "A file includes itself, directly or through others.", "Remove one `include`.", FILES),
@@ -55,6 +66,22 @@ _JOINED = (
 _LISTED = ("edges", "disabled_contacts", "urdf_elements", "accept")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
+_OF_FILE = ("args", "file", "package", "packages")  # what the include of a description may say
+# What the include of a robot in another format may say, too.
+_OF_ROBOT = (
+    "prefix",
+    "parent",
+    "xyz",
+    "rpy",
+    "joint",
+    "publisher",
+    "meshes",
+    "lenient",
+    "trust",
+    "source",
+    "for",
+    "if",
+)
 
 
 class Asked(NamedTuple):
@@ -68,9 +95,10 @@ class Asked(NamedTuple):
 def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, ...]]) -> Asked | None:
     """Return an entry of ``include`` that is about a foreign robot, whose file has one of ``endings``; else None."""
     name = item.get("file") if isinstance(item, Map) else item
-    is_foreign = isinstance(name, str) and not name.endswith(ENDINGS) and name.lower().endswith(endings())
+    is_ours = isinstance(name, str) and name.endswith(ENDINGS)
+    is_foreign = isinstance(name, str) and not is_ours and name.lower().endswith(endings())
     if isinstance(item, Map):
-        return Asked(item, place, by) if is_foreign or "package" in item else None
+        return Asked(item, place, by) if is_foreign or ("package" in item and not is_ours) else None
     if not is_foreign:
         return None
     made = Map(place.span, place.via)
@@ -81,11 +109,16 @@ def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, 
 class Reader:
     """Reads a file and what it includes; collects named values, foreign robots, files and what is wrong."""
 
-    def __init__(self, root: Path, robots: ForeignReader | None) -> None:
+    def __init__(self, root: Path, robots: ForeignReader | None, packages: Mapping[str, Path] | None = None) -> None:
         # Without a reader whatever is no YAML is another one's robot.
         self.foreign_endings = robots.endings if robots else lambda: ("",)
         self.folder = root.parent.resolve()
-        self.project = project_of(root)
+        self.projects = projects_of(root)
+        self.project = self.projects[0]
+        self.root = root
+        self.packages = dict(packages or {})
+        self.found: set[str] = set()
+        self.shares: dict[Path, str] = {}
         self.files: list[Path] = []
         self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
@@ -99,6 +132,7 @@ class Reader:
     ) -> Map | None:
         """Return a file joined with its includes; None if it cannot be read."""
         self.files.append(path)
+        step("reading files", len(self.files))
         try:
             file = load_mapping(path, name, asked, via)
         except LoadError as problem:
@@ -149,16 +183,15 @@ class Reader:
         return list(zip(names, names.value_spans, strict=True))
 
     def _include(self, item: Any, path: Path, place: Place, within: tuple[Path, ...]) -> Map | None:
-        """Return an included file; it must stand inside the project and not include itself."""
+        """Return an included file; it must stand inside the project or a ROS package, and not include itself."""
         name = item.get("file") if isinstance(item, Map) else item
-        if isinstance(item, Map):
-            self._collect_given(item)
         if not isinstance(name, str) or not name:
             self._error("wrong-type", "include names files: text", place, "write the name of a YAML file")
             return None
-        target = path.parent / name
-        if not self.inside(target):
-            self._error("include-outside", outside(name, path, self.project), place, "move it inside")
+        if isinstance(item, Map):
+            self._collect_given(item)
+        target = self._target(item, name, path, place)
+        if target is None:
             return None
         real = target.resolve()
         if real in within:
@@ -173,20 +206,92 @@ class Reader:
             self.diagnostics[before:] = [corrected(one, name, target) for one in self.diagnostics[before:]]
         return made
 
+    def _target(self, item: Any, name: str, by: Path, place: Place) -> Path | None:
+        """Return the file that an include means: relative to the file it stands in, or in a ROS package; else None."""
+        package, file = address(name)
+        own = item.get("package") if isinstance(item, Map) else None
+        if own is not None and package is None and isinstance(own, str):
+            package, file = own, name
+        elif own is not None:
+            message = "package of an include is text" if package is None else f"{name} names its package already"
+            self._error("wrong-type", message, Place(item.value_spans["package"], item.via), "write one package")
+            return None
+        if package is not None:
+            target, message, help = self.in_package(package, file, by, self._packages(item, by))
+            if target is None:
+                self._error("include-outside" if package in self.found else "package-missing", message, place, help)
+            return target
+        target = by.parent / name
+        if self.inside(target):
+            return target
+        home = next((f'the folder of the package "{self.shares[folder]}"' for folder in self._homes(by)), "")
+        message = f"{name} is outside {home}" if home else outside(name, by, self.project)
+        help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
+        self._error("include-outside", message, place, help)
+        return None
+
+    def in_package(
+        self, package: str, file: str, by: Path, packages: Mapping[str, Path]
+    ) -> tuple[Path | None, str, str]:
+        """Return a file of a ROS package that the file ``by`` names; without one, what is wrong, and the way out."""
+        folder = self.package(package, packages, by)
+        if folder is None:
+            return None, *package_missing(package)
+        inner = Path(os.path.normpath(file))
+        if inner.is_absolute() or inner.parts[:1] in ((), (os.pardir,)):
+            message = f'{file} is outside the folder of the package "{package}"' if file else "a package is no file"
+            return None, message, f"name a file in the package: {ADDRESS}{package}/FILE"
+        self.shares[Path(os.path.abspath(folder))] = package
+        return Path(shown(folder / inner)), "", ""
+
+    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
+        """Return the folder of a ROS package that the file ``by`` names; None if it is not found."""
+        from ..packages import Packages
+
+        folder = Packages(packages, os.environ, by).find(name)
+        self.found |= {name} if folder else set()
+        if name not in packages:
+            self.resolved.append(resolved(ROS_PACKAGE, name, by, folder))
+        return folder
+
+    def _packages(self, item: Any, by: Path) -> dict[str, Path]:
+        """Return the folders of packages that are named: by an include, and before those by the caller."""
+        named = item.get("packages") if isinstance(item, Map) else None
+        if named is None:
+            return self.packages
+        if not isinstance(named, Map) or not all(isinstance(folder, str) for folder in named.values()):
+            place = Place(item.value_spans["packages"], item.via)
+            message = "packages of an include map names to folders"
+            self._error("wrong-type", message, place, "write packages: {NAME: FOLDER}")
+            return self.packages
+        return {**{name: by.parent / folder for name, folder in named.items()}, **self.packages}
+
+    def _homes(self, path: Path) -> list[Path]:
+        """Return the folders of packages that a file is in by its name, the innermost first."""
+        absolute = Path(os.path.abspath(path))
+        return sorted(filter(absolute.is_relative_to, self.shares), key=lambda folder: -len(folder.parts))
+
     def inside(self, target: Path) -> bool:
-        """Say whether a file is inside the project of the description, links followed."""
+        """Say whether a file is inside the project of the description, links followed, or in a package it names."""
         try:
-            return target.resolve().is_relative_to(self.project)
+            real = target.resolve()
+            return any(map(real.is_relative_to, self.projects)) or bool(self._homes(target))
         except (OSError, RuntimeError, ValueError):
             return False
 
     def _collect_given(self, item: Map) -> None:
         """Take down the arguments that an include gives; a description that includes this one has the last word."""
-        values = item.get("args")
         for key in item:
-            if key not in ("file", "args"):
+            if key not in _OF_FILE:
                 place = Place(item.key_spans[key], item.via)
-                self._error("unknown-key", f'an include has no key "{key}"', place, "known: args, file")
+                known = f"known: {', '.join(_OF_FILE)}"
+                help = (
+                    f"{known}; {key} is for a robot that is included as a URDF, xacro or MJCF"
+                    if key in _OF_ROBOT
+                    else known
+                )
+                self._error("unknown-key", f'an include has no key "{key}"', place, help)
+        values = item.get("args")
         if values is not None and not isinstance(values, Map):
             place = Place(item.value_spans["args"], item.via)
             self._error("wrong-type", "args of an include map names to values", place, "write args: {NAME: VALUE}")
@@ -210,9 +315,13 @@ class Reader:
         for key, value in file.items():
             if key in _PRIVATE and not (root and key in ("source", "rosorin_compile")):
                 continue
+            if key == "help" and not root and isinstance(value, str):  # a file of parts says what it is for
+                continue
             if key == "robot" and not root:
                 place = locate(file, (key,), key=True)
-                self._error("included-robot", "an included file does not name the robot", place, "remove it")
+                whole = "include the files that it is made of, or the URDF that is compiled of it"
+                help = whole if self._homes(Path(place.span.source.path)) else "remove it"
+                self._error("included-robot", "an included file does not name the robot", place, help)
                 continue
             if key in _SOURCED and isinstance(value, Map) and "source" in file:
                 value = sourced(value, file)
@@ -257,16 +366,14 @@ class Reader:
 
 
 def table_loader(reader: Reader) -> Callable[[Any], Any]:
-    """Return the function ``load`` of a description: the value of a YAML file inside its project, read once."""
+    """Return the function ``load`` of a description: a YAML file of its project or a package, read once."""
     loaded: dict[str, Any] = {}
 
     def load(name: Any) -> Any:
         if not isinstance(name, str):
             raise ExpressionError("load takes the name of a YAML file")
         if name not in loaded:
-            path = reader.folder / name
-            if not reader.inside(path):
-                raise ExpressionError(f"{name} is {outside_of(reader.project)}")
+            path = _table(reader, name)
             reader.files.append(path)
             try:
                 loaded[name] = parse_yaml(read_text(path, shown(path)))
@@ -278,3 +385,17 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
         return loaded[name]
 
     return load
+
+
+def _table(reader: Reader, name: str) -> Path:
+    """Return the file that ``load`` is to read. Raises ExpressionError."""
+    package, file = address(name)
+    if package is not None:
+        path, message, help = reader.in_package(package, file, reader.root, reader.packages)
+        if path is None:
+            raise ExpressionError(message, help=help)
+        return path
+    path = reader.folder / name
+    if not reader.inside(path):
+        raise ExpressionError(f"{name} is {outside_of(reader.project)}")
+    return path

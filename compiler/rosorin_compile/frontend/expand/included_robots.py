@@ -18,13 +18,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn, Protocol
 from ...diagnostics import NOTE, TRUSTED, WARNING, Diagnostic, Related, Span, did_you_mean, error
 from ...diagnostics.registry import FILES, Rule
 from ...diagnostics.wording import first_of
-from ...project import ROS_PACKAGE, resolved, shown
+from ...project import shown
 from ..expression.functions import FUNCTIONS, kind_of
 from ..tree import Instance, Map, Place
 from .files import Asked
 from .forms import hides_letters
 from .ledger import Failed
-from .nearby import corrected, outside
+from .nearby import ADDRESS, address, corrected, outside, package_missing
 from .parts import sourced
 from .scope import Scope
 
@@ -77,9 +77,6 @@ class ForeignReader(Protocol):
         self, path: Path, texts: Mapping[str, str], packages: Mapping[str, Path], how: How, tell: Tell, by: Span
     ) -> Foreign:
         """Return the robot of a file; ``by`` is the place that names it."""
-
-    def package(self, name: str, packages: Mapping[str, Path], by: Path) -> Path | None:
-        """Return the folder of a ROS package that a file names; None if it is not found."""
 
 
 class Foreign(Protocol):
@@ -225,21 +222,20 @@ class Robots:
 
     def _file(self, entry: Map, scope: Scope, include: Asked, packages: dict[str, Path]) -> Path:
         """Return the file that an include names: in the project of the description, or in a ROS package."""
-        name, package = entry["file"], entry.get("package")
+        package, name = address(entry["file"])
+        package = package or entry.get("package")
         if package is None:
             target = include.by.parent / name
             if not self.reader.inside(target):
-                help = "move it inside, or name the ROS package that it is in: package: NAME"
+                help = f"move it inside, or name the ROS package that it is in: {ADDRESS}NAME/FILE"
                 scope.report("include-outside", outside(name, include.by, self.reader.project), include.place, help)
                 raise Failed
             return Path(shown(target))
-        folder = self.robots.package(package, packages, include.by)
-        if package not in packages:
-            self.reader.resolved.append(resolved(ROS_PACKAGE, package, include.by, folder))
+        key = "package" if entry.get("package") else "file"
+        folder = self.reader.package(package, packages, include.by)
         if folder is None:
-            help = f"say where it is, packages: {{{package}: FOLDER}}, or set ROS_PACKAGE_PATH or AMENT_PREFIX_PATH"
-            message = f'the package "{package}" is not found'
-            scope.report("package-missing", message, place_of(entry, "package", scope), help)
+            message, help = package_missing(package)
+            scope.report("package-missing", message, place_of(entry, key, scope), help)
             raise Failed
         inner = Path(os.path.normpath(name))
         if inner.is_absolute() or inner.parts[:1] == (os.pardir,):

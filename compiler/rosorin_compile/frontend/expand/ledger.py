@@ -34,6 +34,7 @@ class Ledger:
     def __init__(self) -> None:
         self.diagnostics: list[Diagnostic] = []
         self.nodes = 0
+        self.parts = 0
         self.begun = EFFORT.total
         self.full = False
         self.constant: dict[int, bool] = {}

@@ -1,4 +1,4 @@
-"""Nearby: what is wrong with the name of a file that an include cannot have."""
+"""Nearby: the names of files that an include may have, and what is wrong with one that it cannot have."""
 
 from __future__ import annotations
 
@@ -7,6 +7,26 @@ from pathlib import Path
 
 from ...diagnostics import Diagnostic
 from ...project import DESCRIPTIONS, nearest_file
+
+ADDRESS = "package://"
+
+
+def address(name: str) -> tuple[str | None, str]:
+    """Return the ROS package that a name of a file begins with, None if it names none, and the file.
+
+    >>> address("package://arm/parts/hand.yaml"), address("hand.yaml")
+    (('arm', 'parts/hand.yaml'), (None, 'hand.yaml'))
+    """
+    if not name.startswith(ADDRESS):
+        return None, name
+    package, _, file = name.removeprefix(ADDRESS).partition("/")
+    return package, file
+
+
+def package_missing(package: str) -> tuple[str, str]:
+    """Return what is said of a ROS package that is not found, and the way out."""
+    way_out = f"say where it is, --package {package}=FOLDER or packages: of the include; or source its workspace"
+    return f'the package "{package}" is not found', way_out
 
 
 def corrected(diagnostic: Diagnostic, name: str, target: Path) -> Diagnostic:

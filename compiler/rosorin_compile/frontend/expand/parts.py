@@ -67,6 +67,7 @@ class Parts:
         if not isinstance(entry, Map):
             scope.report("wrong-type", f'use "{name}" is a mapping that names a part', where, "write part: NAME")
             raise Failed
+        self.ledger.parts += 1
         check_use(name, entry, scope)
         definition = self._find(entry, scope, where)
         scope.count(INSTANCE, where.span, where.via)

@@ -54,13 +54,17 @@ def placed(
     links and joints get their names in elements of XML, too.
     """
     defined = defined_names(fragment)
+    own_frame = MOUNT in defined and MOUNT not in (fragment.get("joints") or ())
 
     def rename(name: str) -> str:
-        if name in defined:
-            return prefix + name
-        return parent if name == MOUNT and parent is not None else name
+        return prefix + name if name in defined else name
 
-    placer = _Placer(rename, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
+    def frame(name: str) -> str:
+        if name != MOUNT or own_frame:  # a joint may be called mount: that is no frame
+            return rename(name)
+        return name if parent is None else parent
+
+    placer = _Placer(rename, frame, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
@@ -115,8 +119,10 @@ def _with(entry: Map, changes: dict[str, Any]) -> Map:
 class _Placer:
     """One method a section: takes an entry, returns it renamed, mirrored and attached."""
 
-    def __init__(self, rename: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None, kept: bool) -> None:
-        self.rename, self.prefix = rename, prefix
+    def __init__(
+        self, rename: Rename, frame: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None, kept: bool
+    ) -> None:
+        self.rename, self.frame, self.prefix = rename, frame, prefix
         self.kept = kept
         self.mount = mount
         self.mirror = mirror
@@ -125,7 +131,7 @@ class _Placer:
         """Return elements of XML with the new names in them."""
         if not self.kept or not isinstance(text, str):
             return text
-        made = renamed(text, self.rename)
+        made = renamed(text, self.frame)
         if made == text:
             return text
         return Kept(made, text.via) if isinstance(text, Kept) else made
@@ -160,7 +166,7 @@ class _Placer:
             return entry
         changes = self._attached(entry) | self._elements(entry)
         if isinstance(entry.get("child"), str):
-            changes["child"] = self.rename(entry["child"])
+            changes["child"] = self.frame(entry["child"])
         mimic = entry.get("mimic")
         if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
             changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
@@ -189,14 +195,14 @@ class _Placer:
             return entry
         changes = self._attached(entry)
         if isinstance(entry.get("child"), str):
-            changes["child"] = self.rename(entry["child"])
+            changes["child"] = self.frame(entry["child"])
         return _with(entry, changes)
 
     def servos(self, entry: Any) -> Any:
         return self._renamed_list(entry, "joints")
 
     def disabled_contacts(self, entry: Any) -> Any:
-        return self._renamed_list(entry, "links")
+        return self._renamed_list(entry, "links", self.frame)
 
     def poses(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
@@ -211,19 +217,18 @@ class _Placer:
                 changes[key] = renamed
         return _with(entry, changes)
 
-    def _renamed_list(self, entry: Any, key: str) -> Any:
+    def _renamed_list(self, entry: Any, key: str, rename: Rename | None = None) -> Any:
         if not isinstance(entry, Map) or not isinstance(entry.get(key), Seq):
             return entry
-        return _with(
-            entry, {key: _each(entry[key], "", lambda name: self.rename(name) if isinstance(name, str) else name)}
-        )
+        change = rename or self.rename
+        return _with(entry, {key: _each(entry[key], "", lambda name: change(name) if isinstance(name, str) else name)})
 
     def _attached(self, entry: Map) -> dict[str, Any]:
         """Return the changes of an entry that sits on a frame: its parent, its pose, the node that publishes it."""
         changes = self._mirrored_pose(entry)
         parent = entry.get("parent")
         if isinstance(parent, str):
-            changes["parent"] = self.rename(parent)
+            changes["parent"] = self.frame(parent)
             if parent == MOUNT and any(value is not None for value in self.mount):
                 changes |= self._mounted(entry, changes)
         return changes | self._published(entry)

@@ -313,7 +313,9 @@ BUILT_IN: tuple[Function, ...] = (
         startswith=lambda text, start: text.startswith(start),
         endswith=lambda text, end: text.endswith(end),
     ),
-    Function("load", "`load('file.yaml')`: the value of a YAML file in the folder of the description", None),
+    Function(
+        "load", "`load('file.yaml')`: the value of a YAML file in the folder of the description, or of a package", None
+    ),
 )
 
 # What the functions do that need nothing but their values, by name.

@@ -12,7 +12,7 @@ from .shapes import ShapeProblem
 
 MAX_DEPTH = 12
 _ZERO = 1e-12  # m and rad: what is left of a turn there and back
-_NAME = re.compile(r"[A-Za-z_][\w.-]*")
+_NAME = r"[A-Za-z_][\w.-]*"
 _ATTRIBUTES = "attributes"
 
 
@@ -68,7 +68,7 @@ def _elements(entries: Mapping[str, Any], path: tuple[str | int, ...]) -> Iterat
     """Yield the elements that a mapping says, in its order; those without a value are left out."""
     for name, value in entries.items():
         here = (*path, name)
-        if not _NAME.fullmatch(name):
+        if not re.fullmatch(_NAME, name):
             raise ShapeProblem("bad-name", f'no element of SDF is called "{name}"', here, "correct it")
         if len(here) > MAX_DEPTH:
             raise ShapeProblem("wrong-value", f"elements are nested deeper than {MAX_DEPTH}", here, "SDF has none such")
@@ -85,7 +85,7 @@ def _element(name: str, value: Any, path: tuple[str | int, ...]) -> SdfElement:
         raise ShapeProblem("wrong-type", "attributes map names to values", (*path, _ATTRIBUTES), "write {type: ...}")
     attributes = {}
     for key, one in given.items():
-        if not _NAME.fullmatch(key):
+        if not re.fullmatch(_NAME, key):
             raise ShapeProblem("bad-name", f'no attribute is called "{key}"', (*path, _ATTRIBUTES, key), "correct it")
         if one is not None:
             attributes[key] = _scalar(one, (*path, _ATTRIBUTES, key))

@@ -7,19 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
 from ...project import Description, NoDescription, all_here, find, narrowed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    WrongUsage,
-    argument_options,
-    descriptions,
-    given_arguments,
-    json_option,
-    named_robot,
-    package_option,
-    telling,
-)
+from ..compiling import telling
+from ..given import Given, given_arguments
+from ..options import argument_options, json_option, named_robot, package_option, quiet_option
+from ..robots import descriptions, take_stdin
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from .explanation import Answer, Explanation
@@ -31,11 +23,13 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="[ROBOT] NAME",
+        completes="[ROBOT] THING ...",
         help="frames, links, joints, sensors, uses of parts, and numbers of theirs (z, mass); before them the robot",
     )
-    command.add_argument("--pose", default="", metavar="NAME", help="show the frames in this named pose, too")
+    command.add_argument("--pose", default="", metavar="POSE", help="show the frames in this named pose, too")
     named_robot(command)
     json_option(command)
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -43,8 +37,9 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Explain frames of one robot."""
     given, words = given_arguments(options, options.words)
+    take_stdin([*words, options.robot])
     description, names = _asked(words, options.robot)
-    found = _explained(given, description, names, options.pose, Console("text"))
+    found = _explained(given, description, names, options.pose, Console("text", options.quiet))
     if found is None:
         return PROBLEMS
     if options.format == "json":

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics.console import Progress
+from ...diagnostics import progress
 from . import writing
 from .fits import Fit, Tell, fits
 from .measure import Measured, Ruler
@@ -33,11 +33,8 @@ class Fitted(NamedTuple):
 
 def fit_parts(parts: Sequence[Part], digits: int, stack: int, axis: str) -> list[Fitted]:
     """Return shapes of every kind around each part, measured."""
-    progress = Progress("fitting")
-    try:
-        return [_fit(part, digits, stack, axis, progress.part(index, len(parts))) for index, part in enumerate(parts)]
-    finally:
-        progress.end()
+    tells = [progress.part("fitting", index, len(parts)) for index in range(len(parts))]
+    return [_fit(part, digits, stack, axis, tell) for part, tell in zip(parts, tells, strict=True)]
 
 
 def _fit(part: Part, digits: int, stack: int, axis: str, tell: Tell) -> Fitted:

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console, give
 from ...diagnostics.wording import masked
-from ..shared import FINE, PROBLEMS, WrongUsage, argument_options, package_option, place
+from ..options import argument_options, package_option, place, quiet_option
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Source
@@ -44,6 +45,7 @@ def options(command: argparse.ArgumentParser) -> None:
     ):
         way = ways.add_parser(name, help=help, description=f"{help[0].upper()}{help[1:]}.")
         more(way)
+        quiet_option(way)
         package_option(way)
         argument_options(way)
         way.usage = f"rosorin-compile extract {name} [options] {words}"
@@ -133,7 +135,7 @@ def run(options: argparse.Namespace) -> int:
         "heightmap": _heightmap,
         "factory": _factory,
     }
-    console = Console("text")
+    console = Console("text", options.quiet)
     try:
         need_trimesh()
         return ways[options.what](options, console)
@@ -229,7 +231,8 @@ def _factory(options: argparse.Namespace, console: Console) -> int:
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    _tell(made, options.output)
+    if not options.quiet:
+        _tell(made, options.output)
     return PROBLEMS if has_errors(made.diagnostics) else FINE
 
 
@@ -255,6 +258,7 @@ def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
     """Write a result to the file that is asked for, else to standard output, and say on the other what it is."""
     from .writing import save
 
+    said = () if options.quiet else (*said, *([f"written: {options.output}"] if options.output else []))
     if options.output is None:
         give(text)
         sys.stderr.write("".join(f"{line}\n" for line in said))
@@ -262,5 +266,4 @@ def _give(options: argparse.Namespace, text: str, said: Sequence[str]) -> int:
     save(Path(options.output), text, options.force)
     for line in said:
         print(line)
-    print(f"written: {options.output}")
     return FINE

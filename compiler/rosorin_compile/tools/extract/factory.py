@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from ...diagnostics import Diagnostic, did_you_mean
-from ...diagnostics.console import Progress
+from ...diagnostics.progress import step
 from ...diagnostics.registry import MESHES, Rule
 from ...formats import FORMATS, published
-from ...formats.packages import package_name
+from ...frontend.packages import package_name
 from ...frontend.tree import Map
 from ...model import Box, HeightMap
 from . import turning, writing
@@ -124,15 +124,11 @@ def extract(source: RobotSource, package: str, asked: Asked) -> Factory:
 
 def _add_boxes(source: RobotSource, asked: Asked, made: Factory) -> None:
     """Add the box around the meshes of each link but that of the height map."""
-    progress = Progress("measuring")
-    try:
-        for index, link in enumerate(source.robot.link):
-            progress(index, len(source.robot.link))
-            part = None if link == asked.map_link else part_of_link(source, link, asked.section)
-            if part is not None:
-                made.boxes[link] = axis_aligned(part.triangles, asked.digits)
-    finally:
-        progress.end()
+    for index, link in enumerate(source.robot.link):
+        step("measuring", index, len(source.robot.link))
+        part = None if link == asked.map_link else part_of_link(source, link, asked.section)
+        if part is not None:
+            made.boxes[link] = axis_aligned(part.triangles, asked.digits)
 
 
 def _add_map(source: RobotSource, package: str, asked: Asked, made: Factory) -> None:

@@ -13,10 +13,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
-from ...diagnostics.console import Progress as Told
+from ...diagnostics.progress import step
 from ...diagnostics.registry import MESHES, Rule
 from ...model import HeightMap
 from ...numbers import exact
@@ -176,11 +177,7 @@ def make_map(triangles: Floats, wanted: Wanted, frame: str) -> tuple[HeightMap, 
             raise fail("height-map-empty", message, "correct --below, --xyz or --scale")
     lower, upper = bounds(triangles)
     grid = _grid(wanted, lower, upper)
-    progress = Told("sampling")
-    try:
-        heights = height_map(triangles, grid, wanted.spacing, wanted.exact, progress)
-    finally:
-        progress.end()
+    heights = height_map(triangles, grid, wanted.spacing, wanted.exact, partial(step, "sampling"))
     if not heights.any():
         message = f"the mesh has no surface above z = 0 of {frame} over the grid"
         raise fail("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")

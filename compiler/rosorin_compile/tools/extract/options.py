@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...units import ANGLE, LENGTH, Dimension, describe, dimension_of
-from ..shared import WrongUsage, given_arguments
+from ..given import given_arguments
+from ..robots import no_stdin
+from ..usage import WrongUsage
 
 if TYPE_CHECKING:
     import numpy as np
@@ -137,6 +139,7 @@ def reading(options: argparse.Namespace, console: Console) -> tuple[ReadOptions,
     from ...frontend.load import LoadError
 
     given, words = given_arguments(options, options.words)
+    no_stdin(words, "name a file")
     packages = dict(given.packages)
     try:
         values = {name: str(FUNCTIONS["str"](value)) for name, value in given.values().items()}

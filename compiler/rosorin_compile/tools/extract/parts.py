@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING
 from ...diagnostics import NOTE, WARNING, Diagnostic, Span, did_you_mean, has_errors
 from ...diagnostics.registry import MESHES, Rule
 from ...formats.imported import ReadOptions
-from ...formats.packages import Packages
 from ...formats.reading import read_robot
+from ...frontend.packages import Packages
 from ...frontend.tree import Map, locate
 from ...model import Mesh as MeshShape
 from ...model import Robot, Shape

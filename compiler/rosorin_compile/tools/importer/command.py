@@ -12,19 +12,11 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
-from ...project import DESCRIPTIONS, around, nearest_file
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    console_of,
-    format_options,
-    given_arguments,
-    package_option,
-    packages_of,
-    place,
-)
+from ...project import DESCRIPTIONS, ON_STDIN, STDIN, around, nearest_file
+from ..given import given_arguments, packages_of
+from ..options import argument_options, console_of, format_options, package_option, place
+from ..robots import take_stdin
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -93,8 +85,9 @@ def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
     given, names = given_arguments(options, options.words)
     if len(names) != 1:
         raise WrongUsage(f"import takes one SOURCE, not {len(names) or 'none'}")
-    path = Path(names[0])
-    kind = _kind(path)
+    take_stdin(names)
+    path = Path(names[0]) if names[0] != STDIN else ON_STDIN
+    kind = _kind(path) if path is not ON_STDIN else "file"
     if kind == "folder":
         raise WrongUsage(f"{path} is a folder; name the file of the robot in it")
     if not kind:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
+from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more
 from ...formats import published
@@ -113,6 +114,7 @@ def largest_difference(one: Robot, other: Robot) -> float:
     generator = random.Random(_SEED)  # noqa: S311 (the same states in every run)
     largest = 0.0
     for number in range(STATES + 1):
+        step("proving the import", number, STATES + 1)
         state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
         first, second = one.poses_in_root(state), other.poses_in_root(state)
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])

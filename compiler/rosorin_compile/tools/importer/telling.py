@@ -138,7 +138,7 @@ def _warning(files: list[str], source: Path, folder: Path, span: Span) -> Diagno
 
 
 def _artifacts(folder: Path) -> Path:
-    """Return where the artifacts of a description stand unless somebody says so (see project.py)."""
+    """Return where the artifacts of a description stand unless somebody says so (see ``project``)."""
     own = Path(os.path.abspath(folder))
     base = folder.parent.parent if own.parent.name == DESCRIPTIONS else Path()
     return base / OUTPUTS / own.name

@@ -9,27 +9,25 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    compiled_one,
-    format_options,
-    one_robot,
-    package_option,
-    place,
-)
+from ..compiling import compiled_one
+from ..given import given_arguments
+from ..options import argument_options, format_options, one_robot, package_option, place
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from ...diagnostics import Diagnostic
     from ...pipeline import Compiled
     from ...project import Description
+    from ..given import Given
+    from .carrying import Carried
     from .package import Options
 
 _HOW = "rosorin-compile package ROBOT -o FOLDER"
 _PERSON = re.compile(r"\s*([^<>]+?)\s*<\s*([^<>\s@]+@[^<>\s@]+\.[^<>\s@]+)\s*>\s*")
 _VERSION = re.compile(r"(0|[1-9]\d*)\.(0|[1-9]\d*)\.(0|[1-9]\d*)")
-
+_ADDRESS = re.compile(r"https?://[^\s<>\"']+")
 _TOPIC = re.compile(r"/?[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
 
@@ -44,6 +42,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--package-version", metavar="X.Y.Z", help="default: 0.1.0")
     command.add_argument("--maintainer", metavar="'NAME <MAIL>'", help="who answers for the package")
     command.add_argument("--license", metavar="SPDX", help="such as Apache-2.0")
+    command.add_argument("--url", metavar="URL", help="where the package is at home")
     command.add_argument(
         "--topic",
         action="append",
@@ -51,6 +50,11 @@ def options(command: argparse.ArgumentParser) -> None:
         dest="topics",
         metavar="SENSOR=TOPIC",
         help="where a sensor publishes, for the view in RViz",
+    )
+    command.add_argument(
+        "--compile-at-launch",
+        action=argparse.BooleanOptionalAction,
+        help="let the package compile the description whenever it is launched, its arguments as launch arguments",
     )
     format_options(command)
     package_option(command)
@@ -67,37 +71,63 @@ def run(options: argparse.Namespace) -> int:
         robot = compiled.robot
         asked = _asked(options, robot.name, [sensor.name for sensor in robot.sensors])
         try:
-            code = _write(console, asked, compiled, description, Path(options.output))
+            given = given_arguments(options, options.words)[0]
+            code = _write(console, asked, compiled, given, description, Path(options.output))
         except OutputError as problem:
             console.show([problem.diagnostic])
     console.finish()
     return code
 
 
-def _write(console: Console, asked: Options, compiled: Compiled, description: Description, target: Path) -> int:
+def _write(
+    console: Console, asked: Options, compiled: Compiled, given: Given, description: Description, target: Path
+) -> int:
     """Write a package, unless it would write over something; return the exit code. Raises OutputError."""
     from ...output.ours import FOREIGN, RECORD, UNKNOWN, held, record_of, recorded
     from . import placing
+    from .carrying import described
     from .deploying import kept, refused
     from .package import make
+    from .papers import left_alone
 
     robot, artifacts, sources = compiled.robot, compiled.artifacts, [description.path.parent, description.outputs]
     if robot is None:
         return PROBLEMS
-    package = make(robot, artifacts, asked, sources, target, compiled.meshes)
+    carried, wrong = described(compiled, description, given, asked)
+    package = make(robot, artifacts, asked, sources, target, compiled.meshes, carried)
+    if carried is not None and package.files:
+        wrong = _proven(carried, compiled, given, package.files, asked.name)
     problem = refused(target, package.files)
-    console.show([*package.diagnostics, *([problem] if problem else [])])
-    if problem or not package.files:
+    console.show([*wrong, *package.diagnostics, *([problem] if problem else [])])
+    if wrong or problem or not package.files:
         return PROBLEMS
+    left = left_alone(target, package.files, recorded(target))
+    ours = {name: data for name, data in package.files.items() if name not in left}
     # The package is ours; what nobody noted in it may have been written by a version that made no notes.
-    found = held(target, package.files, recorded(target))
+    found = held(target, ours, recorded(target))
     there = [one._replace(why=UNKNOWN) if one.why == FOREIGN else one for one in found]
     console.show(list(kept(there)))
-    files = {**package.files, RECORD: record_of(target, package.files), **{one.kept: one.data for one in there}}
+    files = {**ours, RECORD: record_of(target, ours), **{one.kept: one.data for one in there}}
     fresh = [name for name in placing.place(target, files) if name in package.files]
     written = f"{len(fresh)} written" if fresh else "unchanged"
     console.say(f"{asked.name}: {len(package.files)} files in {target}, {written}")
     return FINE
+
+
+def _proven(
+    carried: Carried, compiled: Compiled, given: Given, files: Mapping[str, bytes], name: str
+) -> list[Diagnostic]:
+    """Return why the description would not compile from the package: a copy of it is tried."""
+    import tempfile
+
+    from .carrying import proven
+
+    with tempfile.TemporaryDirectory() as folder:
+        there = Path(folder, name)
+        for place, data in files.items():
+            (there / place).parent.mkdir(parents=True, exist_ok=True)
+            (there / place).write_bytes(data)
+        return proven(carried, compiled, given, there, name)
 
 
 def _asked(options: argparse.Namespace, robot: str, sensors: list[str]) -> Options:
@@ -122,6 +152,12 @@ def _asked(options: argparse.Namespace, robot: str, sensors: list[str]) -> Optio
         asked = replace(asked, maintainer=person[1], email=person[2])
     if options.license is not None:
         asked = replace(asked, license=_line(options.license, "license"))
+    if options.url is not None:
+        if not _ADDRESS.fullmatch(options.url) or not options.url.isprintable():
+            raise WrongUsage(f'"{options.url}" is no address of a page: https://example.org/robot')
+        asked = replace(asked, url=options.url)
+    if options.compile_at_launch is not None:
+        asked = replace(asked, at_launch=options.compile_at_launch)
     return replace(asked, topics={**asked.topics, **_topics(options.topics, sensors)})
 
 

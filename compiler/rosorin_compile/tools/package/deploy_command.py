@@ -9,17 +9,9 @@ from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.registry import PACKAGES, Rule
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    WrongUsage,
-    argument_options,
-    compiled_one,
-    format_options,
-    one_robot,
-    package_option,
-    place,
-)
+from ..compiling import compiled_one
+from ..options import argument_options, format_options, one_robot, package_option, place
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, Source, error
-from ...diagnostics.bounded import yaml_of
 from ...diagnostics.registry import PACKAGES, Rule
 from ...formats import FORMATS, Artifact, feeds, names_meshes
 from ...model import ROBOT_STATE_PUBLISHER, Robot
@@ -23,6 +22,7 @@ from .installing import install_space, missing, share_folder, undeclared
 from .meshes import beside, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
+from .views import topics_of
 
 RULES = (
     Rule(
@@ -326,33 +326,20 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
             ("name", "name"),
             ("version", "version"),
             ("license", "license"),
+            ("url", "url"),
             ("maintainer", "maintainer"),
         )
         if tag in elements
     }
     changes |= {"build_type": elements["build_type"].text.strip()} if "build_type" in elements else {}
+    changes |= {"at_launch": True} if "rosorin_compile" in elements else {}
     changes |= _email(elements)
-    return dataclasses.replace(options, **changes, topics=_topics(target, set(sensors)))
+    return dataclasses.replace(options, **changes, topics=topics_of(target, set(sensors)))
 
 
 def _email(elements: dict[str, Element]) -> dict[str, str]:
     email = elements["maintainer"].get("email") if "maintainer" in elements else ""
     return {"email": email} if email else {}
-
-
-def _topics(target: Path, sensors: set[str]) -> dict[str, str]:
-    """Return the topics by sensor of the view that was made for RViz; none if it cannot be read."""
-    topics: dict[str, str] = {}
-    for path in sorted(target.glob("rviz/*.rviz")):
-        try:
-            view = yaml_of(_text(path))
-            for display in view["Visualization Manager"]["Displays"]:
-                topic = display.get("Topic", {}).get("Value")
-                if display.get("Name") in sensors and isinstance(topic, str) and topic:
-                    topics[display["Name"]] = topic
-        except (ValueError, AttributeError, KeyError, TypeError):
-            continue
-    return topics
 
 
 def _text(path: Path) -> str:

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from .launch_files import Unknown, constants, value
+from .plain_values import Unknown, constants, value
 
 _AUTO = re.compile(r"\bINSTALL_TO_SHARE\s+([^()]*)\)")
 _INSTALL = re.compile(r"install\s*\(\s*(DIRECTORY|FILES|PROGRAMS)\s+([^()]*?)\bDESTINATION\b", re.IGNORECASE)

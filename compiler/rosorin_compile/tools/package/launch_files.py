@@ -8,14 +8,11 @@ from __future__ import annotations
 
 import ast
 import math
-import operator
 import re
 import shlex
-from collections import Counter, deque
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import suppress
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import islice
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Source, Span
@@ -23,6 +20,7 @@ from ...diagnostics.registry import PACKAGES, Rule
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot
 from ...model.geometry import Pose, Transform, transform_of_quaternion
 from ...numbers import METRE_DIGITS, RADIAN_DIGITS, fixed
+from .plain_values import Unknown, constants, value
 
 RULES = (
     Rule(
@@ -276,9 +274,13 @@ def _arguments(node: ast.expr, names: Mapping[str, Any]) -> tuple[str, ...] | No
         arguments = value(node, names)
     except Unknown:
         return None
-    if not isinstance(arguments, list) or not all(isinstance(argument, str) for argument in arguments):
+    if not isinstance(arguments, list):
         return None
-    return tuple(arguments)
+    # Launch takes an argument that is a list of pieces for one text.
+    words = [
+        "".join(one) if isinstance(one, list) and all(isinstance(p, str) for p in one) else one for one in arguments
+    ]
+    return tuple(words) if all(isinstance(word, str) for word in words) else None
 
 
 def _calls_of(function: str, tree: ast.Module) -> Iterator[ast.Call]:
@@ -327,7 +329,9 @@ def _xml(name: str, text: str) -> Iterator[Call]:
     except MarkupError as problem:
         raise Unreadable(f"not XML: {problem.diagnostic.message}") from None
     elements = list(root.iter())
-    variables = {e.get("name"): e.get("default", e.get("value")) for e in elements if e.tag in ("arg", "let")}
+    passed = {id(inner) for e in elements if e.tag == "include" for inner in e.iter()}  # to another file
+    declared = [e for e in elements if e.tag in ("arg", "let") and id(e) not in passed]
+    variables = {e.get("name"): e.get("default", e.get("value")) for e in declared}
     for element in elements:
         if element.tag == "node" and PUBLISHER in (element.get("exec"), element.get("type")):
             yield Call(element.span.line, split(element.get("args"), variables))
@@ -373,133 +377,3 @@ def split(args: str, variables: Mapping[str, str]) -> tuple[str, ...] | None:
     except ValueError:
         return None
     return tuple(words)
-
-
-Names = Mapping[str, Any]
-_MOST_VALUES = 10_000  # characters or items; a launch file has no need of more
-_LARGEST = 10**30
-_CHANGES = ("append", "clear", "extend", "insert", "pop", "remove", "reverse", "sort", "update")
-
-
-class Unknown(Exception):
-    """The value is known only when the program runs."""
-
-
-_BINARY: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-}
-
-
-def value(node: ast.expr, names: Names) -> Any:
-    """Return the value of an expression of plain values, ``names``, ``math.pi``, joins of paths and a few calls.
-
-    Raises Unknown for anything else.
-    """
-    if isinstance(node, ast.Constant):
-        return node.value
-    if isinstance(node, ast.List | ast.Tuple):
-        return [value(item, names) for item in node.elts]
-    if isinstance(node, ast.Name) and node.id in names:
-        return names[node.id]
-    if isinstance(node, ast.Attribute) and ast.unparse(node) in ("math.pi", "np.pi", "numpy.pi"):
-        return math.pi
-    try:
-        return _combined(node, names)
-    except (ArithmeticError, LookupError, TypeError, ValueError) as problem:
-        raise Unknown from problem
-
-
-def _combined(node: ast.expr, names: Names) -> Any:
-    if isinstance(node, ast.JoinedStr):
-        return _short("".join(_part(part, names) for part in node.values))
-    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-        return -value(node.operand, names)
-    if isinstance(node, ast.BinOp) and type(node.op) in _BINARY:
-        left, right = value(node.left, names), value(node.right, names)
-        if isinstance(node.op, ast.Mult) and not all(isinstance(side, int | float) for side in (left, right)):
-            raise Unknown
-        return _short(_BINARY[type(node.op)](left, right))
-    if isinstance(node, ast.Subscript):
-        index = value(node.slice, names)
-        return value(node.value, names)[index]
-    if isinstance(node, ast.Dict) and None not in node.keys:
-        return dict(
-            zip((value(key, names) for key in node.keys if key), (value(v, names) for v in node.values), strict=True)
-        )
-    if isinstance(node, ast.Call) and not node.keywords:
-        arguments = [value(argument, names) for argument in node.args]
-        if isinstance(node.func, ast.Attribute) and node.func.attr == "split":
-            return _split(value(node.func.value, names), arguments)
-        return _called(ast.unparse(node.func), arguments)
-    raise Unknown
-
-
-def _called(function: str, arguments: list[Any]) -> Any:
-    plain = all(isinstance(argument, str | int | float) for argument in arguments)
-    if function in ("str", "float", "math.radians", "radians") and len(arguments) == 1 and plain:
-        radians = function.endswith("radians")
-        return math.radians(arguments[0]) if radians else {"str": str, "float": float}[function](arguments[0])
-    if function in ("os.path.join", "path.join", "join") and all(isinstance(a, str) for a in arguments):
-        return "/".join(argument.rstrip("/") for argument in arguments)
-    if function in ("glob", "glob.glob") and len(arguments) == 1:
-        return arguments
-    raise Unknown
-
-
-def _split(text: Any, arguments: list[Any]) -> list[str]:
-    if not isinstance(text, str) or len(arguments) > 1:
-        raise Unknown
-    return text.split(*arguments)
-
-
-def _part(node: ast.expr, names: Names) -> str:
-    if isinstance(node, ast.FormattedValue):
-        if node.format_spec is not None or node.conversion != -1:
-            raise Unknown
-        return str(value(node.value, names))
-    return str(value(node, names))
-
-
-def _short(result: Any) -> Any:
-    too_long = isinstance(result, str | list) and len(result) > _MOST_VALUES
-    if too_long or (isinstance(result, int) and abs(result) > _LARGEST):
-        raise Unknown
-    return result
-
-
-def constants(tree: ast.AST, names: Names = MappingProxyType({})) -> dict[str, Any]:
-    """Return ``names``, and those that a program or function assigns once, and to a plain value.
-
-    What it assigns more often, or changes in place, has no value that is known here.
-    """
-    nodes = list(ast.walk(tree))
-    times = Counter(node.id for node in nodes if isinstance(node, ast.Name) and not isinstance(node.ctx, ast.Load))
-    times.update(name for node in nodes for name in _changed(node))
-    values = {name: known for name, known in names.items() if not times[name]}
-    for target, given in (pair for node in nodes for pair in _assigned(node)):
-        if isinstance(target, ast.Name) and times[target.id] == 1:
-            with suppress(Unknown):
-                values[target.id] = value(given, values)
-    return values
-
-
-def _assigned(node: ast.AST) -> Iterator[tuple[ast.expr, ast.expr]]:
-    """Yield what a node assigns to, and the value."""
-    if isinstance(node, ast.Assign):
-        yield from ((target, node.value) for target in node.targets)
-    elif isinstance(node, ast.AnnAssign) and node.value is not None:
-        yield node.target, node.value
-
-
-def _changed(node: ast.AST) -> Iterator[str]:
-    """Yield the name whose list or table a node changes: ``name.append(...)``, ``name[0] = ...``."""
-    changed: ast.expr | None = None
-    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr in _CHANGES:
-        changed = node.func.value
-    elif isinstance(node, ast.Subscript) and not isinstance(node.ctx, ast.Load):
-        changed = node.value
-    if isinstance(changed, ast.Name):
-        yield changed.id

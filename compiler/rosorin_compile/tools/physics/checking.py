@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, arrange
-from ...diagnostics.console import Progress
+from ...diagnostics.progress import step
 from ...diagnostics.wording import counted, listed
 from ...formats.mesh_files import Places, files_of
 from ...project import Description
@@ -49,7 +49,6 @@ def look(case: Case, description: Description, packages: Mapping[str, Path]) -> 
 
 
 def _looked(case: Case, description: Description, packages: Mapping[str, Path]) -> Looked:
-    progress = Progress("checking the physics")
     done = 0
     named = list(named_meshes(case))
     poses = [(ZERO, {}), *((pose.name, pose.positions) for pose in case.robot.poses)]
@@ -60,25 +59,22 @@ def _looked(case: Case, description: Description, packages: Mapping[str, Path]) 
     def tick() -> None:
         nonlocal done
         done += 1
-        progress(done, total)
+        step("checking the physics", done, total)
 
-    try:
-        places = Places(description.path, description.outputs, packages, os.environ)
-        meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
-        for one in named:
-            meshes.read(one)
-            tick()
-        found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
-        scene = Scene(case.robot, meshes)
-        states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
-        starts = [_legal(scene), *states[1:]]
-        swept = sweeps.sweep(scene, starts, tick)
-        always = swept.always & set(states[0].overlaps)
-        found += overlaps.told(case, scene, states, always)
-        found += sweeps.told(case, scene, swept.meetings)
-        found += rest.told(case, starts, tick)
-    finally:
-        progress.end()
+    places = Places(description.path, description.outputs, packages, os.environ)
+    meshes = Meshes(case, files_of(case.tree, case.robot.outputs, places))
+    for one in named:
+        meshes.read(one)
+        tick()
+    found = [*overlaps.at_most(case, meshes.told, "of this kind"), *mesh_facts.told(case, meshes)]
+    scene = Scene(case.robot, meshes)
+    states = [State(name, positions, scene.overlaps(positions)) for name, positions in poses]
+    starts = [_legal(scene), *states[1:]]
+    swept = sweeps.sweep(scene, starts, tick)
+    always = swept.always & set(states[0].overlaps)
+    found += overlaps.told(case, scene, states, always)
+    found += sweeps.told(case, scene, swept.meetings)
+    found += rest.told(case, starts, tick)
     at = [counted(len(poses) - 1, "pose"), "zero"]
     at += [f"the ranges of {counted(len(joints), 'joint')}"] if joints else []
     at += [counted(len({one.mesh.file for one in named}), "mesh")] if named else []

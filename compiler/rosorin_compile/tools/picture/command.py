@@ -10,28 +10,20 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics import WARNING, error
-from ...diagnostics.console import Console, Progress
+from ...diagnostics.console import Console
+from ...diagnostics.progress import step
 from ...units import ANGLE, dimension_of, parse_quantity
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Known,
-    WrongUsage,
-    argument_options,
-    beyond_limit,
-    given_arguments,
-    mode_option,
-    mode_states,
-    one,
-    one_robot,
-    package_option,
-    place,
-)
+from ..given import given_arguments
+from ..options import argument_options, mode_option, one_robot, package_option, place
+from ..robots import one
+from ..understanding import Known, mode_states
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...model import Robot, Transform, Vector
     from ..view.showing import Shown
     from .camera import Box, Camera
+    from .painting import Progress
     from .soup import Piece, Triangles
 
 _HOW = "rosorin-compile picture ROBOT -o FILE"
@@ -127,7 +119,7 @@ def _draw(
     from ...model.pulses import NoPulse, NoServo
     from ...output import OutputError
     from ...output.one_file import write_file
-    from ..transforms.states import NoState, beyond, given
+    from ..transforms.states import NoState, beyond, beyond_limit, given
 
     lacking = _lacking(shown.robot)
     if lacking:
@@ -144,9 +136,7 @@ def _draw(
         return PROBLEMS
     known = Known(shown.robot, shown.case())
     console.show([beyond_limit(known, found, WARNING) for found in beyond(shown.robot, state)])
-    progress = Progress("drawing")
-    made = picture(shown, shown.robot.poses_in_root(state), asked, target.suffix.lower(), console, progress)
-    progress.end()
+    made = picture(shown, shown.robot.poses_in_root(state), asked, target.suffix.lower(), console, _progress)
     try:
         write_file(target, made, inputs)
     except OutputError as problem:
@@ -154,6 +144,10 @@ def _draw(
         return PROBLEMS
     console.say(f"{shown.robot.name}: {target}, {asked.width} x {asked.height}")
     return FINE
+
+
+def _progress(done: int, total: int) -> None:
+    step("drawing", done, total, counted=False)
 
 
 def picture(

@@ -9,19 +9,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics.console import Console
 from ...project import Description
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Known,
-    WrongUsage,
-    argument_options,
-    beyond_limit,
-    given_arguments,
-    named_robot,
-    one,
-    package_option,
-    understood,
-)
+from ..given import given_arguments
+from ..options import argument_options, named_robot, package_option, quiet_option
+from ..robots import one
+from ..understanding import Known, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...model import Joint, Robot, ServoGroup
@@ -47,18 +39,20 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="[ROBOT] JOINT=VALUE",
+        completes="[ROBOT] SERVO=VALUE ...",
         help="a whole number is a pulse, a number with a unit (30deg) a position; without any: the calibration",
     )
     named_robot(command)
     plain = command.add_mutually_exclusive_group()
     plain.add_argument("--radians", action="store_true", help="numbers without a unit are radians (or metres)")
     plain.add_argument("--degrees", action="store_true", help="numbers without a unit are degrees (or metres)")
-    command.add_argument("--pose", default="", metavar="NAME", help="all joints of a named pose")
+    command.add_argument("--pose", default="", metavar="POSE", help="all joints of a named pose")
     command.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
     command.add_argument(
         "--model", metavar="FILE", help="a robot_model.json: prove that it gives the same positions for every pulse"
     )
     command.add_argument("--json", action="store_true", help="the result as JSON, in full")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -70,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     names = [options.robot] * bool(options.robot) + [word for word in words if "=" not in word]
     if len(names) > 1:
         raise WrongUsage(f'one robot at a time, and JOINT=VALUE: "{names[1]}" is neither; {_HOW}')
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, _named("".join(names)), console)
     if known is None:
         return PROBLEMS
@@ -160,7 +154,7 @@ def _of(robot: Robot, name: str, asked: float) -> Row:
 def _show(known: Known, rows: list[Row], options: argparse.Namespace, console: Console) -> int:
     """Print the rows, or the calibration where nothing is asked; say what is beyond a limit."""
     from ...diagnostics import ERROR, WARNING
-    from .states import beyond
+    from .states import beyond, beyond_limit
 
     state = {row.joint.name: row.position for row in rows}
     found = list(beyond(known.robot, state))

@@ -8,12 +8,24 @@ from collections.abc import Iterable, Iterator, Sequence
 from itertools import product
 from typing import NamedTuple
 
-from ...diagnostics import did_you_mean
+from ...diagnostics import Diagnostic, did_you_mean
+from ...diagnostics.registry import ASKING, Rule
 from ...frontend.expression import ExpressionError, evaluate
 from ...model import Joint, Robot
 from ...model.kinematics.quaternions import FORMS, KINDS, Position, Positions, at, from_angles
 from ...model.pulses import to_radians
+from ...numbers import exact
 from ...units import ANGLE, LENGTH, NUMBER, Dimension, describe, dimension_of, parse_quantity, unknown_unit
+from ..understanding import Known
+
+RULES = (
+    Rule(
+        "position-beyond-limit",
+        "A position that is asked for is beyond the limit of a joint; a warning, with `--strict` an error.",
+        "Another position, or another limit.",
+        ASKING,
+    ),
+)
 
 # Positions come from pulses and printed limits: a hair beyond is rounding (as in the rules about poses).
 ROUNDING = 1e-6
@@ -190,3 +202,16 @@ def beyond(robot: Robot, state: Positions) -> Iterator[Beyond]:
             yield Beyond(joint, here, "lower", lower)
         elif upper is not None and here > upper + ROUNDING:
             yield Beyond(joint, here, "upper", upper)
+
+
+def beyond_limit(known: Known, found: Beyond, severity: str) -> Diagnostic:
+    """Return what is to say about a position beyond a limit, at the place of the limit."""
+    joint, side = found.joint, "below" if found.side == "lower" else "above"
+    unit = "m" if joint.type == "prismatic" else "rad"
+    message = (
+        f'joint "{joint.name}" at {exact(found.position)} {unit} is {side} its {found.side} limit'
+        f" of {exact(found.limit)} {unit}"
+    )
+    help = "the joint does not get there; with --strict this is an error"
+    path = known.case.joint(joint, "limit", found.side)
+    return known.case.problem("position-beyond-limit", message, path, help, severity=severity)

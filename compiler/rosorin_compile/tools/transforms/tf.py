@@ -9,26 +9,15 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...diagnostics.console import Console
 from ...diagnostics.registry import ASKING, Rule
 from ...diagnostics.wording import listed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Known,
-    WrongUsage,
-    argument_options,
-    beyond_limit,
-    edge_index,
-    given_arguments,
-    mode_option,
-    mode_states,
-    named_robot,
-    one,
-    package_option,
-    understood,
-)
+from ..given import given_arguments
+from ..options import argument_options, mode_option, named_robot, package_option, quiet_option
+from ..robots import one
+from ..understanding import Known, mode_states, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
-    from ...model import Robot
+    from ...model import Edge, Robot
     from ...model.kinematics.graph import NoWay
     from ...model.kinematics.lookup import Answer
     from ...model.kinematics.quaternions import Position
@@ -78,11 +67,12 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="*",
         metavar="SOURCE TARGET [ROBOT]",
+        completes="FRAME FRAME [ROBOT]",
         help="the answer is where TARGET sits in SOURCE; the robot is needed where there are several",
     )
     named_robot(command)
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
+    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in _STATE:
         state.add_argument(option, action="append", default=[], metavar=form, dest=dest, help=help)
     state.add_argument("--strict", action="store_true", help="refuse positions beyond a limit")
@@ -98,6 +88,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="whose tf2_echo; jazzy says (xyzw); default: humble",
     )
     command.add_argument("--digits", type=int, metavar="N", help="digits after the point; default: 3, as tf2_echo has")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -112,7 +103,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"two frames are needed, and at most one robot: {_HOW}")
     if options.digits is not None and not 0 <= options.digits <= _MOST_DIGITS:
         raise WrongUsage(f"--digits takes 0 to {_MOST_DIGITS}")
-    console = Console("text")
+    console = Console("text", options.quiet)
     known = understood(given, one(options.robot or "".join(words[2:]), _HOW), console)
     if known is None:
         return PROBLEMS
@@ -144,7 +135,7 @@ def _asked(known: Known, options: argparse.Namespace) -> Asked:
 def _limits(known: Known, asked: Asked, strict: bool, console: Console) -> int:
     """Say which positions are beyond a limit, each joint and side once; PROBLEMS if they are refused."""
     from ...diagnostics import ERROR, WARNING
-    from .states import beyond
+    from .states import beyond, beyond_limit
 
     found: dict[tuple[str, str], Diagnostic] = {}
     for state in asked.states:
@@ -266,3 +257,8 @@ def _remarks(known: Known, answer: Answer) -> list[Diagnostic]:
             said = f"{step.parent} -> {step.child} is published when {whens}"
             notes.append(known.case.problem("transform-sometimes", said, path, "", severity=NOTE))
     return notes
+
+
+def edge_index(robot: Robot, edge: Edge) -> int:
+    """Return the place of an edge in the list of the description."""
+    return next(index for index, one in enumerate(robot.edges) if one is edge)

@@ -5,29 +5,20 @@ from __future__ import annotations
 import argparse
 import re
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ...diagnostics.console import Console, Progress
+from ...diagnostics.console import Console
+from ...diagnostics.progress import step
 from ...diagnostics.registry import RECORDINGS, Rule
-from ...project import ROOT_FILE, Description, NoDescription, find, narrowed
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    WrongUsage,
-    argument_options,
-    compile_one,
-    descriptions,
-    given_arguments,
-    is_foreign,
-    json_option,
-    mode_option,
-    mode_states,
-    package_option,
-    read,
-    texts,
-)
+from ...project import ROOT_FILE, STDIN, Description, NoDescription, find, narrowed
+from ..compiling import compile_one
+from ..given import Given, given_arguments, texts
+from ..options import argument_options, json_option, mode_option, package_option, quiet_option
+from ..robots import descriptions, is_foreign
+from ..understanding import mode_states, read
+from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -56,12 +47,15 @@ def options(command: argparse.ArgumentParser) -> None:
         "words",
         nargs="+",
         metavar="SOURCE [ROBOT]",
+        completes="FILE [ROBOT]",
         help="a rosbag2 folder, a .mcap or .db3 file, a text file, or - for text on standard input; then the robot",
     )
     mode_option(command, "as fits best")
     command.add_argument("--without", action="append", default=[], metavar="NODE", help="a node that was not to run")
-    command.add_argument("--pose", default="", metavar="NAME", help="the pose of the joints while tf2_echo was asked")
-    command.add_argument("--frames", nargs=2, metavar=("SOURCE", "TARGET"), help="what tf2_echo was asked for")
+    command.add_argument("--pose", default="", metavar="POSE", help="the pose of the joints while tf2_echo was asked")
+    command.add_argument(
+        "--frames", nargs=2, metavar=("SOURCE", "TARGET"), completes="FRAME", help="what tf2_echo was asked for"
+    )
     command.add_argument("--since", type=float, metavar="S", help="begin S seconds into the recording")
     command.add_argument("--until", type=float, metavar="S", help="end S seconds into the recording")
     command.add_argument(
@@ -72,6 +66,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--strict", action="store_true", help="take warnings for errors")
     command.add_argument("--junit", metavar="FILE", help="write the result as JUnit XML, too")
     command.add_argument("--picture", metavar="FILE.svg", help="draw rates and gaps over time")
+    quiet_option(command)
     json_option(command)
     package_option(command)
     argument_options(command)
@@ -83,7 +78,7 @@ def run(options: argparse.Namespace) -> int:
     source, description = _asked(words)
     if source != "-" and not _is_there(source):
         raise WrongUsage(f"there is no {source}; name {_SOURCES}")
-    console = Console("text")
+    console = Console("text", options.quiet)
     compiled = _compiled(given, description, console)
     if compiled.robot is None or any(d.severity == "error" for d in compiled.diagnostics):
         console.show([diagnostic for diagnostic in compiled.diagnostics if diagnostic.severity == "error"])
@@ -97,16 +92,14 @@ def run(options: argparse.Namespace) -> int:
             raise
         raise WrongUsage(_INSTALL) from None
     said = _options(options, compiled.robot)
-    bar = Progress("reading")
+    told = partial(step, "reading messages")
     try:
-        verdict = verify(compiled.robot, compiled.artifacts, source, said, bar, sys.stdin.buffer.read)
+        verdict = verify(compiled.robot, compiled.artifacts, source, said, told, sys.stdin.buffer.read)
     except Unreadable as problem:
         from ...diagnostics import error
 
         console.show([error("recording-unreadable", str(problem), None, problem.help)])
         return PROBLEMS
-    finally:
-        bar.end()
     verdict = verdict._replace(findings=_placed(verdict, given, description, console))
     _show(verdict, options, source, description.name, console)
     _write(verdict, options)
@@ -131,6 +124,8 @@ def _asked(words: list[str]) -> tuple[str, Description]:
     """Return the source and the robot that are meant. Raises WrongUsage."""
     if not words or len(words) > 2:
         raise WrongUsage("write verify SOURCE [ROBOT]: one recording, and one robot")
+    if words.count(STDIN) > 1:
+        raise WrongUsage("standard input is the recording or the robot, not both")
     if _is_robot(words[0]):
         how = f"{words[1]} {words[0]}" if len(words) > 1 else f"SOURCE {words[0]}; SOURCE is {_SOURCES}"
         raise WrongUsage(f"{words[0]} is a robot, and the recording comes first: write verify {how}")
@@ -238,12 +233,17 @@ def _takes_arguments(path: Path) -> bool:
 
 
 def _show(verdict: Verdict, options: argparse.Namespace, source: str, name: str, console: Console) -> None:
+    from ...diagnostics import ERROR, WARNING
     from .lines import summary, table
 
     if options.format == "json":
         from .machine import as_json
 
         sys.stdout.write(as_json(verdict, source))
+        return
+    if options.quiet:
+        failing = (ERROR, WARNING) if options.strict else (ERROR,)
+        Console("text").show([finding for finding in verdict.findings if finding.severity in failing])
         return
     for line in table(verdict):
         print(line)

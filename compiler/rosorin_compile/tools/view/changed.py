@@ -20,7 +20,8 @@ from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
 from ...model import Link, Mesh, Robot
-from ..shared import Given, WrongUsage
+from ..given import Given
+from ..usage import WrongUsage
 from .showing import Shown, look, on_disk
 
 if TYPE_CHECKING:

@@ -19,18 +19,10 @@ from ...diagnostics.wording import counted, first_of
 from ...formats.page import MAX_MEGABYTES, html
 from ...output.watch import Inputs
 from ...project import Description
-from ..shared import (
-    FINE,
-    PROBLEMS,
-    Given,
-    WrongUsage,
-    argument_options,
-    given_arguments,
-    one,
-    one_robot,
-    package_option,
-    place,
-)
+from ..given import Given, given_arguments
+from ..options import argument_options, one_robot, package_option, place
+from ..robots import one
+from ..usage import FINE, PROBLEMS, WrongUsage
 from .server import LOOPBACK, Data, Page, Server, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 

@@ -16,7 +16,9 @@ from ...formats.page.seen import Data
 from ...frontend.tree import Map, locate
 from ...output.watch import mark
 from ...project import Description
-from ..shared import Given, is_foreign, read
+from ..given import Given
+from ..robots import is_foreign
+from ..understanding import read
 
 if TYPE_CHECKING:
     from ...model import Robot

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.formats.packages import Packages
+from rosorin_compile.frontend.packages import Packages
 
 
 def package(folder: Path, name: str = "") -> Path:

@@ -1,15 +1,13 @@
 """The project: where descriptions and outputs stand on disk.
 
-The data that ships with the tool, the user's cache and paths as people read them stand here too.
+The data that ships with the tool and paths as people read them stand here too; the user's cache is ``cache``.
 """
 
 from __future__ import annotations
 
-import errno
 import os
 import stat
-from collections.abc import Iterable, Iterator
-from contextlib import suppress
+from collections.abc import Iterable
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -18,6 +16,21 @@ ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
 OUTPUTS = "outputs"
+
+
+STDIN = "-"  # the word for a robot on standard input
+ON_STDIN = Path("<stdin>")  # what stands for its file; its includes are seen from the current folder
+_on_stdin: list[bytes] = []
+
+
+def give_stdin(data: bytes) -> None:
+    """Take what stands on standard input for the robot called ``-``."""
+    _on_stdin[:] = [data]
+
+
+def stdin_of(path: Path) -> bytes | None:
+    """Return what was given on standard input, if that is what a path stands for; else None."""
+    return _on_stdin[0] if _on_stdin and path == ON_STDIN else None
 
 
 class Description(NamedTuple):
@@ -99,21 +112,38 @@ def narrowed(found: list[Description]) -> list[Description]:
     return within if len(within) == 1 else found
 
 
-def project_of(path: Path) -> Path:
-    """Return the folder of the project that a description is in, links followed; without one its own folder."""
-    folder = path.parent.resolve()
-    return next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+def homes(path: Path) -> tuple[Path, ...]:
+    """Return the folder of a description, links followed, and that of the file that it leads to if it is a link.
+
+    ``colcon build --symlink-install`` installs a folder as one of links, each to a file of the source.
+    """
+    here = path.parent.resolve()
+    try:
+        there = path.resolve().parent if path.is_symlink() else here
+    except (OSError, RuntimeError):  # links that lead round
+        there = here
+    return (here,) if here == there else (here, there)
+
+
+def projects_of(path: Path) -> tuple[Path, ...]:
+    """Return the folders of the projects that a description is in, by ``homes``; without one its own folder."""
+    return tuple(
+        next((one.parent for one in (folder, *folder.parents) if one.name == DESCRIPTIONS), folder)
+        for folder in homes(path)
+    )
 
 
 def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
+    if name == STDIN and _on_stdin:
+        return ON_STDIN
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
         if is_file(path / ROOT_FILE):
             return path / ROOT_FILE
     if is_file(Path(name)):
         return Path(name)
     known = [path.parent.name for path in all_here()]
-    from .diagnostics import did_you_mean
+    from ..diagnostics import did_you_mean
 
     help = did_you_mean(name, known) or f"there is no {DESCRIPTIONS}/*/{ROOT_FILE} here"
     raise NoDescription(f'no description "{name}": it is no file, no folder with {ROOT_FILE}, no name; {help}')
@@ -144,7 +174,7 @@ def _from_here(path: Path, absolute: bool) -> Path:
 
 def nearest_file(path: Path) -> Path | None:
     """Return the file of the same folder that is called nearly so, whatever its ending; None if none is."""
-    from .diagnostics import nearest
+    from ..diagnostics import nearest
 
     try:
         # Files of one kind end alike: that is no likeness.
@@ -203,131 +233,4 @@ DATA = ("parts_library", "schemas", "templates", "viewer")
 
 def data_folder(name: str) -> Path:
     """Return the folder of a data package: "templates", "schemas" or "parts_library"."""
-    return Path(import_module(f".{name}", __package__).__path__[0])
-
-
-_ELSEWHERE = "ROSORIN_COMPILE_CACHE names another folder (off: no cache)"
-_refused: list[tuple[str, str]] = []
-
-
-def cache_folder(name: str) -> Path | None:
-    """Return the folder for one kind of cached files, which only the user can change; None if there is no such place.
-
-    ``ROSORIN_COMPILE_CACHE`` names another place; ``off`` turns caching off. Otherwise the XDG base directory
-    specification holds. What is cached is run (templates) and believed (stamps): a folder that anybody else but root
-    could change, or put another one in the place of, is none; ``cache_refused`` says so.
-    """
-    top = _cache_top()
-    if top is None:
-        return None
-    folder = top / name
-    try:
-        for place in (*reversed(folder.parents), folder):
-            if not os.path.lexists(place):
-                with suppress(FileExistsError):  # another run was quicker
-                    place.mkdir(mode=0o700)
-        open_to, way_out = _open_to_others(folder)
-    except (OSError, ValueError):
-        return None
-    if open_to:
-        _refused.append((f"{open_to}: nothing is kept in the cache {top}", way_out))
-        return None
-    return Path(os.path.realpath(folder)) if os.access(folder, os.W_OK) else None
-
-
-def cache_refused() -> tuple[str, str] | None:
-    """Return why there is no cache though there could be one, and the way out; once."""
-    first = _refused[0] if _refused else None
-    _refused.clear()
-    return first
-
-
-def _cache_top() -> Path | None:
-    """Return the folder of the cache, absolute; None if there is to be none, or no place for one."""
-    chosen = os.environ.get("ROSORIN_COMPILE_CACHE", "")
-    if chosen:
-        return None if chosen == "off" else Path(os.path.abspath(chosen))
-    base = os.environ.get("XDG_CACHE_HOME", "")
-    if not os.path.isabs(base):  # noqa: PTH117 - an empty one is none, and a relative one does not count by XDG
-        # It stays as it is for a user without a home; an empty HOME would be the root of the disk.
-        base = os.path.expanduser("~/.cache") if os.environ.get("HOME", "~") else ""
-    return Path(base, "rosorin-compile") if os.path.isabs(base) else None  # noqa: PTH117
-
-
-def _open_to_others(folder: Path) -> tuple[str, str]:
-    """Return who else could change what is in a folder of the cache, and the way out; empty if only root can.
-
-    In a folder above others may write if it is sticky, as /tmp is: what stands there is its owner's. Raises OSError.
-    """
-    for place in _way(folder, 40):
-        status = place.lstat()
-        open_mode = not stat.S_ISLNK(status.st_mode) and status.st_mode & 0o022 and not status.st_mode & stat.S_ISVTX
-        if status.st_uid not in (0, os.geteuid()) or open_mode:
-            return _told(place, not open_mode)
-    for place in (folder.parent, folder):
-        status = place.stat()
-        if status.st_uid != os.geteuid() or status.st_mode & 0o022:
-            return _told(place, status.st_uid != os.geteuid())
-    return "", ""
-
-
-def _told(place: Path, foreign: bool) -> tuple[str, str]:
-    if foreign:
-        return f"{shown(place)} belongs to another user", _ELSEWHERE
-    return f"{shown(place)} can be written by others", f"chmod go-w {shown(place)}; or {_ELSEWHERE}"
-
-
-def _way(path: Path, links: int) -> Iterator[Path]:
-    """Yield each folder on the way to an absolute path, and of each link that it leads through too. Raises OSError."""
-    for place in (*reversed(path.parents), path):
-        yield place
-        if place.is_symlink():
-            if not links:
-                raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(place))
-            target = os.path.join(place.parent, os.readlink(place))  # noqa: PTH115
-            yield from _way(Path(os.path.abspath(target)), links - 1)
-
-
-def recalled(file: Path) -> bytes | None:
-    """Return what was kept in a file of the cache; None if there is none, or it is damaged in whatever way."""
-    import hashlib
-
-    try:
-        handle = os.open(file, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
-        with os.fdopen(handle, "rb") as opened:
-            status = os.fstat(handle)
-            if not stat.S_ISREG(status.st_mode) or status.st_uid != os.geteuid() or status.st_mode & 0o022:
-                return None
-            digest, _, data = opened.read().partition(b"\n")
-    except OSError:
-        return None
-    return data if hashlib.sha256(data).hexdigest().encode() == digest else None
-
-
-def keep(file: Path, data: bytes) -> None:
-    """Keep something in a file of the cache, for the user alone. A failure is silent: the next run does without."""
-    import hashlib
-
-    new = file.with_name(f".{os.urandom(8).hex()}")
-    with suppress(OSError):
-        _forget_some(file.parent)
-        try:
-            handle = os.open(new, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW, 0o600)
-            with os.fdopen(handle, "wb") as opened:
-                opened.write(hashlib.sha256(data).hexdigest().encode() + b"\n" + data)
-            new.replace(file)
-        finally:
-            new.unlink(missing_ok=True)
-
-
-MAX_KEPT = 400  # files of a folder of the cache; when there are more, the older half goes
-
-
-def _forget_some(folder: Path) -> None:
-    """Remove the older half of the files when there are many, with what killed runs left between them."""
-    with os.scandir(folder) as entries:
-        kept = sorted((entry.stat(follow_symlinks=False).st_mtime_ns, entry.name) for entry in entries)
-    if len(kept) > MAX_KEPT:
-        for _, name in kept[: len(kept) // 2]:
-            with suppress(OSError):
-                (folder / name).unlink()
+    return Path(import_module(f"{__package__.rpartition('.')[0]}.{name}").__path__[0])

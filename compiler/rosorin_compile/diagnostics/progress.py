@@ -1,0 +1,123 @@
+"""Progress: on the last line of a terminal, what is being done and how far it is, once that takes longer than a while.
+
+Whoever does something that may take long says so with ``step``; that costs next to nothing, and nothing is shown unless
+``show`` was called, as the command line does for a person at a terminal. Whatever is printed wipes the line off first.
+"""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable
+from typing import TextIO
+
+from .wording import printable
+
+AFTER = 2.0  # seconds
+_EVERY = 0.1
+_WIDTH = 30
+_COLUMNS = 80
+
+
+class _Line:
+    """The last line of a terminal."""
+
+    def __init__(self, stream: TextIO, clock: Callable[[], float]) -> None:
+        self.stream, self.clock = stream, clock
+        self.about = ""
+        self.begin()
+
+    def begin(self) -> None:
+        """Begin anew: nothing is shown for a while."""
+        self.due = self.next = self.clock() + AFTER
+        self.text, self.shown = "", False
+
+    def step(self, what: str, done: int, total: int, counted: bool) -> None:
+        """Show a step when it is time; the first one of its kind at once, since none may follow for long."""
+        now = self.clock()
+        fresh = what != self.text
+        self.text = what
+        if now < (self.due if fresh else self.next):
+            return
+        self.next = now + _EVERY
+        text = " ".join(filter(None, [printable(self.about), printable(what)]))
+        if counted and (done or total):
+            text += f" {done:,}" + (f" of {total:,}" if total else "")
+        if total:
+            share = min(1.0, done / total)  # a recording may hold more than it says
+            full = int(_WIDTH * share)
+            text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
+        self.shown = True
+        self._write(f"\r{_cut(text, self._columns() - 1)}\x1b[K")
+
+    def wipe(self) -> None:
+        """Wipe the line off."""
+        if self.shown:
+            self.shown = False
+            self._write("\r\x1b[K")
+
+    def _write(self, text: str) -> None:
+        self.stream.write(text)
+        self.stream.flush()
+
+    def _columns(self) -> int:
+        try:
+            return os.get_terminal_size(self.stream.fileno()).columns or _COLUMNS
+        except (OSError, ValueError, AttributeError):
+            return _COLUMNS
+
+
+_line: _Line | None = None
+
+
+def show(stream: TextIO, clock: Callable[[], float] | None = None) -> None:
+    """Show from now on what takes long, on a stream that is a terminal; ``clock`` gives seconds."""
+    global _line
+    _line = _Line(stream, clock or (lambda: time.monotonic()))
+
+
+def hide() -> None:
+    """Wipe the line off, and show nothing any more."""
+    global _line
+    wipe()
+    _line = None
+
+
+def begin() -> None:
+    """Begin anew: what takes long is counted from here, as by ``watch`` for each change."""
+    if _line is not None:
+        _line.wipe()
+        _line.begin()
+
+
+def about(what: str) -> None:
+    """Say which of several things the steps are about from now on, such as the name of a robot."""
+    if _line is not None:
+        _line.about = what
+
+
+def step(what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
+    """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share."""
+    if _line is not None:
+        _line.step(what, done, total, counted)
+
+
+def part(what: str, index: int, count: int) -> Callable[[float], None]:
+    """Return what is told the share (0 to 1) that is done of one part of several."""
+    return lambda share: step(what, int(1000 * (index + share)), 1000 * count, counted=False)
+
+
+def wipe() -> None:
+    """Wipe the line off, before something else is printed."""
+    if _line is not None:
+        _line.wipe()
+
+
+def _cut(text: str, columns: int) -> str:
+    """Return as much of a text as fits on a line; a letter that is no ASCII may be two columns wide."""
+    width = 0
+    for index, letter in enumerate(text):
+        width += 1 if letter.isascii() else 2
+        if width > columns:
+            return text[:index]
+    return text

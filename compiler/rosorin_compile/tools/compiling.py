@@ -1,0 +1,152 @@
+"""Compiling what is asked for: a description with its arguments and meshes, proven before anything is done with it."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Callable, Mapping, Sequence, Sized
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..diagnostics import TRUSTED
+from ..diagnostics.console import Console
+from ..diagnostics.wording import counted
+from ..project import Description, stdin_of
+from .given import Given, given_arguments
+from .options import console_of
+from .robots import Run, no_stdin, one
+from .usage import FINE, PROBLEMS, WrongUsage
+
+if TYPE_CHECKING:
+    from ..diagnostics import Diagnostic
+    from ..formats.mesh_files import Searched
+    from ..frontend.tree import Map
+    from ..model import Output
+    from ..pipeline import Compiled
+
+
+def compile_one(
+    given: Given, description: Description, console: Console, meshes: bool = False, wanted: Sequence[str] = ()
+) -> Compiled:
+    """Return what becomes of one description; a file of arguments that is no good is a problem like others.
+
+    What has to be said before anything is run is printed on the console. ``meshes`` says that mesh files are looked
+    for; without that each is taken to be where the artifacts look. ``wanted`` are the only outputs that are made.
+    """
+    from ..frontend.load import LoadError
+    from ..pipeline import Compiled, compile_robot
+
+    try:
+        arguments = given.values()
+    except LoadError as problem:
+        return Compiled(None, (), [problem.diagnostic], ())
+    search = partial(search_meshes, given, description) if meshes else None
+    compiled = compile_robot(description.path, arguments, telling(given, console), given.packages, search, wanted)
+    console.tell_read(read_by(given, compiled))
+    return compiled
+
+
+def compile_proven(given: Given, description: Description, console: Console, wanted: Sequence[str] = ()) -> Compiled:
+    """Return what becomes of one description, its meshes found, without artifacts if they say another thing than it."""
+    return proven(compile_one(given, description, console, meshes=True, wanted=wanted))
+
+
+def proven(compiled: Compiled) -> Compiled:
+    """Return what was compiled once it is read back: no command writes, copies or compares what has not been."""
+    from ..meaning.agreement import agreement
+
+    if compiled.robot is None or not compiled.artifacts:
+        return compiled
+    wrong = agreement(compiled.robot, compiled.artifacts)
+    return compiled._replace(artifacts=(), diagnostics=[*compiled.diagnostics, *wrong]) if wrong else compiled
+
+
+def compiled_one(options: argparse.Namespace, several: str, how: str) -> tuple[Console, Description, Compiled | None]:
+    """Compile the one robot that a command asks for, and say what is wrong; None for one with errors or no artifacts.
+
+    ``several`` says why it is one. Raises WrongUsage.
+    """
+    from ..diagnostics import has_errors
+
+    given, names = given_arguments(options, options.words)
+    no_stdin(names, "name a file")
+    if len(names) > 1:
+        raise WrongUsage(f"{several}: {how}")
+    description = one(names[0] if names else "", how)
+    console = console_of(options)
+    console.begin(description.name)
+    compiled = compile_proven(given, description, console)
+    console.show(compiled.diagnostics)
+    if compiled.robot is not None and not has_errors(compiled.diagnostics):
+        return console, description, compiled
+    nothing_written(console, description.name, compiled.diagnostics)
+    return console, description, None
+
+
+def telling(given: Given, console: Console) -> Callable[[Diagnostic], None]:
+    """Return what takes a word of warning before something is run: it is counted alone where that is trusted."""
+    if not given.trust:
+        return console.ahead
+    return lambda warning: console.ahead(warning._replace(numbers=TRUSTED))
+
+
+def search_meshes(given: Given, description: Description, tree: Map, outputs: Sequence[Output]) -> Searched:
+    """Look for the meshes of a robot, and read those that belong to its artifacts."""
+    from ..formats.mesh_files import Places, search
+    from .mesh_copies import brought
+
+    places = Places(description.path, description.outputs, given.packages, os.environ)
+    return brought(search(tree, outputs, places), description.outputs)
+
+
+def read_by(given: Given, compiled: Compiled) -> list[Path]:
+    """Return the files that a run has read: what it was compiled of, and the files of arguments."""
+    return [path for path in dict.fromkeys([*compiled.inputs, *given.files]) if stdin_of(path) is None]
+
+
+def tell_build(
+    run: Run, target: str, inputs: Sequence[Path], made: Sequence[Path] = (), newer: Sequence[Path] = ()
+) -> int:
+    """Write the depfile that is asked for, and make the files ``newer`` than it; return the exit code.
+
+    ``inputs`` are what the target is made of, ``made`` the artifacts.
+    """
+    from ..output import OutputError
+    from ..output.one_file import touch, write_depfile
+
+    try:
+        write_depfile(Path(run.options.depfile), target, inputs, made)
+        touch(newer)
+    except OutputError as problem:
+        run.console.show([problem.diagnostic])
+        return PROBLEMS
+    return FINE
+
+
+def mesh_files(compiled: Compiled) -> Mapping[str, bytes]:
+    """Return the mesh files that belong to the artifacts, bytes by name."""
+    return compiled.meshes.files if compiled.meshes else {}
+
+
+def lacks_meshes(compiled: Compiled) -> bool:
+    """Say whether a mesh that is there could not be read; what can be, depends on what is installed, too."""
+    return compiled.meshes is not None and any(
+        one.named.name in compiled.meshes.missing for one in compiled.meshes.found
+    )
+
+
+def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnostic]) -> int:
+    """Say how many problems keep a robot from being compiled; a robot without outputs has none."""
+    errors = sum(diagnostic.severity == "error" for diagnostic in diagnostics)
+    if not errors:
+        console.say(f"{name}: nothing to emit; say under outputs: what you want")
+        return FINE
+    console.warn(f"{name}: {counted(errors, 'error')}, nothing written")
+    return PROBLEMS
+
+
+def count(artifacts: Sized, meshes: Sized = ()) -> str:
+    """Return the number of artifacts in words, and that of the mesh files with them."""
+    more = f" and {counted(len(meshes), 'mesh file')}" if meshes else ""
+    return counted(len(artifacts), "artifact") + more

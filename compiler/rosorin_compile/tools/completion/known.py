@@ -1,0 +1,290 @@
+"""What the robots of a line have, for a shell: read quietly, in little time, and without running what others wrote.
+
+A xacro is not expanded. What of a description is broken, or takes too long, has the names that are read from its text.
+"""
+
+from __future__ import annotations
+
+import re
+import signal
+import time
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager, suppress
+from functools import cache
+from pathlib import Path
+from types import FrameType
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...project import ENDINGS, all_here, find, narrowed
+from ..robots import is_foreign
+
+if TYPE_CHECKING:
+    from ...frontend.arguments import Argument
+    from ...model import Robot
+
+PATIENCE = 1.5  # seconds that a person waits at a tab; then the text has to do
+_LEAST = 0.001  # seconds; a timer of none never ends
+_spent: list[float] = []  # of it, seconds
+_MAX_ROBOTS = 8  # whose names are shown together where none is named
+
+_SECTION = re.compile(r"([a-z_]+):")
+_ENTRY = re.compile(r" {1,8}[\"']?([A-Za-z_][\w./-]*)[\"']?:(.*)")
+_FRAME = re.compile(r"\bframe: *[\"']?([A-Za-z_]\w*)")
+_XACRO_ARG = re.compile(r"<xacro:arg\s[^>]*?name=[\"']([^\"']+)[\"']")
+# Where the names of a kind stand in a text.
+_SECTIONS = {
+    "frames": ("links", "frames"),
+    "links": ("links",),
+    "joints": ("joints",),
+    "servos": ("joints",),
+    "sensors": ("sensors",),
+    "things": ("links", "frames", "joints", "sensors", "use"),
+    "poses": ("poses",),
+    "nodes": ("publishers",),
+    "outputs": ("outputs",),
+    "modes": ("modes",),
+    "arguments": ("args",),
+}
+
+
+class Subject(NamedTuple):
+    """The robots that a line asks about (what cannot be one is passed over), the arguments, and folders of packages."""
+
+    robots: tuple[str, ...]
+    arguments: Mapping[str, str]
+    packages: Mapping[str, Path]
+
+
+class _TooLong(BaseException):
+    """What was asked for takes longer than a person waits."""
+
+
+def robots() -> list[str]:
+    """Return the names of the robots of this project."""
+    return [path.parent.name for path in all_here()]
+
+
+def robot_endings() -> tuple[str, ...]:
+    """Return how the names of files end that may be a robot."""
+    from ...formats import endings
+
+    return (*ENDINGS, *endings())
+
+
+def names(asked: Subject, of: str) -> dict[str, str]:
+    """Return the names of one kind that the robots have, and what each is; of several robots whose it is."""
+    paths = _paths(asked)
+    found: dict[str, str] = {}
+    for path in paths:
+        for name, help in _names(path, asked, of).items():
+            found.setdefault(name, help if len(paths) == 1 else ", ".join(filter(None, [_called(path), help])))
+    return found
+
+
+def values(asked: Subject, argument: str) -> list[str]:
+    """Return the values that an argument may have, or its default."""
+    for path in _paths(asked):
+        for one in _arguments(path):
+            if one.name == argument:
+                choices = one.allowed or (("true", "false") if one.type == "boolean" else ())
+                return [_unquoted(text) for text in choices or ((one.default,) if one.default else ())]
+    return []
+
+
+def _paths(asked: Subject) -> list[Path]:
+    """Return the first files of the robots that are asked for, else of that one here, else of all here."""
+    found = []
+    for name in asked.robots:
+        with suppress(Exception):
+            found.append(find([name], None)[0].path)
+    if not found:
+        with suppress(Exception):
+            found = [one.path for one in narrowed(find([], None))]
+    return found[:_MAX_ROBOTS]
+
+
+def _called(path: Path) -> str:
+    return path.parent.name or path.stem
+
+
+def _unquoted(text: str) -> str:
+    return text[1:-1] if len(text) > 1 and text[0] == text[-1] and text[0] in "\"'" else text
+
+
+def _names(path: Path, asked: Subject, of: str) -> dict[str, str]:
+    """Return the names of one kind in one robot."""
+    with suppress(Exception):
+        if of == "arguments":
+            return {one.name: one.help or _default(one) for one in _arguments(path)}
+        robot = _robot(path, tuple(asked.arguments.items()), tuple(asked.packages.items()))
+        if robot is not None:
+            uses = dict.fromkeys(_sections(path).get("use", ()), "use of a part") if of == "things" else {}
+            return {**uses, **_OF_ROBOT[of](robot)}
+    return _in_text(path, of)
+
+
+def _default(argument: Argument) -> str:
+    return "required" if argument.required else f"default: {argument.default}"
+
+
+@cache
+def _arguments(path: Path) -> list[Argument]:
+    """Return the arguments that a description or a xacro declares."""
+    from ...diagnostics import Source, Span
+    from ...frontend.arguments import Argument, declared
+
+    if is_foreign(path):
+        text = path.read_text("utf-8", "replace")
+        span = Span(Source(str(path), ""), 1, 1, 1)
+        return [
+            Argument(name, "any", (), False, "", "argument of the xacro", span) for name in _XACRO_ARG.findall(text)
+        ]
+    with suppress(_TooLong), _patience():
+        return declared(path, {})[0]
+    return []
+
+
+@cache
+def _robot(path: Path, arguments: tuple[tuple[str, str], ...], packages: tuple[tuple[str, Path], ...]) -> Robot | None:
+    """Return the robot of a description, or of a file that can be read without running anything; else None."""
+    from ...diagnostics import has_errors
+
+    with suppress(Exception, _TooLong), _patience():  # it may end before it has begun
+        if is_foreign(path):
+            return _foreign(path, dict(packages))
+        from ...frontend.expand import expand
+        from ...frontend.lower import lower
+        from ...pipeline import Readers
+
+        class Harmless(Readers):
+            """Reads the robots that are included, but for those that run what they say."""
+
+            def read(self, path: Path, *more: Any) -> Any:
+                if _runs(path):
+                    raise ValueError
+                return super().read(path, *more)
+
+        for readers in (Harmless(), None):
+            with suppress(Exception):
+                expanded = expand(path, dict(arguments), readers, lambda _: None, dict(packages))
+                if expanded.tree is not None and not has_errors(expanded.diagnostics):
+                    robot = lower(expanded.tree).robot
+                    if robot is not None:
+                        return robot
+    return None
+
+
+def _foreign(path: Path, packages: Mapping[str, Path]) -> Robot | None:
+    from ..foreign import understand_foreign
+
+    if _runs(path):
+        return None
+    lowered = understand_foreign(path, {}, packages, lambda _: None).lowered
+    return lowered.robot if lowered is not None else None
+
+
+def _runs(path: Path) -> bool:
+    """Say whether reading a file runs what it says, as a xacro does."""
+    from ...formats import FORMATS
+
+    return any(one.takes_arguments and path.suffix.lower() in one.endings for one in FORMATS.values())
+
+
+@contextmanager
+def _patience() -> Iterator[None]:
+    """End what is done meanwhile in silence, once the patience of this run is at its end."""
+
+    def end(_number: int, _frame: FrameType | None) -> None:
+        raise _TooLong
+
+    before = signal.signal(signal.SIGALRM, end)
+    begun = time.monotonic()
+    try:
+        signal.setitimer(signal.ITIMER_REAL, max(PATIENCE - sum(_spent), _LEAST))
+        yield
+    except _TooLong:
+        pass
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+        _spent.append(time.monotonic() - begun)
+
+
+def _frames(robot: Robot) -> dict[str, str]:
+    from ...model.kinematics.graph import Graph
+
+    sensors = {sensor.frame: f"{sensor.name}, {sensor.type}" for sensor in robot.sensors}
+    return {name: sensors.get(name, _above(robot, name)) for name in Graph(robot).frames}
+
+
+def _above(robot: Robot, name: str) -> str:
+    joint = robot.joint_to.get(name)
+    return f"on {joint.parent}" if joint is not None else ""
+
+
+def _joints(robot: Robot) -> dict[str, str]:
+    return {joint.name: f"{joint.type}, {joint.parent} -> {joint.child}" for joint in robot.joints}
+
+
+def _servos(robot: Robot) -> dict[str, str]:
+    joints = _joints(robot)
+    return {name: joints.get(name, "") for group in robot.servos for name in group.joints}
+
+
+def _sensors(robot: Robot) -> dict[str, str]:
+    return {sensor.name: sensor.type for sensor in robot.sensors}
+
+
+def _modes(robot: Robot) -> dict[str, str]:
+    return {text: help for mode in robot.modes for text, help in ((mode, "is on"), (f"{mode}=off", "is off"))}
+
+
+def _nodes(robot: Robot) -> dict[str, str]:
+    senders = [*(joint.publisher for joint in robot.joints), *(edge.publisher for edge in robot.edges)]
+    return {one.name: one.about for one in senders if one.name}
+
+
+_OF_ROBOT: dict[str, Callable[[Robot], dict[str, str]]] = {
+    "frames": _frames,
+    "links": lambda robot: {link.name: _above(robot, link.name) for link in robot.links},
+    "joints": _joints,
+    "servos": _servos,
+    "sensors": _sensors,
+    "things": lambda robot: {**_frames(robot), **_joints(robot), **_sensors(robot)},
+    "poses": lambda robot: {pose.name: "" for pose in robot.poses},
+    "modes": _modes,
+    "nodes": _nodes,
+    "outputs": lambda robot: {output.name: output.file for output in robot.outputs},
+}
+
+
+def _in_text(path: Path, of: str) -> dict[str, str]:
+    """Return the names of one kind that stand in the YAML files beside a description, whatever else is in them."""
+    if is_foreign(path):
+        return {}
+    found: dict[str, str] = {}
+    sections = _sections(path)
+    for section in _SECTIONS[of]:
+        found |= dict.fromkeys(sections.get(section, ()), "")
+    return found
+
+
+@cache
+def _sections(path: Path) -> dict[str, list[str]]:
+    """Return the keys of each section, line by line: of a file that is no YAML just now, too."""
+    files = [path] if path.name.count(".") and path.parent == Path() else sorted(path.parent.glob("*.y*ml"))
+    found: dict[str, list[str]] = {"frames": []}
+    for file in files[:50]:
+        with suppress(OSError):
+            section, depth = "", 0
+            for line in file.read_bytes()[:1_000_000].decode("utf-8", "replace").splitlines():
+                top, entry = _SECTION.match(line), _ENTRY.match(line)
+                if top:
+                    section, depth = top[1], 0
+                indent = len(line) - len(line.lstrip())
+                if entry and (not depth or indent <= depth):
+                    depth = indent
+                    found.setdefault(section, []).append(entry[1])
+                if section == "sensors":
+                    found["frames"] += _FRAME.findall(line)
+    return found

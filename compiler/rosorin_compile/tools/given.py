@@ -1,0 +1,85 @@
+"""What the command line gives a description: arguments, files of them, and folders of ROS packages."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, NamedTuple
+
+from .usage import WrongUsage
+
+MARK = ":="  # between name and value of an argument, as xacro has it
+
+
+class Given(NamedTuple):
+    """The arguments of a run: texts by name from the command line, and the files that hold more of them.
+
+    ``packages`` are folders of ROS packages by name, for robots in other formats; ``trust`` is that in what those run.
+    """
+
+    texts: dict[str, str]
+    files: tuple[Path, ...]
+    packages: Mapping[str, Path] = MappingProxyType({})
+    trust: bool = False
+
+    def values(self) -> dict[str, Any]:
+        """Return all arguments by name; the command line wins over files. Raises LoadError."""
+        if not self.files:
+            return dict(self.texts)
+        from ..frontend.arguments import read
+
+        return read(self.files, self.texts)
+
+
+def given_arguments(options: argparse.Namespace, words: list[str]) -> tuple[Given, list[str]]:
+    """Return the arguments that the command line sets, and the words that set none. Raises WrongUsage."""
+    texts = named([*(word for word in words if MARK in word), *options.arg])
+    files = tuple(map(Path, options.args_files))
+    for file in files:
+        if not file.is_file():
+            raise WrongUsage(f'there is no file "{file}" of arguments')
+    given = Given(texts, files, packages_of(options), getattr(options, "trust", False))
+    return given, [word for word in words if MARK not in word]
+
+
+def no_half_mark(words: Iterable[str]) -> None:
+    """Refuse prefix=left_ and prefix:left_ where names are wanted, and they are none. Raises WrongUsage."""
+    for word in words:
+        name, mark, value = word.partition("=")
+        if not mark:
+            name, mark, value = word.partition(":")
+        if mark and name.isidentifier() and not os.path.lexists(word):
+            raise WrongUsage(f'"{word}" sets no argument: write {name}{MARK}{value}')
+
+
+def named(texts: Iterable[str]) -> dict[str, str]:
+    """Return values by name, of texts that are NAME=VALUE or NAME:=VALUE. Raises WrongUsage."""
+    found = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        name = name.removesuffix(":")
+        if not equals or not name:
+            raise WrongUsage(f'"{text}" is not NAME=VALUE')
+        found[name] = value
+    return found
+
+
+def packages_of(options: argparse.Namespace) -> dict[str, Path]:
+    """Return the folders of packages that the command line names. Raises WrongUsage."""
+    found: dict[str, Path] = {}
+    for word in getattr(options, "packages", ()):
+        name, equals, path = word.partition("=")
+        if not equals or not name or not path:
+            raise WrongUsage(f'"{word}" is not NAME=PATH')
+        if not os.path.isdir(path):  # noqa: PTH112 - Path.is_dir raises for a name that no folder can have
+            raise WrongUsage(f'there is no folder "{path}" for the package {name}')
+        found[name] = Path(path)
+    return found
+
+
+def texts(arguments: Mapping[str, Any]) -> dict[str, str]:
+    """Return arguments as xacro takes them."""
+    return {name: str(value) for name, value in arguments.items()}

@@ -1,0 +1,146 @@
+"""Options that several commands have."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..diagnostics.console import MARKDOWN, Console
+from .parser import Options
+
+FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
+_ROBOT = "name in descriptions/, folder or file"
+PAGE_MEGABYTES = 40  # of the meshes of a page
+
+
+def place(text: str) -> str:
+    """Return the name of a file or folder, for argparse; an empty one is a variable of a shell that is not set."""
+    if not text:
+        raise argparse.ArgumentTypeError("the name is empty")
+    return text
+
+
+def robot_options(command: argparse.ArgumentParser) -> None:
+    """Add what a command takes that goes through robots: their names, and arguments."""
+    command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; default: every robot")
+    package_option(command)
+    argument_options(command)
+
+
+def one_robot(command: argparse.ArgumentParser) -> None:
+    """Add the robot of a command that is about one."""
+    command.add_argument("words", nargs="*", metavar="ROBOT", help=f"{_ROBOT}; needed where there are several")
+
+
+def named_robot(command: argparse.ArgumentParser) -> None:
+    """Add the option that names the robot, for commands whose words may be other names, too."""
+    command.add_argument("-r", "--robot", default="", metavar="ROBOT", help=_ROBOT)
+
+
+def argument_options(command: argparse.ArgumentParser) -> None:
+    """Add the options that set arguments of a description; they stand last in the help."""
+    group = command.add_argument_group("arguments of the description, or of a xacro")
+    group.add_argument(
+        "-a",
+        "--arg",
+        action="append",
+        default=[],
+        metavar="NAME=VALUE",
+        help="set one; NAME:=VALUE without -a does the same",
+    )
+    group.add_argument(
+        "--args",
+        action="append",
+        default=[],
+        metavar="FILE",
+        dest="args_files",
+        help="set those that a YAML file maps to values; -a goes before it",
+    )
+
+
+def package_option(command: argparse.ArgumentParser) -> None:
+    """Add the options about robots in other formats: where ROS packages are, and whether a xacro is trusted."""
+    command.add_argument(
+        "--package",
+        action="append",
+        default=[],
+        metavar="NAME=PATH",
+        dest="packages",
+        help="folder of a ROS package, for $(find NAME) and package://NAME; may be given again",
+    )
+    command.add_argument(
+        "--trust", action="store_true", help="say nothing of what a xacro can run: you trust whoever wrote it"
+    )
+
+
+def output_options(command: argparse.ArgumentParser) -> None:
+    """Add the option that names the folder of the artifacts."""
+    command.add_argument("--outputs", type=place, metavar="FOLDER", help="where the artifacts stand; default: outputs/")
+
+
+def format_options(command: argparse.ArgumentParser) -> None:
+    """Add the option that chooses how diagnostics are printed."""
+    command.add_argument("--format", choices=FORMAT_NAMES, default="text", help="form of the messages; default: text")
+    how_much = command.add_mutually_exclusive_group()
+    how_much.add_argument(
+        "-q", "--quiet", action="store_true", help="show errors only, and how many stand-ins there are"
+    )
+    how_much.add_argument("-v", "--verbose", action="store_true", help="say which files were read, too")
+
+
+def quiet_option(command: argparse.ArgumentParser) -> None:
+    """Add the option to hear of errors only, for commands whose result is more than diagnostics."""
+    command.add_argument("-q", "--quiet", action="store_true", help="of the messages show errors only")
+
+
+def hook_option(command: argparse.ArgumentParser, more: str = "") -> None:
+    """Add the option for pre-commit."""
+    command.add_argument(
+        "--hook",
+        action="store_true",
+        help=f"for pre-commit: the words are files that changed, the robots all those of their projects{more}",
+    )
+
+
+def json_option(command: argparse.ArgumentParser) -> None:
+    """Add the options that choose how a result is printed that is more than diagnostics."""
+    command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result; default: text")
+    command.add_argument("--json", action="store_const", dest="format", const="json", help="short for --format json")
+
+
+def page_options(command: argparse.ArgumentParser, what: str) -> None:
+    """Add the options of a page that is written into a file; ``what`` says what it shows."""
+    command.add_argument("--html", type=place, metavar="FILE", help=what)
+    command.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+    command.add_argument(
+        "--max-megabytes",
+        type=float,
+        metavar="NUMBER",
+        help=f"with --html: how much meshes may have together; default: {PAGE_MEGABYTES}",
+    )
+
+
+def depfile_options(command: argparse.ArgumentParser, target: str) -> None:
+    """Add the options that tell a build tool which files were read; ``target`` says which target it is by default."""
+    command.add_argument(
+        "--depfile", type=place, metavar="FILE", help="write which files were read, as Make and Ninja take it"
+    )
+    command.add_argument(
+        "--depfile-target", type=place, metavar="NAME", help=f"the target that the depfile names; default: {target}"
+    )
+
+
+def mode_option(command: Options, unnamed: str) -> None:
+    """Add the option that says how modes are; ``unnamed`` says what those are that are not named."""
+    command.add_argument(
+        "--mode",
+        action="append",
+        default=[],
+        metavar="MODE",
+        dest="modes",
+        help=f'a mode that is on, or off: slam, "not slam", slam=off; others: {unnamed}',
+    )
+
+
+def console_of(options: argparse.Namespace) -> Console:
+    """Return where a command prints that has the options of ``format_options``."""
+    return Console(options.format, options.quiet, options.verbose, getattr(options, "summary", None) is not None)

@@ -1,0 +1,32 @@
+"""How a run ends: its exit code, wrong usage, and what is said of the cache."""
+
+from __future__ import annotations
+
+from ..diagnostics.console import Console
+from ..diagnostics.registry import WRITING, Rule
+from ..project.cache import cache_refused
+
+RULES = (
+    Rule(
+        "cache-not-private",
+        "A note: somebody else could change what is in the folder of the cache, so there is no cache.",
+        "`chmod go-w` of the folder that is named, or another one in `ROSORIN_COMPILE_CACHE`.",
+        WRITING,
+    ),
+)
+
+FINE, PROBLEMS, USAGE = 0, 1, 2
+
+
+class WrongUsage(Exception):
+    """The command line cannot be followed; the message says why."""
+
+
+def tell_of_cache() -> None:
+    """Say that there is no cache, if somebody else could change what would be in it."""
+    refused = cache_refused()
+    if refused:
+        from ..diagnostics import NOTE, Diagnostic
+
+        message, help = refused
+        Console("text").show([Diagnostic("cache-not-private", NOTE, message, help=help)])

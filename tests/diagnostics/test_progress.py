@@ -1,0 +1,231 @@
+"""Progress on the last line of a terminal: only for a person, only after a while, and never a letter of it left."""
+
+from __future__ import annotations
+
+import io
+import itertools
+import os
+import re
+import signal
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import progress
+
+CHAIN = """robot: chain
+parts:
+  segment:
+    links: {link: {inertial: {mass: 1, inertia: {ixx: 1, iyy: 1, izz: 1}}}}
+    joints: {joint: {type: fixed, parent: mount, child: link}}
+links: {base_link: {}}
+use:
+  "s${i}": {for: {i: "${range(2000)}"}, part: segment, parent: base_link}
+outputs: {urdf: {file: chain.urdf}, static_tf_json: {file: static_tf.json}}
+"""
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self) -> bool:
+        return True
+
+    def fileno(self) -> int:
+        raise OSError
+
+    def left(self) -> str:
+        """Return what stands on the terminal in the end: each line as it was last written."""
+        lines = []
+        for line in self.getvalue().split("\n"):
+            seen = ""
+            for piece in line.split("\r"):
+                text, wiped, more = piece.partition("\x1b[K")
+                seen = text + (more if wiped else seen[len(text) :])
+            lines.append(seen)
+        return "\n".join(lines)
+
+
+class Clock:
+    """A clock that somebody sets."""
+
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def __call__(self) -> float:
+        return self.now
+
+
+@pytest.fixture
+def clock() -> Iterator[Clock]:
+    """A clock for what is shown on ``stream``."""
+    yield Clock()
+    progress.hide()
+
+
+def sit_down(monkeypatch: pytest.MonkeyPatch) -> Terminal:
+    """Return the terminal that is standard error from now on, where a clock goes a second at each look."""
+    made = Terminal()
+    monkeypatch.setattr(sys, "stderr", made)
+    monkeypatch.delenv("CI", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    ticks = itertools.count()
+    monkeypatch.setattr("rosorin_compile.diagnostics.progress.time.monotonic", lambda: float(next(ticks)))
+    return made
+
+
+def test_nothing_is_shown_before_two_seconds(clock: Clock) -> None:
+    shown = Terminal()
+    progress.show(shown, clock)
+    for moment in (100.0, 101.0, 101.99):
+        clock.now = moment
+        progress.step("reading", 1, 10)
+    assert shown.getvalue() == ""
+    clock.now = 102.0
+    progress.step("reading", 2, 10)
+    assert shown.getvalue() == "\rreading 2 of 10 [######........................]  20%\x1b[K"
+    progress.hide()
+    assert shown.left() == ""
+
+
+def test_a_step_of_another_kind_is_shown_at_once_and_others_now_and_then(clock: Clock) -> None:
+    shown = Terminal()
+    progress.show(shown, clock)
+    clock.now = 103.0
+    for done in range(1000):
+        clock.now += 0.001
+        progress.step("reading", done, 1000)
+    assert 9 <= shown.getvalue().count("reading") <= 12
+    progress.step("checking")
+    assert shown.getvalue().endswith("\rchecking\x1b[K")
+    progress.step("expanding parts", 1234)
+    assert shown.getvalue().endswith("\rexpanding parts 1,234\x1b[K")
+    progress.step("reading", 12, 10)  # a recording may hold more than it says
+    assert "] 100%" in shown.getvalue()
+    progress.part("fitting", 1, 4)(0.5)
+    assert shown.getvalue().endswith("\rfitting [###########...................]  37%\x1b[K")
+
+
+def test_it_begins_anew(clock: Clock) -> None:
+    shown = Terminal()
+    progress.show(shown, clock)
+    clock.now += 10
+    progress.step("reading")
+    progress.begin()
+    assert shown.left() == ""
+    before = shown.getvalue()
+    progress.step("reading")
+    assert shown.getvalue() == before
+    clock.now += 2
+    progress.step("reading")
+    assert shown.left() == "reading"
+
+
+def test_a_line_never_wraps_and_steers_nothing(clock: Clock) -> None:
+    shown = Terminal()
+    progress.show(shown, clock)
+    clock.now += 10
+    progress.about("\x1b[2J" + "ロ" * 100)
+    progress.step("reading", 1, 2)
+    line = shown.left()
+    assert line.startswith("\\x1b[2Jロ")
+    assert len(line) + line.count("ロ") == 79
+
+
+def test_without_a_person_a_step_does_nothing(capsys: pytest.CaptureFixture[str]) -> None:
+    progress.step("reading", 1, 2)
+    progress.about("a")
+    progress.begin()
+    progress.wipe()
+    progress.hide()
+    assert capsys.readouterr() == ("", "")
+
+
+def test_every_stage_of_a_large_robot_is_shown(
+    home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    person = sit_down(monkeypatch)
+    (home / "chain.yaml").write_text(CHAIN)
+    assert main(["all", "chain.yaml"]) == 0
+    shown = person.getvalue()
+    kinds = re.findall(r"\r([a-z ]+?)(?:,| [\d\[]|\x1b| [a-z_]+\.)", shown)
+    order = ["expanding parts", "validating", "checking", "making", "proving"]
+    assert [one for one in dict.fromkeys(kinds) if one in order] == order
+    assert "\rexpanding parts 1,999\x1b[K" in shown
+    assert "\rproving static_tf.json, 0 of 2 [" in shown
+    assert person.left() == ""
+    assert capsys.readouterr().out.startswith("chain: 2 artifacts in ")
+    assert main(["check", "chain.yaml", "--every-argument"]) == 0
+    assert main(["check", "chain.yaml"]) == 0
+    assert "\rcomparing chain.urdf, " in person.getvalue()
+    assert person.left() == ""
+
+
+def test_what_is_said_stands_on_a_line_of_its_own(home: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    person = sit_down(monkeypatch)
+    (home / "chain.yaml").write_text(CHAIN.replace("type: fixed", "type: fixd"))
+    (home / "other.yaml").write_text("robot: other\nlinks: {base: {}}\noutputs: {urdf: {file: other.urdf}}\n")
+    assert main(["all", "chain.yaml", "other.yaml"]) == 1
+    said = person.left()
+    assert "\rchain: validating" in person.getvalue()
+    assert "chain.yaml:5:28: " in said
+    assert "expanding" not in said
+    assert "validating" not in said
+    assert said.endswith("nothing written\n")
+
+
+@pytest.mark.parametrize("words", [["-q"], ["--format", "json"]])
+def test_not_when_quiet_and_not_for_programs(home: Path, monkeypatch: pytest.MonkeyPatch, words: list[str]) -> None:
+    person = sit_down(monkeypatch)
+    (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
+    assert main(["all", "chain.yaml", *words]) == 0
+    assert "\r" not in person.getvalue()
+
+
+@pytest.mark.parametrize(("name", "value"), [("CI", "true"), ("TERM", "dumb")])
+def test_not_on_a_machine_that_builds(home: Path, monkeypatch: pytest.MonkeyPatch, name: str, value: str) -> None:
+    person = sit_down(monkeypatch)
+    monkeypatch.setenv(name, value)
+    (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
+    assert main(["all", "chain.yaml"]) == 0
+    assert "\r" not in person.getvalue()
+
+
+def test_not_in_a_pipe(home: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    ticks = itertools.count()
+    monkeypatch.setattr("rosorin_compile.diagnostics.progress.time.monotonic", lambda: float(next(ticks)))
+    monkeypatch.delenv("CI", raising=False)
+    (home / "chain.yaml").write_text(CHAIN.replace("2000", "20"))
+    assert main(["all", "chain.yaml"]) == 0
+    assert "\r" not in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_ctrl_c_leaves_nothing_behind(home: Path) -> None:
+    (home / "chain.yaml").write_text(CHAIN)
+    code = "import itertools, rosorin_compile.diagnostics.progress as p\n"
+    code += "p.time.monotonic = lambda c=itertools.count(): float(next(c))\n"
+    code += "from rosorin_compile.cli import main\nraise SystemExit(main(['all', 'chain.yaml']))\n"
+    terminal, other_end = os.openpty()
+    environment = {**{name: value for name, value in os.environ.items() if name != "CI"}, "TERM": "xterm"}
+    process = subprocess.Popen(
+        [sys.executable, "-c", code], cwd=home, env=environment, stdout=other_end, stderr=other_end
+    )
+    os.close(other_end)
+    said = b""
+    while b"expanding parts" not in said:
+        said += os.read(terminal, 10_000)
+    process.send_signal(signal.SIGINT)
+    try:
+        while piece := os.read(terminal, 10_000):
+            said += piece
+    except OSError:  # what Linux says when the other end of a terminal is closed
+        pass
+    os.close(terminal)
+    assert process.wait() == 130
+    assert said.endswith(b"\r\x1b[K")
+    assert b"Traceback" not in said

@@ -1,0 +1,85 @@
+"""docs/build-with-cmake.md at work: its project in CMake, its build.ninja and its Makefile."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from support.cmake import PROGRAM, environment, ran
+from support.commands import edit
+from support.pages import play
+from support.paths import DOCS
+
+PAGE = DOCS / "build-with-cmake.md"
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def lamp(tmp_path: Path) -> Path:
+    """The folder of the page, as it is when its commands have run."""
+    play(PAGE, tmp_path)
+    return tmp_path
+
+
+def run(lamp: Path, command: str, fails: bool = False) -> str:
+    env = {**environment(lamp), "PATH": f"{PROGRAM.parent}:{os.environ['PATH']}"}
+    words = ["bash", "-euc", command]
+    done = subprocess.run(
+        words, cwd=lamp, env=env, text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False
+    )
+    assert bool(done.returncode) == fails, done.stdout
+    return done.stdout
+
+
+def removed(lamp: Path) -> None:
+    """Remove the include, and what includes it."""
+    (lamp / "descriptions/lamp/shade.yaml").unlink()
+    edit(lamp / "descriptions/lamp/robot.yaml", "include: [shade.yaml]\n", "")
+
+
+@pytest.mark.skipif(not (shutil.which("cmake") and shutil.which("ninja")), reason="no cmake with ninja")
+def test_cmake(lamp: Path) -> None:
+    command = re.search(r"^cmake -B build .*", PAGE.read_text("utf-8"), re.MULTILINE)
+    assert command
+    assert ran(run(lamp, command[0])) == ["golden lamp", "lamp"]
+    assert (lamp / "there/share/lamp/lamp.urdf").read_bytes() == (lamp / "outputs/lamp/lamp.urdf").read_bytes()
+    assert ran(run(lamp, command[0])) == []
+
+
+@pytest.mark.skipif(not shutil.which("ninja"), reason="no ninja")
+def test_ninja(lamp: Path) -> None:
+    shade = lamp / "descriptions/lamp/shade.yaml"
+    assert "[2/2]" in run(lamp, "ninja")
+    assert "no work to do" in run(lamp, "ninja")
+    shade.touch()
+    assert "[2/2]" in run(lamp, "ninja")
+    assert "no work to do" in run(lamp, "ninja")
+    (lamp / "outputs/lamp/lamp.urdf").touch()
+    assert "[1/1]" in run(lamp, "ninja")
+    edit(shade, "30 cm", "40 cm")
+    assert "shade moved 100.0 mm" in run(lamp, "ninja", fails=True)
+    assert "shade moved 100.0 mm" in run(lamp, "ninja", fails=True)
+    run(lamp, "rosorin-compile all && ninja")
+    assert "no work to do" in run(lamp, "ninja")
+    removed(lamp)
+    run(lamp, "rosorin-compile all && ninja")
+    assert "no work to do" in run(lamp, "ninja")
+    assert "shade" not in (lamp / "built/lamp/lamp.urdf").read_text()
+
+
+@pytest.mark.skipif(not shutil.which("make"), reason="no make")
+def test_make(lamp: Path) -> None:
+    assert "rosorin-compile all" in run(lamp, "make")
+    assert "up to date" in run(lamp, "make")
+    (lamp / "descriptions/lamp/shade.yaml").touch()
+    assert "rosorin-compile all" in run(lamp, "make")
+    assert "up to date" in run(lamp, "make")
+    removed(lamp)
+    assert "rosorin-compile all" in run(lamp, "make")
+    assert "up to date" in run(lamp, "make")
+    assert "shade" not in (lamp / "built/lamp/lamp.urdf").read_text()

@@ -1,0 +1,32 @@
+"""Ctrl-C at any moment, also while the program is still being imported: no traceback, and the shell's exit code."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from support.paths import ROOT
+
+MOMENTS = [0.01 * step for step in range(1, 40, 3)]
+INTERRUPTED = (-signal.SIGINT, 130)
+
+
+@pytest.mark.slow
+def test_an_interrupt_is_no_traceback() -> None:
+    ended = []
+    for moment in MOMENTS:
+        command = [sys.executable, "-m", "rosorin_compile", "print", "urdf", "rosorin"]
+        with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as run:
+            time.sleep(moment)
+            run.send_signal(signal.SIGINT)
+            out, said = run.communicate(timeout=60)
+        # Before Python has read the file of the program, it answers itself.
+        assert "rosorin_compile" not in said, said
+        ended.append(run.returncode)
+        assert run.returncode in (*INTERRUPTED, 0, 1)
+        assert run.returncode != 0 or out.endswith("</robot>\n")
+    assert any(code in INTERRUPTED for code in ended)

@@ -1,0 +1,455 @@
+"""The rows of daily life in docs/from-xacro.md: xacro and the compiler called in the same way, for the same robot.
+
+The package is that of the page. Each test carries the row that it proves, word for word.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Callable, Iterator
+from itertools import product
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from support.pages import blocks, edit
+from support.urdf_robots import Facts, differences, facts
+from support.xacro_life import PAGE, CommandFailed, Machine, package
+
+pytest.importorskip("xacro")
+pytestmark = pytest.mark.slow  # each call is a process
+
+PROVEN: dict[str, str] = {}
+
+
+def row(*titles: str) -> Callable[[Callable[..., None]], Callable[..., None]]:
+    """Say which rows of the page a test proves."""
+
+    def noted(test: Callable[..., None]) -> Callable[..., None]:
+        PROVEN.update(dict.fromkeys(titles, test.__name__))
+        return test
+
+    return noted
+
+
+def rows() -> Iterator[tuple[str, str, str, str]]:
+    """Yield the rows of daily life: the title, what is done with xacro, what is done here, whether it is the same."""
+    section = PAGE.read_text("utf-8").partition("\n## Daily life\n")[2].partition("\n## ")[0]
+    for line in section.splitlines():
+        if line.startswith("| ") and not line.startswith(("| row", "|---")):
+            title, there, here, outcome = (cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1])
+            yield title, there, here, outcome
+
+
+@pytest.fixture
+def machine(tmp_path: Path) -> Machine:
+    return Machine(tmp_path)
+
+
+@pytest.fixture
+def rover(machine: Machine) -> Path:
+    """Return the source folder of the package of the page; it is installed, and found by AMENT_PREFIX_PATH."""
+    folder = package(machine.folder / "src" / "rover_description")
+    machine.install(folder)
+    return folder
+
+
+XACRO = "urdf/rover.urdf.xacro"
+YAML = "descriptions/rover/robot.yaml"
+
+
+def same(theirs: str, ours: str) -> None:
+    """Hold two URDFs against each other: elements of others in any order, moments of inertia along the link's axes."""
+    left, right = (along_the_link(in_any_order(facts(urdf))) for urdf in (theirs, ours))
+    assert differences(left, right) == []
+    assert any(key.startswith("link ") for key in left)
+
+
+def in_any_order(found: Facts) -> Facts:
+    kept = sorted(str(value) for key, value in found.items() if key.startswith("kept "))
+    rest = {key: value for key, value in found.items() if not key.startswith("kept ")}
+    return {**rest, **{f"kept {number}": text for number, text in enumerate(kept)}}
+
+
+def along_the_link(found: Facts) -> Facts:
+    """Return facts with each inertia turned into the axes of its link: whoever works it out chooses the axes."""
+    made = dict(found)
+    for key in [key for key in found if key.endswith(" inertial ixx")]:
+        of = key.removesuffix(" ixx")
+        turn = np.array([[made.pop(f"{of} rotation {i} {j}") for j in range(3)] for i in range(3)])
+        moments = np.array([[made[f"{of} i{min(a, b)}{max(a, b)}"] for b in "xyz"] for a in "xyz"])
+        turned = turn @ moments @ turn.T
+        made |= {f"{of} i{'xyz'[i]}{'xyz'[j]}": float(turned[i, j]) for i in range(3) for j in range(i, 3)}
+    return made
+
+
+def quoted(path: Path) -> str:
+    return shlex.quote(str(path))
+
+
+def test_every_row_is_proven() -> None:
+    """A row has a test here that carries its title, or a link to the cases that the real xacro expands."""
+    found = list(rows())
+    assert len(found) >= 20
+    titles = [title for title, _, _, _ in found]
+    linked = {title for title, _, _, outcome in found if "](from-xacro-reference.md#" in outcome}
+    assert set(PROVEN) <= set(titles), set(PROVEN) - set(titles)
+    assert linked | set(PROVEN) == set(titles), set(titles) - linked - set(PROVEN)
+    assert len(set(titles)) == len(titles)
+
+
+@pytest.mark.parametrize(("lidar", "sim"), list(product(("true", "false"), repeat=2)))
+def test_the_package_of_the_page_is_the_same_robot(machine: Machine, rover: Path, lidar: str, sim: str) -> None:
+    words = [f"lidar:={lidar}", f"sim:={sim}"]
+    theirs = machine.run("xacro", str(rover / XACRO), *words)
+    ours = machine.run("rosorin-compile", "print", "urdf", str(rover / YAML), *words)
+    assert (theirs.returncode, ours.returncode) == (0, 0), theirs.stderr + ours.stderr
+    same(theirs.stdout, ours.stdout)
+    assert ("laser" in ours.stdout) == (lidar == "true")
+    assert ("gz_ros2_control" in ours.stdout) == (sim == "true")
+
+
+@row("a xacro file, as it is")
+def test_a_xacro_is_printed_as_it_is(machine: Machine, rover: Path) -> None:
+    theirs = machine.command("xacro ", quoted(rover / XACRO), " lidar:=false")
+    ours = machine.command("rosorin-compile print urdf --trust ", quoted(rover / XACRO), " lidar:=false")
+    same(theirs, ours)
+
+
+@row("`Command` in a launch file")
+def test_command_in_a_launch_file(machine: Machine, rover: Path) -> None:
+    spaced = rover.parent.parent / "a folder" / "rover description"
+    shutil.copytree(rover, spaced)
+    for folder in (rover, spaced):
+        theirs = machine.command("xacro ", quoted(folder / XACRO))
+        ours = machine.command("rosorin-compile print urdf ", quoted(folder / YAML))
+        same(theirs, ours)
+        assert ours.endswith("</robot>\n")
+    (rover / YAML).write_text((rover / YAML).read_text("utf-8").replace("left_wheel", "lef_wheel"), "utf-8")
+    (rover / "urdf/wheel.xacro").unlink()
+    (rover / "descriptions/rover/wheel.yaml").unlink()
+    with pytest.raises(CommandFailed, match=r"exit code 2"):
+        machine.command("xacro ", quoted(rover / XACRO))
+    with pytest.raises(CommandFailed, match=r"exit code 1: .*robot.yaml:8:\d+: error\[file-unreadable\]"):
+        machine.command("rosorin-compile print urdf ", quoted(rover / YAML))
+
+
+LABELLED = """\
+<robot name="labelled" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="label" default="none"/><xacro:arg name="height" default="0.5"/>
+  <link name="base"><visual><geometry><sphere radius="$(arg height)"/></geometry></visual></link>
+  <gazebo>$(arg label)</gazebo>
+</robot>
+"""
+LABELLED_HERE = """\
+robot: labelled
+args: {label: {type: text, default: none}, height: {type: length, default: 0.5}}
+links: {base: {visual: [{sphere: {radius: "${height}"}}]}}
+urdf_elements: ["<gazebo>${label}</gazebo>"]
+outputs: {urdf: {file: labelled.urdf}}
+"""
+VALUES = [
+    "front scan",
+    "it's",
+    'say "here"',
+    "a=b",
+    "back\\slash",
+    "ünï",
+    "007",
+    "true",
+    "1e3",
+    "a;b|c*d?~$HOME",
+    "--flag",
+]
+
+
+def labelled(folder: Path) -> tuple[Path, Path]:
+    (folder / "labelled.xacro").write_text(LABELLED, "utf-8")
+    (folder / "robot.yaml").write_text(LABELLED_HERE, "utf-8")
+    return folder / "labelled.xacro", folder / "robot.yaml"
+
+
+def label(urdf: str) -> str | None:
+    element = ElementTree.fromstring(urdf).find("gazebo")
+    assert element is not None
+    return element.text
+
+
+@row("arguments from a launch file")
+@pytest.mark.parametrize("value", VALUES)
+def test_arguments_from_a_launch_file(machine: Machine, value: str) -> None:
+    theirs, ours = labelled(machine.folder)
+    words = f" {shlex.quote(f'label:={value}')} height:=0.25"
+    there = machine.command("xacro ", quoted(theirs), words)
+    here = machine.command("rosorin-compile print urdf ", quoted(ours), words)
+    same(there, here)
+    assert label(here) == value
+
+
+@row("an argument that is empty")
+def test_an_argument_that_is_empty(machine: Machine) -> None:
+    theirs, ours = labelled(machine.folder)
+    same(
+        machine.command("xacro ", quoted(theirs), " height:="),
+        machine.command("rosorin-compile print urdf ", quoted(ours), " height:="),
+    )
+    assert label(machine.command("xacro ", quoted(theirs), " label:=")) == "none"
+    assert label(machine.command("rosorin-compile print urdf ", quoted(ours), " label:=")) is None
+
+
+@row("an argument that there is not")
+def test_an_argument_that_there_is_not(machine: Machine) -> None:
+    theirs, ours = labelled(machine.folder)
+    machine.command("xacro ", quoted(theirs), " hight:=3")
+    with pytest.raises(CommandFailed, match='did you mean "height"'):
+        machine.command("rosorin-compile print urdf ", quoted(ours), " hight:=3")
+
+
+@row("`$(find PACKAGE)` with ROS")
+def test_find_with_ros(machine: Machine, rover: Path) -> None:
+    """The package is found by the prefix alone: its files stand somewhere else, and nothing there names it."""
+    elsewhere = machine.folder / "elsewhere"
+    elsewhere.mkdir()
+    for name in (XACRO, YAML):
+        (elsewhere / Path(name).name).write_text((rover / name).read_text("utf-8"), "utf-8")
+    for name in ("materials", "wheel", "control"):
+        shutil.copy(rover / f"descriptions/rover/{name}.yaml", elsewhere)
+    same(
+        machine.command("xacro ", quoted(elsewhere / "rover.urdf.xacro")),
+        machine.command("rosorin-compile print urdf ", quoted(elsewhere / "robot.yaml")),
+    )
+    machine.environment["AMENT_PREFIX_PATH"] = ""
+    for call in ("xacro rover.urdf.xacro", "rosorin-compile print urdf robot.yaml"):
+        ran = machine.shell(f"cd elsewhere && {call}")
+        assert ran.returncode != 0
+        assert "rover_description" in ran.stderr
+
+
+@row("`$(find PACKAGE)` without ROS")
+def test_find_without_ros(machine: Machine, rover: Path) -> None:
+    theirs = machine.command("xacro ", quoted(rover / XACRO))
+    machine.environment["AMENT_PREFIX_PATH"] = ""
+    shutil.rmtree(machine.folder / "python" / "ament_index_python")
+    assert machine.run("xacro", str(rover / XACRO)).returncode == 2
+    same(theirs, machine.command("rosorin-compile print urdf ", quoted(rover / YAML)))
+    moved = rover.rename(machine.folder / "unpacked")
+    (moved / "package.xml").unlink()
+    option = f" --package rover_description={moved}"
+    same(theirs, machine.command("rosorin-compile print urdf ", quoted(moved / YAML), option))
+
+
+@row("one macro file, robots of two packages")
+@pytest.mark.usefixtures("rover")
+def test_one_macro_file_for_robots_of_two_packages(machine: Machine) -> None:
+    """A second package includes the wheel of the first."""
+    other = machine.folder / "src" / "tug_description"
+    (other / "descriptions/tug").mkdir(parents=True)
+    (other / "package.xml").write_text('<package format="3"><name>tug_description</name></package>', "utf-8")
+    (other / "tug.xacro").write_text(
+        '<robot name="tug" xmlns:xacro="http://www.ros.org/wiki/xacro">\n'
+        '<xacro:include filename="$(find rover_description)/urdf/materials.xacro"/>\n'
+        '<xacro:include filename="$(find rover_description)/urdf/wheel.xacro"/>\n'
+        '<xacro:property name="size" value="${xacro.dotify(dict(radius=0.2, width=0.05, mass=1))}"/>\n'
+        '<link name="frame"/><xacro:wheel prefix="front_" parent="frame" y="0.3" size="${size}"/></robot>\n',
+        "utf-8",
+    )
+    (other / "descriptions/tug/robot.yaml").write_text(
+        "robot: tug\n"
+        "include:\n"
+        "  - package://rover_description/descriptions/rover/materials.yaml\n"
+        "  - package://rover_description/descriptions/rover/wheel.yaml\n"
+        "let: {size: {radius: 20 cm, width: 5 cm, mass: 1 kg}}\n"
+        "links: {frame: {}}\n"
+        'use: {front: {part: wheel, parent: frame, xyz: [0, 0.3, 0], with: {size: "${size}"}}}\n'
+        "outputs: {urdf: {file: tug.urdf}}\n",
+        "utf-8",
+    )
+    theirs = machine.command("xacro ", quoted(other / "tug.xacro"))
+    same(theirs, machine.command("rosorin-compile print urdf ", quoted(other / "descriptions/tug")))
+
+
+@row("`xacro FILE \\| check_urdf /dev/stdin`")
+@pytest.mark.skipif(shutil.which("check_urdf") is None, reason="liburdfdom-tools")
+def test_check_urdf_from_a_pipe(machine: Machine, rover: Path) -> None:
+    theirs = machine.shell(f"xacro {quoted(rover / XACRO)} | check_urdf /dev/stdin")
+    ours = machine.shell(f"rosorin-compile print urdf {quoted(rover / YAML)} | check_urdf /dev/stdin")
+    assert (theirs.returncode, ours.returncode) == (0, 0), theirs.stderr + ours.stderr
+    assert tree(ours.stdout) == tree(theirs.stdout)
+    assert len(tree(ours.stdout)) == 5
+
+
+def tree(said: str) -> list[str]:
+    """Return the links that check_urdf names, each with its depth, in no order."""
+    return sorted(re.sub(r"\(\d+\)", "", line) for line in said.splitlines() if "child" in line or "root Link" in line)
+
+
+@row("`xacro -o FILE`")
+def test_a_file_is_written(machine: Machine, rover: Path) -> None:
+    for call in (f"xacro {rover / XACRO} -o theirs.urdf", f"rosorin-compile print urdf {rover / YAML} -o ours.urdf"):
+        ran = machine.run(*call.split())
+        assert (ran.returncode, ran.stdout, ran.stderr) == (0, "", "")
+    same(*((machine.folder / name).read_text("utf-8") for name in ("theirs.urdf", "ours.urdf")))
+
+
+@row("`xacro --inorder`")
+def test_inorder_is_gone(machine: Machine, rover: Path) -> None:
+    """xacro takes it and says on standard error that it may be dropped; Command takes that for a failure."""
+    assert "You can drop the option" in machine.run("xacro", "--inorder", str(rover / XACRO)).stderr
+    with pytest.raises(CommandFailed):
+        machine.command("xacro --inorder ", quoted(rover / XACRO))
+    assert machine.run("rosorin-compile", "print", "urdf", str(rover / YAML), "--inorder").returncode == 2
+    robot = rover / YAML
+    before = machine.command("rosorin-compile print urdf ", quoted(robot))
+    lines = robot.read_text("utf-8")
+    robot.write_text(lines.replace("wheel.yaml, control.yaml", "control.yaml, wheel.yaml"), "utf-8")
+    same(before, machine.command("rosorin-compile print urdf ", quoted(robot)))
+
+
+@row("`xacro --deps`")
+def test_dependencies(machine: Machine, rover: Path) -> None:
+    """Each file that xacro names has its counterpart; the robot's own file is named, too."""
+    theirs = machine.run("xacro", "--deps", str(rover / XACRO)).stdout.split()
+    options = "-o rover.urdf --depfile rover.d"
+    ran = machine.run(*f"rosorin-compile print urdf {rover / YAML} {options}".split())
+    assert ran.returncode == 0, ran.stderr
+    target, _, files = (machine.folder / "rover.d").read_text("utf-8").replace("\\\n", " ").partition(":")
+    assert target == "rover.urdf"
+    assert sorted(Path(name).stem for name in theirs) == ["control", "materials", "rover", "wheel"]
+    assert sorted(Path(name).stem for name in files.split()) == ["control", "materials", "robot", "rover", "wheel"]
+
+
+@row("an environment variable")
+def test_an_environment_variable(machine: Machine) -> None:
+    theirs, ours = labelled(machine.folder)
+    theirs.write_text(LABELLED.replace("$(arg label)", "$(env LABEL)"), "utf-8")
+    machine.environment["LABEL"] = "bench 3"
+    there = machine.shell(f"xacro {theirs}")
+    here = machine.shell(f'rosorin-compile print urdf {ours} label:="$LABEL"')
+    same(there.stdout, here.stdout)
+    assert label(here.stdout) == "bench 3"
+
+
+@row("an error")
+def test_an_error_has_a_line(machine: Machine, rover: Path) -> None:
+    for name in (XACRO, YAML):
+        text = (rover / name).read_text("utf-8")
+        (rover / name).write_text(text.replace("size.track / 2", "size.trak / 2", 1), "utf-8")
+    theirs = machine.run("xacro", str(rover / XACRO))
+    ours = machine.run("rosorin-compile", "print", "urdf", str(rover / YAML))
+    assert (theirs.returncode, theirs.stdout) == (2, "")
+    assert (ours.returncode, ours.stdout) == (1, "")
+    assert "trak" in theirs.stderr
+    assert not re.search(r"xacro:\d+", theirs.stderr)
+    assert re.search(r"robot.yaml:\d+:\d+: error\[expression\].*trak", ours.stderr)
+    assert "entries: body, wheel, track, lidar" in ours.stderr
+
+
+def test_the_launch_file_of_the_page(machine: Machine, rover: Path) -> None:
+    """Before and after its change it hands the same robot to robot_state_publisher, with the argument of the launch."""
+    path = rover / "launch/rover.launch.py"
+    before = launched(machine, path, lidar="false")
+    change(rover)
+    after = launched(machine, path, lidar="false")
+    assert (before[0], after[0]) == ("xacro", "rosorin-compile")
+    same(before[1], after[1])
+    assert "laser" not in after[1]
+    assert "laser" in launched(machine, path, lidar="true")[1]
+
+
+def launched(machine: Machine, path: Path, **given: str) -> tuple[str, str]:
+    """Return the program that the Command of a launch file calls, and the robot_description that comes of it.
+
+    The file is run with stand-ins for what it uses of launch; a share folder is where ament's index has it.
+    """
+    share = machine.folder / "install/rover_description/share/rover_description"
+    words: list[str] = []
+
+    def command(pieces: list[str]) -> str:
+        words.extend(shlex.split("".join(pieces)))
+        return machine.command(*pieces)
+
+    def node(package: str, executable: str, parameters: list[dict[str, str]]) -> str:
+        assert (package, executable) == ("robot_state_publisher", "robot_state_publisher")
+        return parameters[0]["robot_description"]
+
+    def typed(value: str, value_type: type) -> str:
+        assert value_type is str
+        return value
+
+    stand_ins: dict[str, dict[str, object]] = {
+        "launch": {"LaunchDescription": list},
+        "launch.actions": {"DeclareLaunchArgument": lambda name, default_value: (name, default_value)},
+        "launch.substitutions": {
+            "Command": command,
+            "LaunchConfiguration": given.__getitem__,
+            "PathJoinSubstitution": "/".join,
+        },
+        "launch_ros": {},
+        "launch_ros.actions": {"Node": node},
+        "launch_ros.parameter_descriptions": {"ParameterValue": typed},
+        "launch_ros.substitutions": {"FindPackageShare": {"rover_description": str(share)}.__getitem__},
+    }
+    with pytest.MonkeyPatch.context() as patch:
+        for name, what in stand_ins.items():
+            module = ModuleType(name)
+            module.__dict__.update(what)
+            patch.setitem(sys.modules, name, module)
+        scope: dict[str, object] = {}
+        exec(compile(path.read_text("utf-8"), str(path), "exec"), scope)  # noqa: S102 - the page's
+        *_, described = scope["generate_launch_description"]()  # type: ignore[operator]
+    return words[0], described
+
+
+def change(folder: Path) -> None:
+    """Change the files of the package as the page says."""
+    for block in blocks(PAGE.read_text("utf-8")):
+        if block.mark[0] == "edit":
+            edit(folder / block.mark[1], block.lines)
+
+
+BUILT = """\
+cmake_minimum_required(VERSION 3.20)
+project(rover_description NONE)
+
+execute_process(COMMAND xacro --deps ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
+  OUTPUT_VARIABLE read COMMAND_ERROR_IS_FATAL ANY)
+separate_arguments(read)
+set(urdf ${CMAKE_CURRENT_BINARY_DIR}/rover.urdf)
+add_custom_command(OUTPUT ${urdf}
+  COMMAND xacro -o ${urdf} ${CMAKE_CURRENT_SOURCE_DIR}/urdf/rover.urdf.xacro sim:=true
+  DEPENDS urdf/rover.urdf.xacro ${read})
+add_custom_target(rover_description_xacro ALL DEPENDS ${urdf})
+install(FILES ${urdf} DESTINATION share/theirs)
+
+execute_process(COMMAND rosorin-compile cmake-dir OUTPUT_VARIABLE rosorin_compile_DIR
+  OUTPUT_STRIP_TRAILING_WHITESPACE COMMAND_ERROR_IS_FATAL ANY)
+find_package(rosorin_compile REQUIRED)
+rosorin_compile_add_robot(DESCRIPTION descriptions/rover OUTPUTS urdf REMAP sim:=true DESTINATION share/ours)
+"""
+
+
+@row("`xacro_add_files`")
+@pytest.mark.skipif(shutil.which("cmake") is None or shutil.which("ninja") is None, reason="cmake and ninja")
+def test_a_build_with_cmake(machine: Machine, rover: Path) -> None:
+    """What xacro_add_files does stands here in its words (ros/xacro, cmake/xacro-extras.cmake): no package of pip or
+    of Debian has that file.
+    """
+    (rover / "CMakeLists.txt").write_text(BUILT, "utf-8")
+    program = f"-DROSORIN_COMPILE_EXECUTABLE={machine.folder / 'bin/rosorin-compile'}"
+    for words in (
+        ["-S", str(rover), "-B", "build", "-G", "Ninja", program],
+        ["--build", "build"],
+        ["--install", "build", "--prefix", "there"],
+    ):
+        ran = machine.run("cmake", *words)
+        assert ran.returncode == 0, ran.stdout + ran.stderr
+    theirs, ours = ((machine.folder / f"there/share/{one}/rover.urdf").read_text("utf-8") for one in ("theirs", "ours"))
+    same(theirs, ours)
+    assert "GazeboSimSystem" in ours
+    assert "no work to do" in machine.run("ninja", "-C", "build").stdout

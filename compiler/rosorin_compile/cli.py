@@ -101,6 +101,8 @@ _EXITS = {
     "package": "0 written or unchanged, 1 errors",
     "deploy": "0 written or unchanged, 1 errors; with --dry-run also 1 something would change",
     "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
+    "view": "0 it was ended by Ctrl-C or SIGTERM, or the page is written; with --html also 1 errors",
+    "picture": "0 drawn, 1 errors, or what draws is not installed",
     "cmake-dir": "0 printed",
     "schema": "0 printed",
     "completion": "0 printed",

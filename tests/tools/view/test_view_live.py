@@ -233,7 +233,7 @@ def test_a_browser_that_goes_away_says_nothing_here(project: Path) -> None:
 @pytest.mark.usefixtures("project")
 def test_memory_stays_flat_over_many_saves() -> None:
     (description,) = find([], None)
-    followed = command._Followed(Given({}, ()), description)
+    followed = command._Followed(Given({}, ()), description, quiet=False)
     followed.console = Console("text")
     counts = []
     for save in range(60):

@@ -14,7 +14,7 @@ from ...diagnostics.console import Console
 from ...diagnostics.progress import step
 from ...units import ANGLE, dimension_of, parse_quantity
 from ..given import given_arguments
-from ..options import argument_options, mode_option, one_robot, package_option, place
+from ..options import argument_options, mode_option, one_robot, package_option, place, quiet_option
 from ..robots import one
 from ..understanding import Known, mode_states
 from ..usage import FINE, PROBLEMS, WrongUsage
@@ -53,7 +53,7 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     command.add_argument("--force", action="store_true", help="replace a file that picture did not make")
     state = command.add_argument_group("state of the joints; those that are not named are at zero")
-    state.add_argument("--pose", default="", metavar="NAME", help="a named pose of the description")
+    state.add_argument("--pose", default="", metavar="POSE", help="a named pose of the description")
     for option, dest, form, help in (
         ("--joint", "joints", "JOINT=VALUE", "30deg, 0.5 (rad or m), pi/2, 5cm; planar: 1,2,30deg; over the pose"),
         ("--pulse", "pulses", "JOINT=PULSE", "what the servo is sent; over the pose"),
@@ -73,10 +73,16 @@ def options(command: argparse.ArgumentParser) -> None:
     )
     look.add_argument("--frames", action="store_true", help="show the frames that are published, with their names")
     look.add_argument(
-        "--frame", action="append", default=[], metavar="NAME", dest="chosen", help="show one frame; may be given again"
+        "--frame",
+        action="append",
+        default=[],
+        metavar="FRAME",
+        dest="chosen",
+        help="show one frame; may be given again",
     )
     mode_option(look, "on, as in frames")
     look.add_argument("--transparent", action="store_true", help="no background and no floor, but its shadow")
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -94,7 +100,7 @@ def run(options: argparse.Namespace) -> int:
         raise WrongUsage(f"a picture shows one robot: {_HOW}")
     target, size, direction = Path(options.output), _size(options.size), _direction(options.view)
     _check(target, options.force)
-    console = Console("text")
+    console = Console("text", options.quiet)
     description = one(words[0] if words else "", _HOW)
     try:
         looked = look(given, description, console)

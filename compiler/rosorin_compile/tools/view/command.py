@@ -20,7 +20,7 @@ from ...formats.page import MAX_MEGABYTES, html
 from ...output.watch import Inputs
 from ...project import Description
 from ..given import Given, given_arguments
-from ..options import argument_options, one_robot, package_option, place
+from ..options import argument_options, one_robot, package_option, page_options, quiet_option
 from ..robots import one
 from ..usage import FINE, PROBLEMS, WrongUsage
 from .server import LOOPBACK, Data, Page, Server, bound, is_loopback
@@ -34,15 +34,7 @@ _LAST_PORT = 65535
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
     one_robot(command)
-    command.add_argument("--html", type=place, metavar="FILE", help="write the page into a file instead of serving it")
-    command.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
-    command.add_argument(
-        "--max-megabytes",
-        type=float,
-        default=MAX_MEGABYTES,
-        metavar="NUMBER",
-        help=f"with --html: how much meshes may have together; default: {MAX_MEGABYTES}",
-    )
+    page_options(command, "write the page into a file instead of serving it")
     command.add_argument("--no-open", action="store_true", help="open no browser")
     command.add_argument("--port", type=int, metavar="NUMBER", help="default: 8642, or another one where that is taken")
     command.add_argument(
@@ -51,6 +43,7 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
     )
+    quiet_option(command)
     package_option(command)
     argument_options(command)
 
@@ -61,13 +54,13 @@ def run(options: argparse.Namespace) -> int:
     if len(names) > 1:
         raise WrongUsage(f"a page shows one robot: {_HOW}")
     description = one(names[0] if names else "", _HOW)
-    if not options.max_megabytes >= 0:
+    if options.max_megabytes is not None and not options.max_megabytes >= 0:
         raise WrongUsage("--max-megabytes wants a number from 0 on")
-    if options.html is None and (options.no_meshes or options.max_megabytes != MAX_MEGABYTES):
+    if options.html is None and (options.no_meshes or options.max_megabytes is not None):
         raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
     if options.html is not None:
         return _write(options, given, description)
-    return _Followed(given, description).serve(options)
+    return _Followed(given, description, options.quiet).serve(options)
 
 
 def _looked(given: Given, description: Description, console: Console) -> Looked:
@@ -84,13 +77,14 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
     from ...output import OutputError
     from ...output.one_file import write_file
 
-    console = Console("text")
+    console = Console("text", options.quiet)
     looked = _looked(given, description, console)
     console.show([one for one in looked.diagnostics if one.severity == "error"])
     if looked.shown is None:
         console.warn(f"{description.name}: a robot with errors is not shown")
         return PROBLEMS
-    limit = int(options.max_megabytes * 1_000_000)
+    megabytes = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+    limit = int(megabytes * 1_000_000)
     data, left = on_disk(looked.shown, limit, not options.no_meshes)
     text = html({"robot": data})
     try:
@@ -108,10 +102,10 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
 class _Followed:
     """One robot that is shown while its files change."""
 
-    def __init__(self, given: Given, description: Description) -> None:
+    def __init__(self, given: Given, description: Description, quiet: bool) -> None:
         self.given = given
         self.description = description
-        self.console = Console("text")
+        self.console = Console("text", quiet)
         self.inputs = Inputs()
         self.page = Page()
         self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones

@@ -21,6 +21,12 @@ const ASK_AGAIN = 120; // ms after a move before it is asked what touches
 const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
 const PANELS = { tree: Tree, joints: Joints, look: Look };
 
+/** Return in words how many parts touch others. */
+function said(pairs) {
+  const parts = new Set(pairs.flat()).size;
+  return parts ? `${parts} parts touch others, and are red` : "no parts touch that are no neighbours";
+}
+
 /** Everything that the page knows. Panels read it and call its methods. */
 export class App {
   constructor(root, data) {
@@ -99,6 +105,7 @@ export class App {
     if (first && !this.moved) this.lookFrom(this.from ?? "iso");
     if (first && this.asked) this.changesPanel.fly(this.asked);
     this.show({});
+    this.#touch();
     document.body.dataset.ready = "yes";
   }
 
@@ -171,9 +178,10 @@ export class App {
   }
 
   async #touch() {
-    const links = await touching(this.state);
-    if (links === null) return;
-    this.touching = new Set(links.flat());
+    const pairs = await touching(this.state);
+    this.touching = new Set(Array.isArray(pairs) ? pairs.flat() : []);
+    this.touchingSaid = Array.isArray(pairs) ? said(pairs) : pairs;
+    this.panels.look.tell();
     this.#mark();
   }
 

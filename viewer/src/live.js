@@ -41,13 +41,16 @@ export async function explained(frame) {
   }
 }
 
-/** Ask which links touch at a state; null where nobody answers that. */
+/** Ask which links touch at a state: their pairs, or why nobody knows. */
 export async function touching(state) {
-  if (!isLive()) return null;
+  if (!isLive()) return "rosorin-compile view marks parts that touch";
   try {
     const answer = await fetch("touching", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(state) });
-    return answer.ok ? await answer.json() : null;
+    if (answer.ok) return await answer.json();
+    return answer.status === 501 ? "parts that touch are marked where rosorin-compile[physics] is installed" : UNKNOWN;
   } catch {
-    return null;
+    return UNKNOWN;
   }
 }
+
+const UNKNOWN = "which parts touch is not known";

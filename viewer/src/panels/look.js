@@ -23,6 +23,7 @@ export class Look {
   constructor(app) {
     this.app = app;
     this.root = element("div", { class: "pane" });
+    this.touching = element("p", { class: "quiet", id: "touching" });
   }
 
   draw() {
@@ -37,10 +38,15 @@ export class Look {
     const units = Object.fromEntries(Object.keys(UNITS).map((name) => [name, name]));
     const themes = { auto: "as the system", light: "light", dark: "dark" };
     this.root.replaceChildren(
-      section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames }))),
+      section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
       section("Look from", element("div", { class: "buttons" }, ...views)),
       section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value }))),
     );
+  }
+
+  /** Say which parts touch, or why that is not known. */
+  tell() {
+    this.touching.textContent = this.app.touchingSaid;
   }
 }
 

@@ -215,6 +215,17 @@ def test_a_save_moves_the_robot_and_leaves_the_rest(browser: Browser, live: View
     kept_to_itself(browser, live.port)
 
 
+def test_parts_that_touch_are_red(browser: Browser, live: Viewing) -> None:
+    browser.open(f"http://localhost:{live.port}/")
+    browser.wait("document.getElementById('touching').textContent === 'no parts touch that are no neighbours'")
+    browser.slide("joint2", 1.9)
+    browser.slide("joint3", 1.9)
+    browser.wait("document.getElementById('touching').textContent.endsWith('parts touch others, and are red')")
+    assert browser.evaluate("app.touching.size") >= 2
+    assert browser.evaluate("document.querySelectorAll('.row.touching').length") >= 2
+    kept_to_itself(browser, live.port)
+
+
 def test_an_error_is_shown_over_the_last_good_robot(browser: Browser, live: Viewing) -> None:
     browser.open(f"http://localhost:{live.port}/#pose=tuck")
     edit(Path("descriptions/rosorin/lidar_and_imu.yaml"), "0.106748", "0.106748 apples")

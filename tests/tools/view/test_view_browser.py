@@ -82,7 +82,8 @@ def test_both_forms_look_as_they_did(browser: Browser, home: Path, capsys: Shown
         browser.open(f"http://localhost:{viewing.port}/#{asked}&panels=off&theme=light", **SMALL)
         kept_to_itself(browser, viewing.port)
         browser.wait("document.getElementById('touching').textContent !== ''")
-        browser.evaluate("(app.view.mark({touching: new Set()}), app.stage.touch())")  # whose red a page on disk has not
+        # A page on disk knows nothing of parts that touch: it has none in red.
+        browser.evaluate("(app.view.mark({touching: new Set()}), app.stage.touch())")
         served = browser.picture(home / "served.png")
     cells = browser.cells(meant)
     for picture in (from_disk, served):

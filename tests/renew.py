@@ -1,6 +1,6 @@
 """Writes anew what is committed and made by a program; the difference is then read like any other change.
 
-python tests/renew.py docs | schema | from-xacro | imported [NAME...] | findings
+python tests/renew.py docs | schema | from-xacro | imported [NAME...] | findings | pictures [NAME...]
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ WRITERS = {
     "from-xacro": "support/xacro_page.py",
     "imported": "tools/importer/test_import_golden.py",
     "findings": "tools/verify/test_verify_faults.py",
+    "pictures": "tools/picture/test_picture_committed.py",
 }
 
 

@@ -137,13 +137,14 @@ def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
         "templates/t.jinja",
         "schemas/s.json",
         "parts_library/p.yaml",
+        "viewer/page.js",
     ):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
     monkeypatch.setattr(stamp, "__file__", str(tool / "output" / "stamp.py"))
     monkeypatch.setattr(stamp, "data_folder", lambda name: tool / name)
     run.remember()
-    for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "schemas/s.json", "parts_library/p.yaml"):
+    for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "parts_library/p.yaml", "viewer/page.js"):
         status = (tool / name).stat()
         os.utime(tool / name, ns=(0, status.st_mtime_ns + 1))
         assert run.recall() is None

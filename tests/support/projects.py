@@ -62,6 +62,7 @@ outputs:
   urdf: {file: r.urdf}
   mjcf: {file: sim/r.xml}
   note: {template: note.txt.jinja, file: note.txt}
+  page: {file: r.html}
 """,
             "descriptions/r/more.yaml": "links: {more: {visual: [{mesh: {file: 'package://p/m/ball.obj'}}]}}\n",
             "descriptions/r/data/table.yaml": "heights: [[0.1, 0.2], [0.1, 0.3]]\n",

@@ -14,9 +14,10 @@ def schema(name: str) -> Any:
 
 
 def properties(described: Any, path: str = "") -> list[tuple[str, Any]]:
-    """Return each property and each list item of a schema with its path."""
+    """Return each property and each list item of a schema with its path, and what it names in $defs once."""
     found = []
     if isinstance(described, dict):
+        found += [one for name, inner in described.get("$defs", {}).items() for one in properties(inner, f"#{name}")]
         for name, inner in described.get("properties", {}).items():
             found += [(f"{path}/{name}", inner), *properties(inner, f"{path}/{name}")]
         inner_schemas = [described.get("items"), described.get("additionalProperties"), *described.get("oneOf", [])]

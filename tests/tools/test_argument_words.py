@@ -36,6 +36,8 @@ WORDS = {
     "frames": ["r.yaml"],
     "pulses": ["r.yaml"],
     "args": ["r.yaml"],
+    "view": ["r.yaml", "--html", "r.html"],
+    "picture": ["r.yaml", "-o", "r.png"],
     "package": ["r.yaml", "-o", "pkg"],
     "deploy": ["r.yaml", "--to", "."],
     "verify": [str(DATA / "recordings" / "session.txt"), "r.yaml"],

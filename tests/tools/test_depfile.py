@@ -62,6 +62,7 @@ CASES = {
     "foreign": (foreign, ["all"]),
     "meshes": (meshes, ["all", "--args", "cal.yaml", "--package", "p=p"]),
     "meshes-print": (meshes, ["print", "mjcf", "r", "--args", "cal.yaml", "--package", "p=p", "-o", "a.xml"]),
+    "a-page": (meshes, ["print", "page", "r", "--package", "p=p", "-o", "a.html"]),
     "a-template": (meshes, ["print", "note", "r", "-o", "a.txt"]),
     "a-xacro-alone": (meshes, ["print", "urdf", "descriptions/r/x/v.xacro", "-o", "a.urdf"]),
 }
@@ -225,7 +226,7 @@ def test_ninja_with_all_outputs_and_meshes(home: Path, monkeypatch: pytest.Monke
         (home / "descriptions/r/robot.yaml").read_text().replace("x/v.xacro", "v.yaml")
     )
     (home / "descriptions/r/v.yaml").write_text("links: {v_base: {}}\n")
-    outputs = "out/r/sim/r.xml out/r/note.txt out/r/r.urdf out/r/sim/box.stl out/r/sim/meshes/p/m/ball.obj"
+    outputs = "out/r/sim/r.xml out/r/note.txt out/r/r.html out/r/r.urdf out/r/sim/box.stl out/r/sim/meshes/p/m/ball.obj"
     text = ALL.format(program=PROGRAM, options="--args cal.yaml --package p=p", outputs=outputs)
     (home / "build.ninja").write_text(text)
     run("ninja")

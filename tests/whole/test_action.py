@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import pytest
 import yaml
 
+from rosorin_compile.formats.page import data_of
 from support.commands import edit, write_files
 from support.paths import ROOT
 from support.snapshot import network, snapshot
@@ -162,6 +163,24 @@ def test_a_robot_that_moved_and_one_with_a_mistake(repository: Path) -> None:
     assert lenient.code == 0
     assert lenient.summary == job.summary
     assert lenient.outputs["passed"] == "false"
+
+
+def test_the_page(repository: Path) -> None:
+    """The same run writes the page, and says where it is; where nothing compiles there is none."""
+    edit(repository / "robots/descriptions/dog/robot.yaml", "100 mm", "120 mm")
+    job = act(repository, STEPS[1:], working_directory="robots", page="true")
+    assert job.code == 1
+    page = data_of(Path(job.outputs["page"]).read_text("utf-8"))
+    assert [page["robot"]["name"], *(one["robot"]["name"] for one in page["others"])] == ["dog", "arm"]
+    assert page["moved"] == {"mast": "moved"}
+    assert "The page robots.html shows the robots, and what moved." in job.summary
+    plain = act(repository, STEPS[1:], working_directory="robots")
+    assert plain.outputs["page"] == ""
+    assert "robots.html" not in plain.summary
+    edit(repository / "robots/descriptions/dog/robot.yaml", "child: mast", "chidl: mast")
+    broken = act(repository, STEPS[1:], working_directory="robots", robots="dog", page="true")
+    assert (broken.code, broken.outputs["page"]) == (1, "")
+    assert act(repository, STEPS[1:], working_directory="robots", page="yes").code == 2
 
 
 def test_one_robot_with_an_argument_and_an_option(repository: Path) -> None:

@@ -28,6 +28,9 @@ OTHER_VALUES = {
     "--frame": "a frame; extract says that it is a link",
     "--link": "one, or several",
     "--robot": "of extract factory the file in the package",
+    "--from": "the shapes that extract reads; where the camera of picture stands",
+    "--frames": "the two that verify is told of; whether picture shows them",
+    "--size": "two lengths of extract; pixels of picture",
 }
 
 

@@ -167,7 +167,9 @@ class Format:
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
-    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``.
+    - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
+      that is not JSON itself. Raises ValueError.
+    - ``differ``: what differs between two texts whose facts are the same, in words; empty if nobody can say.
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
     - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
       or is not installed. For ``check``.
@@ -190,10 +192,10 @@ class Format:
     In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
     its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
     has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
-    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where
-    it is not opened), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file was
-    generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for a
-    package).
+    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it
+    is not opened), ``embeds`` (it holds the meshes themselves), ``beside`` (the names of files that it wants beside
+    it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so), ``adapted`` (a
+    head of a text that has been changed for a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
     source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
@@ -221,6 +223,8 @@ class Format:
     facts: Callable[[str], Facts] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
+    data: Callable[[str], Any] | None = None
+    differ: Callable[[str, str], str] | None = None
     shown: bool = True
     refusal: Callable[[str, Path], str] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None
@@ -243,6 +247,7 @@ class Format:
     located: bool = False
     meshes: bool = False
     opens: Callable[[str], str] | None = None
+    embeds: bool = False
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""

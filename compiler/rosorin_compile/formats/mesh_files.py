@@ -120,10 +120,12 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, for the artifacts that are made of it."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming = [output for output in outputs if RECORDS[output.backend].meshes]
+    embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
-    if not named or not (opening or naming):
+    if not named or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
-    return _Search(places, opening, naming).run(named)
+    found = _Search(places, opening, naming).run(named)
+    return found._replace(inputs=(*found.inputs, *found.by_name.values())) if embedding else found
 
 
 def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[str, Path]:

@@ -51,8 +51,8 @@ class _Reading(NamedTuple):
 
 def _misfits(artifact: Artifact) -> list[Diagnostic]:
     """Return an error for each place where a JSON artifact does not fit its published schema."""
-    name = FORMATS[artifact.backend].schema
-    problems = misfits(name, json.loads(artifact.text)) if name else []
+    name, data = FORMATS[artifact.backend].schema, FORMATS[artifact.backend].data or json.loads
+    problems = misfits(name, data(artifact.text)) if name else []
     return [
         error(_RULE, f"{artifact.file} does not fit schemas/{name}.schema.json: {p}", None, _HELP) for p in problems
     ]

@@ -32,11 +32,15 @@ _MAX_CHANGES = 100
 
 
 class Comparison(NamedTuple):
-    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs."""
+    """How committed artifacts differ from compiled ones: by meaning, and file by file; ``same`` if nothing differs.
+
+    ``pairs`` are the artifacts that differ and can be read, as they were and as they are.
+    """
 
     changes: tuple[Change, ...]
     texts: tuple[TextDifference, ...]
     same: bool
+    pairs: tuple[Pair, ...] = ()
 
 
 def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str, bytes]) -> Comparison:
@@ -60,7 +64,7 @@ def compare(robot: Robot, artifacts: Sequence[Artifact], committed: Mapping[str,
     told = {output for change in found for output in change.artifacts}
     by_file = {artifact.file: artifact for artifact in artifacts}
     remarked = sorted(_remarked(text, by_file.get(text.file), told, committed) for text in texts)
-    return Comparison(found, tuple(remarked), not remarked)
+    return Comparison(found, tuple(remarked), not remarked, tuple(pairs))
 
 
 def _whole(
@@ -101,7 +105,9 @@ def _pair(robot: Robot, artifact: Artifact, old: str) -> Pair | str:
 
 def _changed(artifact: Artifact, old: str, remark: str) -> TextDifference:
     shown = FORMATS[artifact.backend].shown
-    return TextDifference(artifact.file, CHANGED, remark, unified(artifact.file, old, artifact.text), shown)
+    large = not shown and max(len(old), len(artifact.text)) > _LARGEST_PICTURE
+    lines = () if large else unified(artifact.file, old, artifact.text)
+    return TextDifference(artifact.file, CHANGED, remark, lines, shown)
 
 
 def _remarked(
@@ -113,8 +119,10 @@ def _remarked(
     if FORMATS[artifact.backend].facts is None:
         return text
     old = _decoded(committed[artifact.file]) or ""
-    same = same_syntax(FORMATS[artifact.backend], old, artifact.text)
-    return text._replace(remark=_SAME_MEANING if same else _NOTHING_COMPARED)
+    format = FORMATS[artifact.backend]
+    differ = format.differ(old, artifact.text) if format.differ is not None else ""
+    same = same_syntax(format, old, artifact.text)
+    return text._replace(remark=differ or (_SAME_MEANING if same else _NOTHING_COMPARED))
 
 
 def lines(comparison: Comparison, full: bool = False) -> list[str]:
@@ -139,6 +147,7 @@ MAX_LINES = 40
 MAX_WIDTH = 160
 # Above this number of lines, comparing line by line takes too long.
 _MAX_COMPARED = 20_000
+_LARGEST_PICTURE = 200_000  # letters of a text that is not for people; the lines of a larger one are not shown at all
 _NO_END = "\\ No newline at end of file"
 
 

@@ -21,7 +21,7 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     ``tolerance`` is no difference (m, rad, parts of other numbers), besides what the digits of a source leave open.
     ``prefix`` is what the names of B begin with, None: find out, empty: nothing.
     """
-    pairing = pair(*_known_names(a, b), tolerance, prefix)
+    pairing = side_by_side(a, b, tolerance, prefix)
     missing, lacking = not_carried(pairing, a, b)
     silent = unsaid(a, b)
     frames = compare_frames(pairing)
@@ -46,6 +46,11 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
     if moved:
         notes += furthest(pairing, frames.coordinates, moved)
     return Difference(a, b, _arranged(pairing, items), tuple(notes), tuple(not_compared), tolerance)
+
+
+def side_by_side(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
+    """Return two robots under common names, as they are compared; they keep the order of their links and joints."""
+    return pair(*_known_names(a, b), tolerance, prefix)
 
 
 def _known_names(a: Side, b: Side) -> tuple[Side, Side]:

@@ -15,6 +15,8 @@ from .shape import Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from .kinematics import Kinematics
 
 Named = TypeVar("Named")
@@ -121,7 +123,8 @@ class Output:
 class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
-    ``missing_meshes`` are the names of mesh files that were looked for and are not there.
+    ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
+    of each that is.
     """
 
     name: str
@@ -139,6 +142,7 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
+    mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
         """Return the name and what there is how often: a robot in full is pages long."""

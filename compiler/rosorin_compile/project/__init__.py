@@ -228,7 +228,7 @@ def python_folder(package: str) -> Path | None:
 
 
 # The data packages, each a folder of the same name at the top of the project (parts_library is ``parts``).
-DATA = ("parts_library", "schemas", "templates")
+DATA = ("parts_library", "schemas", "templates", "viewer")
 
 
 def data_folder(name: str) -> Path:

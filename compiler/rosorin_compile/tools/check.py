@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import argparse
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import islice, product
 from math import prod
@@ -31,7 +31,16 @@ from .compiling import (
     telling,
 )
 from .given import Given, given_arguments
-from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
+from .options import (
+    console_of,
+    depfile_options,
+    format_options,
+    hook_option,
+    output_options,
+    page_options,
+    place,
+    robot_options,
+)
 from .robots import Run, check_depfile, for_each, is_foreign, one
 from .understanding import understood
 from .usage import FINE, PROBLEMS, WrongUsage
@@ -45,6 +54,7 @@ if TYPE_CHECKING:
     from ..meaning.golden import Comparison
     from ..pipeline import Compiled
     from .package.checking import Checked
+    from .view.changed import Pictures
 
 RULES = (
     Rule(
@@ -94,6 +104,9 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="append what --format markdown prints to a file, whatever the form of the messages",
     )
+    page_options(
+        command, "write a page that shows the robots, what is committed under what is compiled, and what changed"
+    )
     output_options(command)
     depfile_options(command, "none, it has to be named")
     format_options(command)
@@ -102,6 +115,20 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
     _check_depfile(options)
+    if options.html is None:
+        return _run(options, check_one)
+    if options.every_argument or options.deployed is not None:
+        raise WrongUsage("--html shows a comparison with what is committed; it does not go with this option")
+    from .view.changed import Pictures
+
+    pictures = Pictures(options)
+    code = _run(options, partial(check_one, pictures=pictures))
+    pictures.write(console_of(options))
+    return code
+
+
+def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:
+    """Do with each robot what the options ask for; ``each`` compares it with what is committed."""
     if options.physics and (options.every_argument or options.deployed is not None):
         raise WrongUsage("--physics does not go with --every-argument or --deployed")
     if options.every_argument:
@@ -109,9 +136,9 @@ def run(options: argparse.Namespace) -> int:
             raise WrongUsage("--every-argument and --deployed do not go together")
         return for_each(options, check_every)
     if options.physics:
-        return _check_with_physics(options)
+        return _check_with_physics(options, each)
     if options.deployed is None:
-        return for_each(options, check_one)
+        return for_each(options, each)
     if not Path(options.deployed).is_dir():
         raise WrongUsage(f'there is no folder "{options.deployed}"')
     names = given_arguments(options, options.words)[1]
@@ -133,8 +160,8 @@ def _check_depfile(options: argparse.Namespace) -> None:
         raise WrongUsage("a depfile needs a target: --depfile-target NAME")
 
 
-def check_one(run: Run, description: Description) -> int:
-    """Compile one robot in memory and compare with its outputs folder."""
+def check_one(run: Run, description: Description, pictures: Pictures | None = None) -> int:
+    """Compile one robot in memory and compare with its outputs folder; ``pictures`` take what a page shows of that."""
     from ..diagnostics import has_errors
     from ..meaning.golden import compare
     from ..output import OutputError, read_set
@@ -156,6 +183,8 @@ def check_one(run: Run, description: Description) -> int:
     meshes = mesh_files(compiled)
     comparison = compare(compiled.robot, compiled.artifacts, {n: d for n, d in committed.items() if n not in meshes})
     changed = [(name, what) for name, data in meshes.items() if (what := _mesh(data, committed.get(name)))]
+    if pictures is not None:
+        pictures.take(run.given, description, compiled, comparison, committed, changed)
     if not comparison.same or changed:
         _differ(run, comparison, changed)
         _tell_no_folder(run, description)
@@ -239,7 +268,7 @@ def _refusal(given: Given, description: Description, artifact: Artifact, reason:
     return at_meshes or [error("engine-refuses", message, output.span, "correct what it names")]
 
 
-def _check_with_physics(options: argparse.Namespace) -> int:
+def _check_with_physics(options: argparse.Namespace, each: Callable[[Run, Description], int]) -> int:
     """Compare each robot with its outputs, unless it is in a file of another format, and check its physics."""
     from .physics.checking import lacking
 
@@ -248,7 +277,7 @@ def _check_with_physics(options: argparse.Namespace) -> int:
         raise WrongUsage(f"check --physics needs what is not installed: pip install {missing}")
 
     def both(run: Run, description: Description) -> int:
-        compared = FINE if is_foreign(description.path) else check_one(run, description)
+        compared = FINE if is_foreign(description.path) else each(run, description)
         return max(compared, _check_physics(run, description))
 
     return for_each(options, both)

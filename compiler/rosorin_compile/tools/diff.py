@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import argparse
 import math
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import Console
 from .given import given_arguments, named, packages_of
-from .options import argument_options, json_option, package_option, quiet_option
-from .robots import take_stdin
+from .options import argument_options, json_option, package_option, page_options, quiet_option
+from .robots import one, take_stdin
 from .usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from ..meaning.difference import Side
+    from ..meaning.difference import Difference, Side
+    from .given import Given
     from .sides import Read
 
 _SIDES = ("A", "B")
@@ -53,6 +55,7 @@ def options(command: argparse.ArgumentParser) -> None:
         "default: 1e-9",
     )
     command.add_argument("--full", action="store_true", help="show every difference")
+    page_options(command, "write a page that shows B, with A under it, and what differs")
     quiet_option(command)
     package_option(command)
     json_option(command)
@@ -84,7 +87,7 @@ def run(options: argparse.Namespace) -> int:
     tolerance = DEFAULT_TOLERANCE if options.tolerance is None else options.tolerance
     found = compare_robots(*sides, tolerance, options.prefix)
     each = options.full or options.format == "json"
-    left = [line for word, one in zip(words, read, strict=True) for line in one.lines(word, each)]
+    left = [line for word, side in zip(words, read, strict=True) for line in side.lines(word, each)]
     found = found._replace(not_compared=(*found.not_compared, *left))
     if options.format == "json":
         import json
@@ -92,7 +95,25 @@ def run(options: argparse.Namespace) -> int:
         print(json.dumps(as_json(found), indent=2))
     else:
         print("\n".join(lines(found, options.full)))
+    if options.html is not None:
+        givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
+        _write_page(options, list(zip(words, givens, strict=True)), sides, found)
     return FINE if found.same else PROBLEMS
+
+
+def _write_page(
+    options: argparse.Namespace, givens: Sequence[tuple[str, Given]], sides: tuple[Side, Side], found: Difference
+) -> None:
+    """Write the page that shows B with A under it. Raises WrongUsage."""
+    from .view.changed import Pictures, of_sides
+    from .view.showing import look
+
+    console = Console("json")  # what is wrong was said before
+    shown = [look(given, one(word, "rosorin-compile diff A B"), console).shown for word, given in givens]
+    pictures = Pictures(options)
+    if shown[0] is not None and shown[1] is not None:
+        pictures.taken.append(of_sides((shown[0], shown[1]), sides, found, options.prefix))
+    pictures.write(Console(options.format))
 
 
 def _tolerance(text: str) -> float:
@@ -129,9 +150,9 @@ def _check_arguments(options: argparse.Namespace, read: list[Read], words: list[
 
 def _sides(read: list[Read], words: list[str], console: Console) -> tuple[Side, Side] | None:
     """Return both sides; None, after saying what is wrong, if one of them cannot be read."""
-    for word, one in zip(words, read, strict=True):
-        console.show(one.diagnostics)
-        if one.side is None:
+    for word, side in zip(words, read, strict=True):
+        console.show(side.diagnostics)
+        if side.side is None:
             console.warn(f"{word}: cannot be compared")
     first, second = read[0].side, read[1].side
     return (first, second) if first is not None and second is not None else None

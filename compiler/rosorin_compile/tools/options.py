@@ -9,6 +9,7 @@ from .parser import Options
 
 FORMAT_NAMES = ("text", "json", "github", "sarif", MARKDOWN)
 _ROBOT = "name in descriptions/, folder or file"
+PAGE_MEGABYTES = 40  # of the meshes of a page
 
 
 def place(text: str) -> str:
@@ -104,6 +105,18 @@ def json_option(command: argparse.ArgumentParser) -> None:
     """Add the options that choose how a result is printed that is more than diagnostics."""
     command.add_argument("--format", choices=("text", "json"), default="text", help="form of the result; default: text")
     command.add_argument("--json", action="store_const", dest="format", const="json", help="short for --format json")
+
+
+def page_options(command: argparse.ArgumentParser, what: str) -> None:
+    """Add the options of a page that is written into a file; ``what`` says what it shows."""
+    command.add_argument("--html", type=place, metavar="FILE", help=what)
+    command.add_argument("--no-meshes", action="store_true", help="with --html: leave the meshes out")
+    command.add_argument(
+        "--max-megabytes",
+        type=float,
+        metavar="NUMBER",
+        help=f"with --html: how much meshes may have together; default: {PAGE_MEGABYTES}",
+    )
 
 
 def depfile_options(command: argparse.ArgumentParser, target: str) -> None:

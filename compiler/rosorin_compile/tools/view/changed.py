@@ -1,0 +1,281 @@
+"""A change as a picture: the page of a robot with the robot before under it, and what changed, by meaning.
+
+``check`` draws what is committed under what was compiled, ``diff`` one robot under another one; one page may hold
+several robots.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+from ...diagnostics.console import Console
+from ...diagnostics.wording import counted, first_of
+from ...formats.page import MAX_MEGABYTES, embedded, html
+from ...formats.page.data import before_data
+from ...formats.page.seen import Data
+from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
+from ...meaning.past import past
+from ...model import Link, Mesh, Robot
+from ..given import Given
+from ..usage import WrongUsage
+from .showing import Shown, look, on_disk
+
+if TYPE_CHECKING:
+    from ...meaning.difference import Difference, Side
+    from ...meaning.entities import Change
+    from ...meaning.golden import Comparison
+    from ...meaning.pairing import Pairing
+    from ...pipeline import Compiled
+    from ...project import Description
+
+COMMITTED = "what is committed"
+_SHOWN = 3
+_BASE64 = 3 / 4
+
+
+class Picture(NamedTuple):
+    """One robot of a page: the robot of now, what was before (None: nothing), and what is said of the difference.
+
+    ``files`` are the meshes of before by name; ``inputs`` the files that the page is made of.
+    """
+
+    shown: Shown
+    before: tuple[Robot, Moves] | None
+    files: Mapping[str, Path]
+    changes: list[Data]
+    notes: list[str]
+    said: str
+    inputs: tuple[Path, ...] = ()
+
+
+class Pictures:
+    """The robots of one page, as they come."""
+
+    def __init__(self, options: argparse.Namespace) -> None:
+        self.file = Path(options.html)
+        self.with_meshes = not options.no_meshes
+        limit = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+        self.limit = int(limit * 1_000_000)
+        self.taken: list[Picture] = []
+
+    def take(
+        self,
+        given: Given,
+        description: Description,
+        compiled: Compiled,
+        comparison: Comparison,
+        committed: Mapping[str, bytes],
+        meshes: Sequence[tuple[str, str]],
+    ) -> None:
+        """Take what changed in one robot since its artifacts were committed."""
+        picture = of_committed(given, description, compiled, comparison, committed, meshes)
+        self.taken += [picture] if picture is not None else []
+
+    def write(self, console: Console) -> None:
+        """Write the page: robots that changed first. Raises WrongUsage if it cannot be written."""
+        from ...output import OutputError
+        from ...output.one_file import write_file
+
+        if not self.taken:
+            console.warn(f"{self.file}: no page, because no robot compiles")
+            return
+        left: dict[str, str] = {}
+        ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
+        entries = [self._entry(one, left) for one in ordered]
+        text = html({**entries[0], "others": entries[1:]} if entries[1:] else entries[0])
+        try:
+            write_file(self.file, text.encode(), [file for one in self.taken for file in one.inputs])
+        except OutputError as problem:
+            raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
+        if left:
+            reasons = ", ".join(dict.fromkeys(left.values()))
+            console.warn(
+                f"{self.file}: without {counted(len(left), 'mesh')} ({first_of(list(left), _SHOWN)}): {reasons}"
+            )
+        console.say(f"{self.file}: a page with {counted(len(entries), 'robot')}, {len(text.encode()) / 1e6:.1f} MB")
+
+    def _entry(self, one: Picture, left: dict[str, str]) -> Data:
+        data, missing = on_disk(one.shown, self.limit, self.with_meshes)
+        left |= missing
+        self._take(data["meshes"])
+        entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.said}
+        if one.before is None:
+            return entry
+        old, found = one.before
+        before = before_data(old, found.shapes, found.at)
+        if self.with_meshes:
+            table, missing = embedded(_drawn(old, found), one.files, self.limit)
+            before["meshes"] = {name: mesh for name, mesh in table.items() if mesh != data["meshes"].get(name)}
+            left |= missing
+            self._take(before["meshes"])
+        return {**entry, "before": before, "moved": dict(found.how)}
+
+    def _take(self, meshes: Data) -> None:
+        """Leave less room for the meshes that follow."""
+        self.limit -= sum(int(len(mesh.get("data", "")) * _BASE64) for mesh in meshes.values())
+
+
+def _drawn(old: Robot, found: Moves) -> Robot:
+    """Return a robot that has the shapes alone that are drawn of it."""
+    links = [
+        Link(link.name, **{purpose: found.shapes.get((link.name, purpose), ()) for purpose in PURPOSES})  # type: ignore[arg-type]
+        for link in old.links
+    ]
+    return replace(old, links=tuple(links))
+
+
+def of_committed(
+    given: Given,
+    description: Description,
+    compiled: Compiled,
+    comparison: Comparison,
+    committed: Mapping[str, bytes],
+    meshes: Sequence[tuple[str, str]],
+) -> Picture | None:
+    """Return the picture of what changed since artifacts were committed; ``meshes`` are those that differ.
+
+    None for a robot that cannot be shown.
+    """
+    shown = look(given, description, Console("json")).shown  # a second time, for the places; said is nothing
+    if shown is None:
+        return None
+    robot = shown.robot
+    before = past(robot, comparison.pairs) if committed else None
+    changes = [_change(one, [robot, *([before] if before else [])]) for one in comparison.changes]
+    notes = [f"{text.file}: {text.remark}" for text in comparison.texts if text.remark]
+    if not changes:
+        notes += [f"{text.file}: different text" for text in comparison.texts if not text.remark]
+    notes += [f"{name}: {what}" for name, what in meshes]
+    files = {**shown.meshes, **{name: description.outputs / name for name in committed}}
+    inputs = (*compiled.inputs, *shown.meshes.values(), *(description.outputs / name for name in committed))
+    if before is None:
+        return Picture(shown, None, {}, [], [], "nothing is committed to compare with", inputs)
+    found = _with_meshes(moves(before, robot), before, _changed_meshes(compiled, committed, meshes))
+    said = f"{counted(len(changes), 'change')} against {COMMITTED}" if changes else _unchanged(notes)
+    return Picture(shown, (before, found), files, changes, notes, said, inputs)
+
+
+def _unchanged(notes: Sequence[str]) -> str:
+    return "no change that is compared by meaning" if notes else f"no change: this is {COMMITTED}"
+
+
+def _change(change: Change, robots: Iterable[Robot]) -> Data:
+    from ...meaning.wording import Sentence
+
+    remarks = [change.remark] if change.remark else []
+    if change.therefore:
+        remarks.append(f"and therefore the shapes of {', '.join(change.therefore)}")
+    text = str(Sentence(change.text, "; ".join(remarks), change.row))
+    return _said(text, _frame(change.kind, change.name, robots), change.artifacts)
+
+
+def _said(text: str, frame: str, artifacts: Sequence[str] = ()) -> Data:
+    made: Data = {"text": text}
+    if frame:
+        made["frame"] = frame
+    return made | ({"artifacts": list(artifacts)} if artifacts else {})
+
+
+def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
+    """Return the frame at which a change is to be seen; empty if there is none."""
+    plain = name.split(" when ")[0].split(" below ")[0]  # the row of a publisher that takes turns
+    for robot in robots:
+        if kind == "joint" and name in robot.joint:
+            return robot.joint[name].child
+        sensor = next((one for one in robot.sensors if one.name == name), None)
+        if kind == "sensor" and sensor is not None:
+            return sensor.frame
+        servos = next((one for one in robot.servos if one.name == name), None)
+        if kind == "servo" and servos is not None and servos.joints[0] in robot.joint:
+            return robot.joint[servos.joints[0]].child
+        if plain in robot.link:
+            return plain
+    return ""
+
+
+def _changed_meshes(
+    compiled: Compiled, committed: Mapping[str, bytes], meshes: Sequence[tuple[str, str]]
+) -> frozenset[str]:
+    """Return the meshes, as the description names them, whose committed files are others."""
+    other = {name for name, _ in meshes if name in committed}
+    found = compiled.meshes.found if compiled.meshes else ()
+    return frozenset(one.named.name for one in found if other.intersection(one.places))
+
+
+def _with_meshes(found: Moves, old: Robot, changed: frozenset[str]) -> Moves:
+    """Return moves to which links belong, too, whose mesh files are others."""
+    how, shapes = dict(found.how), dict(found.shapes)
+    for link in old.links:
+        for purpose in PURPOSES:
+            every = getattr(link, purpose)
+            others = tuple(s for s in every if isinstance(s.geometry, Mesh) and s.geometry.file in changed)
+            if others and how.setdefault(link.name, SHAPED) == SHAPED:
+                known = shapes.get((link.name, purpose), ())
+                shapes[link.name, purpose] = (*known, *(shape for shape in others if shape not in known))
+    return found._replace(how=how, shapes=shapes)
+
+
+def of_sides(shown: Sequence[Shown], sides: tuple[Side, Side], difference: Difference, prefix: str | None) -> Picture:
+    """Return the picture of two robots, the first under the second one; ``prefix`` is that of the second one."""
+    from ...meaning.difference import summary
+    from ...meaning.robots import side_by_side
+
+    a, b = sides
+    pairing = side_by_side(a, b, difference.tolerance, prefix)
+    names = _Names(pairing, b.robot)
+    old = names.old()
+    found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.unsaid(a, b))
+    changes = [_said(item.text, names.frame(item.name)) for item in difference.items]
+    notes = [f"note: {note}" for note in difference.notes]
+    notes += [f"not compared: {line}" for line in difference.not_compared]
+    said = f"{Path(a.label).name} -> {Path(b.label).name}: {summary(difference)}"
+    inputs = tuple(file for one in shown for file in (*one.understood.expanded.files, *one.meshes.values()))
+    return Picture(shown[1], (old, found), shown[0].meshes, changes, notes, said, inputs)
+
+
+class _Names:
+    """What the two robots of a comparison call things, by the names that it has for both."""
+
+    def __init__(self, pairing: Pairing, second: Robot) -> None:
+        self.pairing = pairing
+        self.first, self.second = pairing.a.robot, pairing.b.robot
+        self.links = _renaming([link.name for link in second.links], [link.name for link in self.second.links])
+        self.joints = _renaming([joint.name for joint in second.joints], [joint.name for joint in self.second.joints])
+        self.old_links = _apart([link.name for link in self.first.links], self.links)
+        self.old_joints = _apart([joint.name for joint in self.first.joints], self.joints)
+
+    def old(self) -> Robot:
+        """Return the first robot under the names of the second one."""
+        from ...meaning.pairing import renamed
+
+        return renamed(self.first, self.old_links, self.old_joints)
+
+    def unsaid(self, a: Side, b: Side) -> set[str]:
+        """Return the links that the format of one of the two has no word for."""
+        from ...meaning.unsaid import not_carried
+
+        missing, _ = not_carried(self.pairing, a, b)
+        return {self.links.get(name, self.old_links.get(name, name)) for name in missing}
+
+    def frame(self, name: str) -> str:
+        """Return the frame at which something of that name is to be seen; empty if there is none."""
+        for robot, links in ((self.second, self.links), (self.first, self.old_links)):
+            link = robot.joint[name].child if name in robot.joint and name not in robot.link else name
+            if link in robot.link:
+                return links[link]
+        return ""
+
+
+def _renaming(own: Sequence[str], common: Sequence[str]) -> dict[str, str]:
+    """Return the names that a robot has itself by those of a comparison, which keeps their order."""
+    return dict(zip(common, own, strict=True))
+
+
+def _apart(names: Sequence[str], shared: Mapping[str, str]) -> dict[str, str]:
+    """Return what the second robot calls what the first one has; what it has not gets a name that is free."""
+    taken = set(shared.values())
+    return {name: shared.get(name, f"{name} (before)" if name in taken else name) for name in names}

@@ -1,0 +1,242 @@
+"""rosorin-compile view: show a robot in the browser, and follow its files; or write it as one page."""
+
+from __future__ import annotations
+
+import argparse
+import errno
+import secrets
+import sys
+import threading
+import time
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics import Diagnostic
+from ...diagnostics.console import Console
+from ...diagnostics.report import text as as_text
+from ...diagnostics.wording import counted, first_of
+from ...formats.page import MAX_MEGABYTES, html
+from ...output.watch import Inputs
+from ...project import Description
+from ..given import Given, given_arguments
+from ..options import argument_options, one_robot, package_option, page_options, quiet_option
+from ..robots import one
+from ..usage import FINE, PROBLEMS, WrongUsage
+from .server import LOOPBACK, Data, Page, Server, bound, is_loopback
+from .showing import Looked, Shown, look, on_disk, served
+
+_LOOK = 0.15  # seconds between two looks at the files
+_HOW = "rosorin-compile view ROBOT"
+_LAST_PORT = 65535
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    page_options(command, "write the page into a file instead of serving it")
+    command.add_argument("--no-open", action="store_true", help="open no browser")
+    command.add_argument("--port", type=int, metavar="NUMBER", help="default: 8642, or another one where that is taken")
+    command.add_argument(
+        "--host",
+        default=LOOPBACK,
+        metavar="ADDRESS",
+        help="show it to other machines, too: whoever reaches the address sees the robot; default: this machine alone",
+    )
+    quiet_option(command)
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Show a robot."""
+    given, names = given_arguments(options, options.words)
+    if len(names) > 1:
+        raise WrongUsage(f"a page shows one robot: {_HOW}")
+    description = one(names[0] if names else "", _HOW)
+    if options.max_megabytes is not None and not options.max_megabytes >= 0:
+        raise WrongUsage("--max-megabytes wants a number from 0 on")
+    if options.html is None and (options.no_meshes or options.max_megabytes is not None):
+        raise WrongUsage("--no-meshes and --max-megabytes go with --html FILE")
+    if options.html is not None:
+        return _write(options, given, description)
+    return _Followed(given, description, options.quiet).serve(options)
+
+
+def _looked(given: Given, description: Description, console: Console) -> Looked:
+    from ...frontend.load import LoadError
+
+    try:
+        return look(given, description, console)
+    except LoadError as problem:
+        return Looked(None, [problem.diagnostic], (description.path,))
+
+
+def _write(options: argparse.Namespace, given: Given, description: Description) -> int:
+    """Write the page of a robot into a file."""
+    from ...output import OutputError
+    from ...output.one_file import write_file
+
+    console = Console("text", options.quiet)
+    looked = _looked(given, description, console)
+    console.show([one for one in looked.diagnostics if one.severity == "error"])
+    if looked.shown is None:
+        console.warn(f"{description.name}: a robot with errors is not shown")
+        return PROBLEMS
+    megabytes = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
+    limit = int(megabytes * 1_000_000)
+    data, left = on_disk(looked.shown, limit, not options.no_meshes)
+    text = html({"robot": data})
+    try:
+        write_file(Path(options.html), text.encode(), looked.files)
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    if left:
+        reasons = ", ".join(dict.fromkeys(left.values()))
+        console.warn(f"not shown: {counted(len(left), 'mesh')} ({first_of(list(left), 3)}): {reasons}")
+    console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
+    return FINE
+
+
+class _Followed:
+    """One robot that is shown while its files change."""
+
+    def __init__(self, given: Given, description: Description, quiet: bool) -> None:
+        self.given = given
+        self.description = description
+        self.console = Console("text", quiet)
+        self.inputs = Inputs()
+        self.page = Page()
+        self.numbers: dict[Path, str] = {}  # of mesh files: a page that is older than a save finds its own ones
+        self.compiled = threading.Lock()  # explanations and contacts are made of one robot at a time
+
+    def serve(self, options: argparse.Namespace) -> int:
+        """Serve the page until Ctrl-C or SIGTERM; one with errors is waited for."""
+        import gc
+        import signal
+
+        gc.enable()  # this run is a long one
+        signal.signal(signal.SIGTERM, signal.default_int_handler)
+        server = _bound(self.page, options)
+        try:
+            self.inputs.read(self._compile)
+            threading.Thread(target=server.serve_forever, daemon=True).start()
+            self._tell(server, options)
+            self._follow()
+        except KeyboardInterrupt:
+            print()
+        finally:
+            server.socket.close()
+        return FINE
+
+    def _tell(self, server: Server, options: argparse.Namespace) -> None:
+        """Say where the page is, and to whom; open it."""
+        address = _address(server)
+        print(f"{self.description.name}: {address}  (Ctrl-C ends it)")
+        sys.stdout.flush()
+        if not is_loopback(server.host):
+            self.console.warn(f"every machine that reaches {server.host} sees this robot, its meshes and its sources")
+        if not options.no_open:
+            import webbrowser
+
+            webbrowser.open(address)
+
+    def _follow(self) -> None:
+        while True:
+            time.sleep(_LOOK)
+            if self.inputs.changed():
+                self.inputs.settle()
+                self.inputs.read(self._compile)
+
+    def _compile(self) -> Iterable[Path]:
+        """Read the robot, and tell the pages; after an error the last one stays. Return the files that were read."""
+        looked = _looked(self.given, self.description, self.console)
+        errors = [one for one in looked.diagnostics if one.severity == "error"]
+        self.console.show(errors)
+        if looked.shown is None:
+            self._failed(errors)
+            return [self.description.path, *self.given.files, *looked.files, *self.inputs.marks]
+        if self.page.problem:
+            self.console.warn(f"{self.description.name}: that is corrected")
+        self._show(looked.shown)
+        return [self.description.path, *self.given.files, *looked.files]
+
+    def _failed(self, errors: list[Diagnostic]) -> None:
+        if not self.page.text:
+            self._serve({"robot": None}, {})
+        self.page.problem = as_text(errors)
+        self.page.changed()
+
+    def _serve(self, data: Data, files: Mapping[str, Path]) -> None:
+        """Have a new version of the page served."""
+        page = self.page
+        version = secrets.token_hex(8)
+        text = html(data, live=version)
+        page.files, page.data, page.text, page.version = files, {**data, "version": version}, text, version
+
+    def _show(self, shown: Shown) -> None:
+        data = dict(shown.data)
+        data["meshes"], files = served(shown, self.numbers)
+        page = self.page
+
+        def explained(frame: str) -> list[str]:
+            with self.compiled:
+                return shown.explained(frame)
+
+        page.explain, page.touching = explained, _Touching(shown, self.compiled)
+        page.problem = ""
+        self._serve({"robot": data}, files)
+        page.changed()
+
+
+class _Touching:
+    """Which links are inside each other, by MuJoCo where that is installed; its scene is made at the first question."""
+
+    def __init__(self, shown: Shown, lock: threading.Lock) -> None:
+        self.shown = shown
+        self.lock = lock
+        self.scene: Any = None
+
+    def __call__(self, state: Mapping[str, Any]) -> list[list[str]] | None:
+        """Return pairs of links at positions by joint (rad or m), neighbours left aside; None where nobody knows."""
+        from ..physics.checking import lacking
+
+        if lacking():
+            return None
+        with self.lock:
+            if self.scene is None:
+                self.scene = self._made()
+            joints = self.shown.robot.joint
+            positions = {name: at for name, at in state.items() if name in joints and joints[name].moves}
+            found = self.scene.overlaps({name: float(at) for name, at in positions.items()})
+            return [list(pair) for pair in found if self.scene.joint_of(pair) is None]
+
+    def _made(self) -> Any:
+        from ..physics.files import Meshes
+        from ..physics.scene import Scene
+
+        return Scene(self.shown.robot, Meshes(self.shown.case(), self.shown.meshes))
+
+
+def _bound(page: Page, options: argparse.Namespace) -> Server:
+    """Return the server at the address and the port that are asked for. Raises WrongUsage."""
+    port, host = options.port, options.host
+    if port is not None and not 0 <= port <= _LAST_PORT:
+        raise WrongUsage(f"there is no port {port}: they go from 0 to {_LAST_PORT}")
+    try:
+        return bound(page, host, port)
+    except OSError as problem:
+        if problem.errno == errno.EADDRINUSE:
+            raise WrongUsage(f"port {port} is taken; without --port a free one is found") from None
+        if problem.errno in (errno.EACCES, errno.EPERM):
+            raise WrongUsage(f"port {port} is not for everybody; take one above 1023, or leave --port out") from None
+        raise WrongUsage(f"{host} is no address of this machine ({problem.strerror or problem})") from None
+    except UnicodeError:
+        raise WrongUsage(f"{host} is no address of this machine") from None
+
+
+def _address(server: Server) -> str:
+    host = server.host
+    name = "localhost" if host == LOOPBACK else f"[{host}]" if ":" in host else host
+    return f"http://{name}:{server.port}/"

@@ -1,0 +1,220 @@
+"""The robot that committed artifacts tell of is the one that they were compiled of, whatever formats they are."""
+
+from __future__ import annotations
+
+import random
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.meaning.golden import compare
+from rosorin_compile.meaning.moves import moves
+from rosorin_compile.meaning.past import past
+from rosorin_compile.model import Robot
+from rosorin_compile.pipeline import Compiled
+from support.moving import random_state
+from support.robots import compiled, compiled_text, copy_of_rosorin, sound
+
+ROBOT = """\
+robot: crane
+let: {solid: {mass: 30 g, inertia: {ixx: 1e-5, iyy: 1e-5, izz: 1e-5}}}
+links:
+  base_link: {collision: [{box: {size: [400 mm, 300 mm, 100 mm]}}], visual: [{box: {size: [400 mm, 300 mm, 100 mm]}}]}
+  boom: {inertial: '${solid}', collision: [{cylinder: {radius: 30 mm, length: 500 mm}, xyz: [0, 0, 250 mm]}]}
+  hook: {inertial: '${solid}', collision: [{sphere: {radius: 40 mm}},
+                                           {box: {size: [20 mm, 20 mm, 60 mm]}, xyz: [0, 0, -50 mm]}]}
+  jaw: {inertial: '${solid}', collision: [{box: {size: [10 mm, 30 mm, 40 mm]}}]}
+  other_jaw: {inertial: '${solid}'}
+  lamp: {inertial: '${solid}', visual: [{sphere: {radius: 20 mm}, rgba: [1, 1, 0, 1]}]}
+joints:
+  slew: {type: revolute, parent: base_link, child: boom, xyz: [100 mm, 0, 50 mm], rpy: [0, 10 deg, 0], axis: [0, 0, 1],
+         limit: {lower: -2 rad, upper: 2 rad, effort: 5, velocity: 1}}
+  hoist: {type: prismatic, parent: boom, child: hook, xyz: [0, 50 mm, 500 mm], axis: [0, 1, 0],
+          limit: {lower: 0 m, upper: 300 mm, effort: 5, velocity: 1}}
+  grip: {type: revolute, parent: hook, child: jaw, xyz: [0, 20 mm, -80 mm], axis: [1, 0, 0],
+         limit: {lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}}
+  other_grip: {type: revolute, parent: hook, child: other_jaw, xyz: [0, -20 mm, -80 mm], axis: [1, 0, 0],
+               limit: {lower: -1 rad, upper: 1 rad, effort: 5, velocity: 1}, mimic: {joint: grip, multiplier: -1}}
+  lamp_joint: {type: fixed, parent: boom, child: lamp, xyz: [0, 0, 300 mm]}
+sensors:
+  lidar: {type: lidar_2d, parent: base_link, frame: laser, joint: laser_joint, xyz: [0, 0, 120 mm],
+          publisher: {static_transform_publisher: tf_laser}, with: {rays: 36, max_range: 5 m}}
+outputs: {OUTPUTS}
+"""
+OUTPUTS = {
+    "all": "{urdf: {file: crane.urdf}, mjcf: {file: crane.xml}, static_tf: {file: tf.py}, frames: {file: frames.md}}",
+    "urdf": "{urdf: {file: crane.urdf}, static_tf: {file: tf.py}}",
+    "six digits": "{urdf: {file: crane.urdf, number_format: six}, mjcf: {file: crane.xml, number_format: six},"
+    " static_tf: {file: tf.py}}",
+    "mjcf": "{urdf: {file: crane.urdf}, mjcf: {file: crane.xml}, static_tf: {file: tf.py}}",
+}
+# What the new robot has (the first text) in the place of what the old one had, what became of links, and of what the
+# artifacts of some outputs alone cannot know.
+CHANGES = {
+    "a sensor moved": ("xyz: [0, 0, 130 mm]", "xyz: [0, 0, 120 mm]", {"laser": "moved"}),
+    "a joint moved": (
+        "xyz: [100 mm, 0, 60 mm]",
+        "xyz: [100 mm, 0, 50 mm]",
+        {"boom": "moved", **dict.fromkeys(["hook", "jaw", "other_jaw", "lamp"], "carried")},
+    ),
+    "a joint turned": (
+        "rpy: [0, 20 deg, 5 deg]",
+        "rpy: [0, 10 deg, 0]",
+        {"boom": "moved", **dict.fromkeys(["hook", "jaw", "other_jaw", "lamp"], "carried")},
+    ),
+    "another axis": (
+        "xyz: [0, 50 mm, 500 mm], axis: [0, 0, 1]",
+        "xyz: [0, 50 mm, 500 mm], axis: [0, 1, 0]",
+        {"hook": "moved", "jaw": "carried", "other_jaw": "carried"},
+    ),
+    "another leader": (
+        "mimic: {joint: grip, multiplier: 1}",
+        "mimic: {joint: grip, multiplier: -1}",
+        {"other_jaw": "moved"},
+    ),
+    "another parent": (
+        "lamp_joint: {type: fixed, parent: hook",
+        "lamp_joint: {type: fixed, parent: boom",
+        {"lamp": "moved"},
+    ),
+    "it moves now": (
+        "lamp_joint: {type: continuous, axis: [0, 1, 0], parent: boom",
+        "lamp_joint: {type: fixed, parent: boom",
+        {"lamp": "moved"},
+    ),
+    "another size": ("{sphere: {radius: 50 mm}}", "{sphere: {radius: 40 mm}}", {"hook": "shaped"}),
+    "another place of a shape": ("xyz: [0, 0, -60 mm]}]", "xyz: [0, 0, -50 mm]}]", {"hook": "shaped"}),
+    "a shape more": (
+        "collision: [{sphere: {radius: 5 mm}, xyz: [0, 0, 100 mm]}, {sphere: {radius: 40 mm}}",
+        "collision: [{sphere: {radius: 40 mm}}",
+        {"hook": "shaped"},
+    ),
+    "nothing": ("robot: crane", "robot: crane", {}),
+}
+
+
+def _old(new: Compiled, before: Compiled, only: str = "") -> Robot:
+    """Return the robot that the artifacts of another one tell of, all or those of one format."""
+    assert new.robot is not None
+    committed = {one.file: one.text.encode() for one in before.artifacts if only in ("", one.backend)}
+    return past(new.robot, compare(new.robot, new.artifacts, committed).pairs)
+
+
+def _same_places(one: Robot, other: Robot, within: float) -> None:
+    """Hold all frames of two robots against each other, at joint states that are not zero."""
+    assert set(one.link) == set(other.link)
+    rng = random.Random(3)  # noqa: S311
+    for _ in range(20):
+        state = random_state(rng, one)
+        places = one.poses_in_root(state), other.poses_in_root(state)
+        for name, place in places[0].items():
+            assert place.xyz == pytest.approx(places[1][name].xyz, abs=within), name
+            assert place.angle_to(places[1][name]) < within, name
+
+
+@pytest.mark.parametrize("outputs", OUTPUTS)
+@pytest.mark.parametrize("change", CHANGES)
+def test_what_was_is_found_again(tmp_path: Path, change: str, outputs: str) -> None:
+    became, was, how = CHANGES[change]
+    assert ROBOT.count(was) == 1
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS[outputs])
+    old, _, before = sound(compiled_text(tmp_path, text))
+    new, _, after = sound(compiled_text(tmp_path, text.replace(was, became)))
+    found = _old(after, before, "mjcf" if outputs == "mjcf" else "")
+    _same_places(old, found, 1e-5 if outputs == "six digits" else 1e-9)
+    assert moves(found, new).how == how
+    assert moves(old, new).how == how
+    drawn = {link for link, _ in moves(found, new).shapes}
+    assert drawn == {link for link, _ in moves(old, new).shapes}
+
+
+def test_only_the_shapes_that_are_no_more_are_drawn(tmp_path: Path) -> None:
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS["all"])
+    before = compiled_text(tmp_path, text)
+    new, _, after = sound(
+        compiled_text(tmp_path, text.replace("{sphere: {radius: 40 mm}}", "{sphere: {radius: 50 mm}}"))
+    )
+    shapes = moves(_old(after, before), new).shapes
+    assert list(shapes) == [("hook", "collision")]
+    assert [shape.geometry for shape in shapes["hook", "collision"]] == [
+        shape.geometry
+        for shape in before.robot.link["hook"].collision[:1]  # type: ignore[union-attr]
+    ]
+
+
+@pytest.mark.parametrize("outputs", ["all", "urdf", "mjcf"])
+def test_links_that_came_and_went(tmp_path: Path, outputs: str) -> None:
+    """What is in no artifact is not new; what one knew and knows no more is gone, with what hangs on it."""
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS[outputs])
+    without = "".join(line for line in text.splitlines(keepends=True) if "lamp" not in line)
+    small, _, fewer = sound(compiled_text(tmp_path, without))
+    large, _, more = sound(compiled_text(tmp_path, text))
+    assert moves(_old(more, fewer), large).how == {"lamp": "new"}
+    gone = moves(_old(fewer, more), small)
+    assert gone.how == {"lamp": "removed"}
+    _same_places(large, _old(fewer, more), 1e-9)
+    assert [purpose for link, purpose in gone.shapes if link == "lamp"] == ["visual"]
+
+
+def test_a_root_above_the_root(tmp_path: Path) -> None:
+    """The old root is another one: what both have stays where it is."""
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS["all"])
+    below = text.replace("links:\n", "links:\n  footprint: {}\n", 1)
+    below = below.replace(
+        "joints:\n", "joints:\n  foot: {type: fixed, parent: footprint, child: base_link, xyz: [0, 0, 70 mm]}\n", 1
+    )
+    plain, _, first = sound(compiled_text(tmp_path, text))
+    footed, _, second = sound(compiled_text(tmp_path, below))
+    added = moves(_old(second, first), footed)
+    assert (added.how, added.at.xyz) == ({"footprint": "new"}, (0.0, 0.0, 0.07))
+    removed = moves(_old(first, second), plain)
+    assert (removed.how, removed.at.xyz) == ({"footprint": "removed"}, (0.0, 0.0, -0.07))
+    assert not added.shapes
+    assert not removed.shapes
+
+
+def test_an_artifact_that_was_edited_alone(tmp_path: Path) -> None:
+    """What one artifact says otherwise is what was, though the others agree with the description."""
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS["all"])
+    new, _, made = sound(compiled_text(tmp_path, text))
+    committed = {artifact.file: artifact.text.encode() for artifact in made.artifacts}
+    assert committed["crane.xml"].count(b"0 0 0.12") == 1
+    committed["crane.xml"] = committed["crane.xml"].replace(b"0 0 0.12", b"0 0 0.125")
+    old = past(new, compare(new, made.artifacts, committed).pairs)
+    assert old.joint_to["laser"].origin.xyz == (0.0, 0.0, 0.125)
+    assert moves(old, new).how == {"laser": "moved"}
+
+
+@pytest.mark.parametrize(
+    ("file", "was", "became", "moved"),
+    [
+        ("lidar_and_imu.yaml", "0.106748", "0.116748", {"laser": "moved"}),
+        ("chassis.yaml", "cell: 10 mm", "cell: 11 mm", {"base_footprint": "shaped"}),
+    ],
+    ids=["lidar", "height map"],
+)
+def test_the_reference_robot(tmp_path: Path, file: str, was: str, became: str, moved: dict[str, str]) -> None:
+    before = compiled(copy_of_rosorin(tmp_path / "old"))
+    after = compiled(copy_of_rosorin(tmp_path / "new", {file: (was, became)}))
+    old = _old(after, before)
+    assert before.robot is not None
+    assert after.robot is not None
+    _same_places(before.robot, old, 1e-9)
+    assert moves(old, after.robot).how == moved
+    assert moves(before.robot, after.robot).how == moved
+
+
+def test_damaged_artifacts_give_no_tree(tmp_path: Path) -> None:
+    """Links that hang on each other in a circle: the robot of now is better than none."""
+    text = ROBOT.replace("{OUTPUTS}", OUTPUTS["urdf"])
+    new, _, made = sound(compiled_text(tmp_path, text))
+    urdf = next(artifact for artifact in made.artifacts if artifact.file.endswith(".urdf")).text
+    circle = urdf.replace('<parent link="base_link"/>', '<parent link="hook"/>').replace(
+        '<parent link="base_link" />', '<parent link="hook"/>'
+    )
+    assert circle != urdf
+    committed = {artifact.file: artifact.text.encode() for artifact in made.artifacts} | {"crane.urdf": circle.encode()}
+    old = past(new, compare(new, made.artifacts, committed).pairs)
+    assert old.root == "base_link"
+    assert set(old.link) <= set(new.link)
+    assert moves(old, new).how

@@ -1,0 +1,63 @@
+"""The pictures of the documentation are those of the robots, as nearly as any machine draws them.
+
+``python tests/renew.py pictures`` draws them anew.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rosorin_compile.cli import main
+from support.drawings import pixels
+from support.paths import DOCS, ROOT, ROSORIN
+
+FOLDER = DOCS / "pictures"
+EXAMPLES = ROOT / "examples"
+SIZE = ("--size", "800x500")
+PICTURES = {
+    "rosorin.png": (str(ROSORIN), "--pose", "tuck"),
+    "turtlebot3_burger.png": (str(EXAMPLES / "turtlebot3_burger" / "robot.yaml"),),
+    "unitree_a1.png": (str(EXAMPLES / "unitree_a1" / "robot.yaml"), "--pose", "stand"),
+    "ur5e.png": (str(EXAMPLES / "ur5e" / "robot.yaml"), "--pose", "home"),
+    "rosorin_frames.svg": (str(ROSORIN), "--pose", "tuck", "--frames"),
+}
+LARGEST = 150_000  # bytes
+
+
+def draw(name: str, target: Path) -> None:
+    assert main(["picture", *PICTURES[name], *SIZE, "-o", str(target), "--force"]) == 0
+
+
+@pytest.mark.parametrize("name", [name for name in PICTURES if name.endswith(".png")])
+def test_a_committed_picture_shows_the_robot(name, tmp_path):
+    draw(name, tmp_path / name)
+    shown, committed = (pixels((folder / name).read_bytes()).astype(int) for folder in (tmp_path, FOLDER))
+    assert shown.shape == committed.shape
+    off = np.abs(shown - committed).max(axis=2)
+    assert (off > 24).mean() < 0.002  # another numpy may move an edge, and no more
+    assert off.mean() < 0.5
+    assert (FOLDER / name).stat().st_size < LARGEST
+
+
+@pytest.mark.parametrize("name", [name for name in PICTURES if name.endswith(".svg")])
+def test_a_committed_drawing_names_the_frames_of_the_robot(name, tmp_path):
+    draw(name, tmp_path / name)
+    shown, committed = ((folder / name).read_text("utf-8").splitlines() for folder in (tmp_path, FOLDER))
+    assert [line.rpartition(">")[0].partition(">")[2] for line in shown if "<text" in line]
+    for tag in ("<text", "<title"):
+        assert [line for line in shown if tag in line] == [line for line in committed if tag in line]
+    assert abs(len(shown) - len(committed)) <= 0.05 * len(committed)
+
+
+def test_no_picture_is_there_that_nobody_draws():
+    assert {path.name for path in FOLDER.iterdir()} == set(PICTURES)
+
+
+if __name__ == "__main__":
+    FOLDER.mkdir(exist_ok=True)
+    for each in sys.argv[1:] or PICTURES:
+        draw(each, FOLDER / each)

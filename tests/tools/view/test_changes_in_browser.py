@@ -1,0 +1,82 @@
+"""The page of a change in Chromium: the robot before is drawn, listed, and flown to."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from support.commands import edit
+
+CHROMIUM = shutil.which("chromium")
+PROJECT = {
+    "descriptions/mast/robot.yaml": """\
+robot: mast
+links:
+  base_link: {collision: [{box: {size: [400 mm, 300 mm, 100 mm]}}]}
+  head: {collision: [{box: {size: [60 mm, 60 mm, 60 mm]}}]}
+  lens: {}
+joints:
+  head_joint: {type: fixed, parent: base_link, child: head, xyz: [0, 0, 200 mm]}
+  lens_joint: {type: fixed, parent: head, child: lens, xyz: [30 mm, 0, 0]}
+outputs: {urdf: {file: mast.urdf}}
+"""
+}
+WORDS = [
+    *("--headless=new", "--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"),
+    *("--virtual-time-budget=8000", "--window-size=1000,700"),
+]
+# Asks the page what it shows when it is ready, and leaves the answer where the test finds it.
+PROBE = """
+<script>
+const wait = setInterval(() => {
+  if (document.body.dataset.ready !== "yes") return;
+  clearInterval(wait);
+  const { app } = window;
+  const { before } = app.shown;
+  const key = (key) => window.dispatchEvent(new KeyboardEvent("keydown", { key }));
+  key("n");
+  const flown = app.selected;
+  key("b");
+  const answer = {
+    boxes: app.ghost.layers.map(({ view }) => view.pieces.map((piece) => piece.link)),
+    off: app.ghost.gone.map((name) => app.places.get(name).p[2] - app.ghost.places.get(name).p[2]),
+    rows: [...document.querySelectorAll(".changes li p")].map((line) => line.textContent),
+    before, toggled: app.shown.before, flown, camera: app.stage.controls.target.toArray(),
+  };
+  document.body.dataset.answer = JSON.stringify(answer);
+}, 50);
+</script>
+</body>"""
+
+pytestmark = [
+    pytest.mark.slow,
+    pytest.mark.skipif(CHROMIUM is None, reason="Chromium opens the page"),
+]
+
+
+@pytest.mark.parametrize("distance", [10, 100])
+def test_a_part_that_moved(project: Path, distance: int) -> None:
+    assert main(["all", "-q"]) == 0
+    edit(project / "descriptions/mast/robot.yaml", "200 mm", f"{200 + distance} mm")
+    assert main(["check", "--html", "page.html"]) == 1
+    page = Path("page.html").read_text("utf-8")
+    (project / "asked.html").write_text(page.replace("</body>", PROBE, 1), "utf-8")
+    assert CHROMIUM is not None
+    words = [CHROMIUM, *WORDS, f"--user-data-dir={project / 'browser'}", "--dump-dom", f"file://{project}/asked.html"]
+    ran = subprocess.run(words, check=True, capture_output=True, text=True, timeout=120)
+    found = re.search(r'data-answer="([^"]*)"', ran.stdout)
+    assert found, ran.stderr[-2000:]
+    answer = json.loads(found[1].replace("&quot;", '"'))
+    assert answer["boxes"] == [["head"], []]
+    assert answer["off"] == [pytest.approx(distance / 1000, abs=1e-9)]
+    (row,) = answer["rows"]
+    assert row.startswith(f"head moved {distance:.1f} mm in base_link")
+    assert (answer["before"], answer["toggled"], answer["flown"]) == (True, False, "head")
+    # The camera looks at what was and what is, together.
+    assert answer["camera"] == pytest.approx([0, 0, 0.2 + distance / 2000], abs=1e-6)

@@ -1,0 +1,107 @@
+/**
+ * A browser for tests, driven line by line: each line of standard input is a request as JSON, each line of standard
+ * output its answer. The browser reaches this machine alone; what it asks for and what it complains of is kept.
+ */
+
+import { readFile } from "node:fs/promises";
+import { createInterface } from "node:readline";
+import puppeteer from "puppeteer-core";
+
+const CELLS = [32, 20];
+const PATIENCE = 60_000; // ms
+
+const browser = await puppeteer.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  headless: true,
+  userDataDir: process.env.PROFILE,
+  args: [
+    "--no-sandbox",
+    "--disable-dev-shm-usage",
+    "--use-angle=swiftshader",
+    "--enable-unsafe-swiftshader",
+    "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE localhost",
+    "--disable-background-networking",
+  ],
+});
+
+let page;
+let asked = [];
+let complaints = [];
+
+/** Open an address in a page of its own, and wait until the robot is drawn, if `ready`. */
+async function open({ url, width = 1280, height = 800, touch = false, dark = false, ready = true }) {
+  await page?.close();
+  [asked, complaints] = [[], []];
+  page = await browser.newPage();
+  page.setDefaultTimeout(PATIENCE);
+  page.on("request", (request) => asked.push(request.url().slice(0, 200)));
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("console", (said) => ["error", "warn"].includes(said.type()) && complaints.push(said.text()));
+  page.on("requestfailed", (request) => complaints.push(`${request.url().slice(0, 200)}: ${request.failure()?.errorText}`));
+  await page.emulateMediaFeatures([{ name: "prefers-color-scheme", value: dark ? "dark" : "light" }]);
+  await page.setViewport({ width, height, isMobile: touch, hasTouch: touch });
+  await page.goto(url, { waitUntil: "load" });
+  if (ready) await page.waitForFunction("document.body.dataset.ready === 'yes'");
+  await drawn();
+  return {};
+}
+
+/** Wait until everything that has been asked for is on the screen. */
+async function drawn() {
+  await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done()))));
+}
+
+/** Return the mean colours of the cells of a picture, row by row: [red, green, blue] from 0 to 255. */
+async function cells({ file }) {
+  const data = `data:image/png;base64,${(await readFile(file)).toString("base64")}`;
+  const blank = await browser.newPage();
+  const found = await blank.evaluate(
+    async (source, [wide, tall]) => {
+      const picture = new Image();
+      picture.src = source;
+      await picture.decode();
+      const canvas = new OffscreenCanvas(picture.width, picture.height);
+      const context = canvas.getContext("2d");
+      context.drawImage(picture, 0, 0);
+      const mean = (column, row) => {
+        const [x, y] = [Math.floor((column * picture.width) / wide), Math.floor((row * picture.height) / tall)];
+        const [w, h] = [Math.floor(picture.width / wide), Math.floor(picture.height / tall)];
+        const { data: bytes } = context.getImageData(x, y, w, h);
+        const sum = [0, 0, 0];
+        bytes.forEach((value, index) => index % 4 < 3 && (sum[index % 4] += value));
+        return sum.map((value) => value / (w * h));
+      };
+      return Array.from({ length: wide * tall }, (_, index) => mean(index % wide, Math.floor(index / wide)));
+    },
+    data,
+    CELLS,
+  );
+  await blank.close();
+  return { found };
+}
+
+const ANSWERS = {
+  open,
+  cells,
+  evaluate: async ({ code }) => ({ found: (await page.evaluate(code)) ?? null }),
+  wait: async ({ code }) => void (await page.waitForFunction(code)),
+  click: async ({ at: [x, y] }) => void (await page.mouse.click(x, y)),
+  press: async ({ key }) => void (await page.keyboard.press(key)),
+  picture: async ({ file }) => {
+    await drawn();
+    await page.screenshot({ path: file });
+  },
+  kept: async () => ({ found: { asked, complaints } }),
+};
+
+for await (const line of createInterface({ input: process.stdin })) {
+  let answer;
+  try {
+    const request = JSON.parse(line);
+    answer = (await ANSWERS[request.do](request)) ?? {};
+  } catch (problem) {
+    answer = { problem: String(problem.stack ?? problem) };
+  }
+  process.stdout.write(`${JSON.stringify(answer)}\n`);
+}
+await browser.close();

@@ -1,0 +1,322 @@
+/** The page: one robot, what is chosen and shown of it, and the panels that follow. */
+
+import { element } from "./dom.js";
+import { Ghost } from "./ghost.js";
+import { Kinematics } from "./kinematics.js";
+import { follow, touching } from "./live.js";
+import { Meshes } from "./meshes.js";
+import { Frames, JointAxis, Masses, Sensors } from "./overlays.js";
+import { Card } from "./panels/card.js";
+import { Problem } from "./panels/banner.js";
+import { Changes } from "./panels/changes.js";
+import { Joints } from "./panels/joints.js";
+import { Look, onKey } from "./panels/look.js";
+import { Tree, situationFor } from "./panels/tree.js";
+import { RobotView } from "./robot_view.js";
+import { Stage } from "./stage.js";
+import * as THREE from "three";
+
+const CLICK = 5; // pixels that a pointer may move between down and up
+const ASK_AGAIN = 120; // ms after a move before it is asked what touches
+const NARROW = window.matchMedia("(max-width: 820px), (max-height: 480px)"); // as page.css has it
+const PANELS = { tree: Tree, joints: Joints, look: Look };
+
+/** Return in words how many parts touch others. */
+function said(pairs) {
+  const parts = new Set(pairs.flat()).size;
+  return parts ? `${parts} parts touch others, and are red` : "no parts touch that are no neighbours";
+}
+
+/** Everything that the page knows. Panels read it and call its methods. */
+export class App {
+  constructor(root, data) {
+    this.selected = "";
+    this.hovered = "";
+    this.touching = new Set();
+    this.modes = {};
+    this.state = {};
+    this.units = "mm, deg";
+    this.theme = "auto";
+    this.shown = { visual: true, collision: false, sensors: false, masses: false, frames: "none", before: true };
+    this.#layout(root);
+    this.stage = new Stage(this.canvas);
+    this.stage.before.push((camera) => this.frames.label(camera, this.canvas.parentElement));
+    this.frames = new Frames(this.labels);
+    this.stage.scene.add(this.frames.lines);
+    this.#colours();
+    this.#listen();
+    if (data.robot) this.load(data, true);
+    follow({ onrobot: (next) => this.load(next, !this.robot), onproblem: (said) => this.fail(said), onstate: (said) => this.say(said) });
+  }
+
+  #layout(root) {
+    this.canvas = element("canvas", { "aria-label": "the robot", tabindex: "0" });
+    this.labels = element("div", { class: "labels" });
+    this.title = element("h1", {});
+    this.status = element("small", { class: "status" });
+    this.panels = Object.fromEntries(Object.entries(PANELS).map(([name, Panel]) => [name, new Panel(this)]));
+    this.card = new Card(this);
+    this.problem = new Problem();
+    this.changesPanel = new Changes(this);
+    const fold = (side) => element("button", { class: `fold ${side}`, "aria-label": `show or hide the ${side} panel`, onclick: () => this.#fold(side) }, "☰");
+    root.replaceChildren(
+      element("nav", { class: "side left" }, element("header", {}, this.title, this.status), this.changesPanel.root, this.panels.tree.root),
+      element("main", {}, this.canvas, this.labels, fold("left"), fold("right"), element("div", { class: "banner" }, this.problem.root), this.card.root),
+      element("nav", { class: "side right" }, this.panels.look.root, this.panels.joints.root),
+    );
+    this.root = root;
+    if (NARROW.matches) root.classList.add("no-left", "no-right");
+  }
+
+  /** Show or hide a panel; where there is room for one alone, the other one goes. */
+  #fold(side) {
+    const isHidden = this.root.classList.toggle(`no-${side}`);
+    if (NARROW.matches && !isHidden) this.root.classList.add(side === "left" ? "no-right" : "no-left");
+  }
+
+  /** Show a robot: the first one, or what became of it; then camera, joints and toggles stay. */
+  load(data, first) {
+    const { robot, before, changes } = data;
+    Object.assign(this, { robot, before, changes: changes ?? null, became: data.moved ?? {}, said: data.said, notes: data.notes });
+    this.kinematics = new Kinematics(robot);
+    this.meshes = new Meshes(robot.meshes, this.meshes);
+    this.view = this.#replaced(this.view, new RobotView(robot, this.meshes));
+    this.ghost = this.#replaced(this.ghost, before ? new Ghost(data, this.view) : null);
+    if (first && !this.view.hasVisuals) Object.assign(this.shown, { visual: false, collision: true });
+    this.state = Object.fromEntries(Object.entries(this.state).filter(([name]) => this.kinematics.byName.has(name)));
+    this.modes = Object.fromEntries(robot.modes.map((mode) => [mode, this.modes[mode] ?? false]));
+    this.touching = new Set();
+    this.#place();
+    this.#measure();
+    if (!this.places.has(this.selected) && !this.edgeTo(this.selected)) this.selected = "";
+    this.title.textContent = robot.name;
+    document.title = robot.name;
+    this.problem.show("");
+    this.root.classList.remove("dimmed");
+    this.#redraw();
+    if (first) this.#begin();
+    Promise.all([this.view.ready, this.ghost?.ready]).then(() => this.#settle(first));
+  }
+
+  /** The meshes are there: what was measured without them is measured again. */
+  #settle(first) {
+    this.#place();
+    this.#measure();
+    if (first && !this.moved) this.lookFrom(this.from ?? "iso");
+    if (first && this.asked) this.changesPanel.fly(this.asked);
+    this.show({});
+    this.#touch();
+    document.body.dataset.ready = "yes";
+  }
+
+  /** Take what the address asks for: #pose=tuck&from=front&frames=all&show=collision&theme=dark&panels=off&change=FRAME. */
+  #begin() {
+    const asked = new URLSearchParams(window.location.hash.slice(1));
+    const pose = this.robot.poses.find((one) => one.name === asked.get("pose"));
+    this.from = asked.get("from") ?? "iso";
+    this.asked = asked.get("change");
+    if (asked.has("theme")) this.use({ theme: asked.get("theme") });
+    if (asked.get("panels") === "off") this.root.classList.add("no-left", "no-right");
+    const layers = Object.fromEntries((asked.get("show") ?? "").split(",").filter(Boolean).map((name) => [name, true]));
+    this.show({ ...layers, ...(asked.has("frames") ? { frames: asked.get("frames") } : {}) });
+    if (pose) this.take(pose);
+    this.lookFrom(this.from);
+  }
+
+  #replaced(old, next) {
+    if (old) {
+      this.stage.scene.remove(old.group);
+      old.dispose();
+    }
+    if (next) this.stage.scene.add(next.group);
+    return next;
+  }
+
+  /** Fit floor, light and overlays to the size of the robot. */
+  #measure() {
+    const box = this.view.bounds();
+    this.size = Math.max(box.getSize(new THREE.Vector3()).length(), 0.05);
+    this.stage.fit(box);
+    this.sensors = this.#replacedGroup(this.sensors, new Sensors(this.robot, this.size));
+    this.masses = this.#replacedGroup(this.masses, new Masses(this.robot, this.size));
+    if (this.axis) this.stage.scene.remove(this.axis.arrow);
+    this.axis = new JointAxis(this.size);
+    this.stage.scene.add(this.axis.arrow);
+    this.show({});
+  }
+
+  #replacedGroup(old, next) {
+    if (old) this.stage.scene.remove(old.group);
+    this.stage.scene.add(next.group);
+    return next;
+  }
+
+  /** Put everything where the joints say. */
+  #place() {
+    this.places = this.kinematics.places(this.state);
+    this.view.place(this.places);
+    this.ghost?.place(this.state, this.places);
+    for (const overlay of [this.sensors, this.masses]) overlay?.place(this.places);
+    if (this.frames.names.every((name) => this.places.has(name))) this.frames.place(this.places);
+    this.stage.touch(true);
+  }
+
+  #redraw() {
+    for (const panel of Object.values(this.panels)) panel.draw();
+    this.changesPanel.draw();
+    this.card.draw();
+  }
+
+  /** Move joints: positions by name. */
+  move(positions) {
+    Object.assign(this.state, positions);
+    this.#place();
+    this.panels.joints.show(new Set(Object.keys(positions)));
+    this.card.draw();
+    clearTimeout(this.asking);
+    this.asking = setTimeout(() => this.#touch(), ASK_AGAIN);
+  }
+
+  async #touch() {
+    const pairs = await touching(this.state);
+    this.touching = new Set(Array.isArray(pairs) ? pairs.flat() : []);
+    this.touchingSaid = Array.isArray(pairs) ? said(pairs) : pairs;
+    this.panels.look.tell();
+    this.#mark();
+  }
+
+  /** Take a named pose; what it does not name goes to zero. */
+  take(pose) {
+    this.state = {};
+    this.move({ ...pose.positions });
+    this.panels.joints.show();
+  }
+
+  switchMode(mode, on) {
+    this.modes[mode] = on;
+    this.panels.tree.draw();
+    this.show({});
+    this.card.draw();
+  }
+
+  /** Return the edge to a frame as it is published in the modes of now. */
+  edgeTo(frame) {
+    return situationFor(this.robot, this.modes)?.edges.find((edge) => edge.child === frame);
+  }
+
+  select(name) {
+    this.selected = name;
+    this.#mark();
+    this.panels.tree.reveal();
+    this.show({});
+    this.card.draw();
+  }
+
+  hover(name) {
+    if (name === this.hovered) return;
+    this.hovered = name;
+    this.hoverJoint(this.robot.joints.find((joint) => joint.child === name) ?? null);
+    this.#mark();
+  }
+
+  hoverJoint(joint) {
+    this.axis.show(joint, joint && this.places.get(joint.child));
+    this.stage.touch();
+  }
+
+  #mark() {
+    this.view.mark({ selected: this.selected, hovered: this.hovered, touching: this.touching });
+    this.panels.tree.mark();
+    this.stage.touch();
+  }
+
+  /** Show or hide layers of the picture. */
+  show(layers) {
+    Object.assign(this.shown, layers);
+    const { shown } = this;
+    this.view.show(shown);
+    this.ghost?.show(shown);
+    this.sensors.group.visible = shown.sensors;
+    this.masses.group.visible = shown.masses;
+    this.frames.show(this.#frameNames(), 0.07 * this.size);
+    this.#place();
+    if (Object.keys(layers).length) this.panels.look.draw();
+  }
+
+  #frameNames() {
+    const edges = situationFor(this.robot, this.modes)?.edges ?? [];
+    const published = new Set(edges.filter((edge) => edge.published).flatMap((edge) => [edge.parent, edge.child]));
+    const names = { none: [], all: [...this.places.keys()], chosen: [this.selected], published: [...published] };
+    return (names[this.shown.frames] ?? []).filter((name) => this.places.has(name));
+  }
+
+  lookFrom(view) {
+    this.stage.look(this.view.bounds(), view);
+  }
+
+  /** Choose a frame and look at it from nearby. */
+  fly(name) {
+    const box = this.ghost?.boundsOf(name) ?? new THREE.Box3();
+    if (this.places.has(name)) box.union(this.view.boundsOf(name));
+    if (box.isEmpty()) return;
+    this.select(this.places.has(name) ? name : "");
+    box.expandByScalar(0.08 * this.size);
+    this.stage.look(box);
+  }
+
+  find() {
+    this.root.classList.remove("no-left");
+    this.panels.tree.search.focus();
+  }
+
+  /** Use other units or colours. */
+  use(settings) {
+    Object.assign(this, settings);
+    this.#colours();
+    if (this.robot) this.#redraw();
+  }
+
+  #colours() {
+    const dark = window.matchMedia("(prefers-color-scheme: dark)").matches;
+    const theme = this.theme === "auto" ? (dark ? "dark" : "light") : this.theme;
+    document.documentElement.dataset.theme = theme;
+    this.stage.theme(theme);
+  }
+
+  /** The description has a mistake: the last good robot stays, dimmed. */
+  fail({ text }) {
+    this.problem.show(text, !this.robot);
+    this.root.classList.add("dimmed");
+  }
+
+  say(text) {
+    this.status.textContent = text;
+  }
+
+  #listen() {
+    const ray = new THREE.Raycaster();
+    const pieceAt = (event) => {
+      if (!this.view) return null;
+      const { left, top, width, height } = this.canvas.getBoundingClientRect();
+      const at = new THREE.Vector2(((event.clientX - left) / width) * 2 - 1, 1 - ((event.clientY - top) / height) * 2);
+      ray.setFromCamera(at, this.stage.camera);
+      const hits = ray.intersectObjects(this.view.group.children.filter((mesh) => mesh.visible), false);
+      return hits.length ? this.view.pieceAt(hits[0]) : null;
+    };
+    let down = null;
+    this.canvas.addEventListener("pointerdown", (event) => {
+      this.moved = true;
+      down = [event.clientX, event.clientY];
+    });
+    this.canvas.addEventListener("wheel", () => (this.moved = true), { passive: true });
+    this.canvas.addEventListener("pointerup", (event) => {
+      if (this.robot && down && Math.hypot(event.clientX - down[0], event.clientY - down[1]) < CLICK) this.select(pieceAt(event)?.link ?? "");
+      down = null;
+    });
+    this.canvas.addEventListener("pointermove", (event) => {
+      if (this.robot && !event.buttons) this.hover(pieceAt(event)?.link ?? "");
+    });
+    window.addEventListener("keydown", (event) => this.robot && onKey(this, event));
+    window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#colours());
+  }
+}

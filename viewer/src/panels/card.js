@@ -1,0 +1,115 @@
+/** The card of what is chosen: what it is, its numbers, the lines that say so; and the way between two frames. */
+
+import { element } from "../dom.js";
+import { explained } from "../live.js";
+import { inverse, rpy, then } from "../transform.js";
+import { angle, length, vector } from "../units.js";
+
+function row(name, ...value) {
+  return value.some(Boolean) ? element("tr", {}, element("th", {}, name), element("td", {}, ...value)) : "";
+}
+
+/** Return a place in a description: it opens in the editor, or is copied. */
+function place(app, where) {
+  if (!where) return "";
+  const name = `${where.file}:${where.line}`;
+  const copy = (event) => {
+    navigator.clipboard?.writeText(name);
+    event.currentTarget.textContent = "copied";
+    setTimeout((button) => (button.textContent = name), 900, event.currentTarget);
+  };
+  const button = element("button", { class: "place", title: "copy", onclick: copy }, name);
+  const link = where.path && element("a", { href: `vscode://file${encodeURI(where.path)}:${where.line}:${where.column}`, title: "open in the editor" }, "open");
+  return element("span", {}, button, " ", link ?? "");
+}
+
+/** Shows one frame, and measures from it to another. */
+export class Card {
+  constructor(app) {
+    this.app = app;
+    this.root = element("aside", { class: "card", hidden: true, "aria-live": "polite" });
+    this.from = "";
+  }
+
+  draw() {
+    const { app } = this;
+    const { robot, selected: name } = app;
+    this.root.hidden = !name;
+    if (!name) return;
+    const link = robot.links.find((one) => one.name === name);
+    const joint = robot.joints.find((one) => one.child === name);
+    const sensor = robot.sensors.find((one) => one.frame === name || one.optical_frame === name);
+    const head = element("header", {}, element("b", {}, name), element("button", { class: "close", "aria-label": "close", onclick: () => app.select("") }, "×"));
+    const body = link
+      ? element("table", {}, ...this.#link(link), ...this.#joint(joint), ...this.#sensor(sensor), ...this.#measured(name))
+      : element("p", { class: "quiet" }, "a frame of another node: only that one knows where it is");
+    this.root.replaceChildren(head, body, this.#chain(link), this.#tools(link));
+  }
+
+  /** The lines of the description that put the frame where it is; a live page asks for them when it is unfolded. */
+  #chain(link) {
+    if (!link || (!link.said && !document.body.dataset.live)) return "";
+    const lines = element("pre", {}, (link.said ?? []).join("\n"));
+    const ask = async () => {
+      if (!lines.textContent) lines.textContent = (await explained(link.name)).join("\n") || "nothing is known of it";
+    };
+    return element("details", { class: "chain", ontoggle: ask }, element("summary", {}, "where this comes from"), lines);
+  }
+
+  #link(link) {
+    const { units } = this.app;
+    const { inertial } = link;
+    const kinds = ["visual", "collision"].map((key) => link[key].length && `${link[key].length} ${key}`).filter(Boolean);
+    return [
+      row("said at", place(this.app, link.where)),
+      row("mass", inertial && `${Number(inertial.mass.toPrecision(6))} kg at ${vector(inertial.xyz, units)}`),
+      row("shapes", kinds.join(", ")),
+    ];
+  }
+
+  #joint(joint) {
+    if (!joint) return [];
+    const { units, state } = this.app;
+    const kind = joint.type === "prismatic" ? length : angle;
+    const { lower, upper } = joint.limit ?? {};
+    const at = this.app.kinematics.between(joint.parent, joint.child, state);
+    const edge = this.app.edgeTo(joint.child);
+    const who = edge && (edge.published ? `${edge.publisher}, ${edge.topic}` : `nobody${edge.why ? `: ${edge.why}` : ""}`);
+    return [
+      row("joint", `${joint.name}, ${joint.type} in ${joint.parent}`),
+      row("origin", `${vector(joint.xyz, units)}; ${vector(joint.rpy, units, "angle")}`),
+      row("now", joint.type !== "fixed" && `${vector(at.p, units)}; ${vector(rpy(at), units, "angle")}`),
+      row("limits", Number.isFinite(lower) && `${kind(lower, units)} to ${kind(upper, units)}`),
+      row("follows", joint.mimic && `${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}`),
+      row("publisher", who),
+      row("source", joint.source),
+    ];
+  }
+
+  #sensor(sensor) {
+    return sensor ? [row("sensor", `${sensor.name}, ${sensor.type}`)] : [];
+  }
+
+  #measured(name) {
+    const { units, places } = this.app;
+    if (!this.from || this.from === name || !places.has(this.from)) return [];
+    const between = then(inverse(places.get(this.from)), places.get(name));
+    return [
+      row("in", this.from),
+      row("", `${vector(between.p, units)}; ${vector(rpy(between), units, "angle")}`),
+      row("apart", length(Math.hypot(...between.p), units)),
+    ];
+  }
+
+  #tools(link) {
+    if (!link) return "";
+    const { name } = link;
+    const measuring = this.from === name;
+    const measure = () => {
+      this.from = measuring ? "" : name;
+      this.draw();
+    };
+    const hint = measuring ? "choose another frame: it is measured from here" : "measure from here";
+    return element("footer", {}, element("button", { class: measuring ? "on" : "", onclick: measure }, hint), element("button", { onclick: () => this.app.fly(name) }, "fly there"));
+  }
+}

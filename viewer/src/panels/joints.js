@@ -1,0 +1,118 @@
+/** Sliders for the joints, buttons for the named poses, switches for the modes. */
+
+import { element, section, toggle } from "../dom.js";
+import { isFree, zero } from "../kinematics.js";
+import { UNITS, kindOf } from "../units.js";
+
+const FREE_RANGE = { angle: [-Math.PI, Math.PI], length: [-0.5, 0.5] };
+const STEPS = 1000;
+
+/** Return the coordinates of a joint as people move them; the turn of a floating joint as three angles. */
+function coordinates({ type }) {
+  if (type === "planar") return ["x", "y", "angle"];
+  if (type === "floating") return ["x", "y", "z", "roll", "pitch", "yaw"];
+  return ["position"];
+}
+
+/** Return a quaternion (x, y, z, w) of fixed-axis angles (rad). */
+function turned([roll, pitch, yaw]) {
+  const [a, b, c] = [roll / 2, pitch / 2, yaw / 2];
+  const [sa, sb, sc] = [a, b, c].map(Math.sin);
+  const [ca, cb, cc] = [a, b, c].map(Math.cos);
+  return [sa * cb * cc - ca * sb * sc, ca * sb * cc + sa * cb * sc, ca * cb * sc - sa * sb * cc, ca * cb * cc + sa * sb * sc];
+}
+
+/** Return the servo pulse nearest to a position; null where a joint has no servo, or no pulse gives it. */
+export function pulse(servo, value) {
+  if (!servo) return null;
+  const exact = (value / servo.rad_per_pulse) * (servo.flipped ? -1 : 1) + servo.zero;
+  const nearest = Math.round(exact);
+  return nearest >= servo.range[0] && nearest <= servo.range[1] ? nearest : null;
+}
+
+/** One joint that a person can move. */
+class Mover {
+  constructor(app, joint) {
+    Object.assign(this, { app, joint });
+    this.values = coordinates(joint).map(() => 0);
+    this.sliders = coordinates(joint).map((name, index) => this.#slider(name, index));
+    const leave = () => app.hoverJoint(null);
+    const enter = () => app.hoverJoint(joint);
+    const name = element("div", { class: "name", onclick: () => app.select(joint.child) }, joint.name);
+    this.root = element("div", { class: "joint", "data-joint": joint.name, onmouseenter: enter, onmouseleave: leave }, name, ...this.sliders.map((one) => one.row));
+  }
+
+  #slider(name, index) {
+    const kind = kindOf(this.joint.type, name);
+    const { lower, upper } = this.joint.limit ?? {};
+    const limited = name === "position" && Number.isFinite(lower) && Number.isFinite(upper) && this.joint.type !== "continuous";
+    const [low, high] = limited ? [lower, upper] : FREE_RANGE[kind];
+    const range = element("input", { type: "range", min: low, max: high, step: (high - low) / STEPS || 1e-6, "aria-label": `${this.joint.name} ${name}` });
+    const number = element("input", { type: "number", step: "any", "aria-label": `${this.joint.name} ${name}, as a number` });
+    const unit = element("small", {});
+    range.addEventListener("input", () => this.#moved(index, Number(range.value)));
+    number.addEventListener("change", () => this.#moved(index, Number(number.value) / UNITS[this.app.units][kind][1]));
+    const label = name === "position" ? null : element("small", { class: "coordinate" }, name);
+    return { kind, range, number, unit, row: element("div", { class: "slider" }, label, range, number, unit) };
+  }
+
+  #moved(index, value) {
+    this.values[index] = value;
+    this.app.move({ [this.joint.name]: this.position });
+  }
+
+  /** The position as the kinematics take it. */
+  get position() {
+    if (this.joint.type === "floating") return [...this.values.slice(0, 3), ...turned(this.values.slice(3))];
+    return this.joint.type === "planar" ? [...this.values] : this.values[0];
+  }
+
+  /** Show where the joint is. */
+  show(state) {
+    const at = state[this.joint.name] ?? zero(this.joint);
+    if (this.joint.type === "planar") this.values = [...at];
+    else if (this.joint.type !== "floating") this.values = [at];
+    else if (state[this.joint.name] === undefined) this.values = [0, 0, 0, 0, 0, 0];
+    this.sliders.forEach(({ kind, range, number, unit }, index) => {
+      const [word, factor, digits] = UNITS[this.app.units][kind];
+      range.value = this.values[index];
+      number.value = (this.values[index] * factor).toFixed(digits);
+      const servo = pulse(this.joint.servo, this.values[index]);
+      unit.textContent = servo === null ? word : `${word} · ${servo}`;
+      if (servo !== null) unit.title = "servo pulse";
+    });
+    const { lower, upper } = this.joint.limit ?? {};
+    const beyond = this.values[0] < lower - 1e-9 || this.values[0] > upper + 1e-9;
+    this.root.classList.toggle("beyond", coordinates(this.joint).length === 1 && beyond);
+  }
+}
+
+/** The panel of what can be moved. */
+export class Joints {
+  constructor(app) {
+    this.app = app;
+    this.root = element("div", { class: "pane" });
+  }
+
+  draw() {
+    const { app } = this;
+    const { robot } = app;
+    this.movers = robot.joints.filter(isFree).map((joint) => new Mover(app, joint));
+    const poses = [{ name: "zero", positions: {} }, ...robot.poses.filter((pose) => pose.name !== "zero")];
+    const buttons = poses.map((pose) =>
+      element("button", { class: "pose", "data-pose": pose.name, title: pose.about, onclick: () => app.take(pose) }, pose.name),
+    );
+    const switches = robot.modes.map((mode) => toggle(mode, app.modes[mode], (on) => app.switchMode(mode, on), { id: `mode-${mode}` }));
+    this.root.replaceChildren(
+      section("Poses", element("div", { class: "buttons" }, ...buttons)),
+      ...(switches.length ? [section("Modes", ...switches)] : []),
+      section("Joints", ...(this.movers.length ? this.movers.map((one) => one.root) : [element("p", { class: "quiet" }, "nothing moves")])),
+    );
+    this.show();
+  }
+
+  /** Show where joints are: those of these names, or all. */
+  show(names = null) {
+    for (const mover of this.movers) if (!names || names.has(mover.joint.name)) mover.show(this.app.state);
+  }
+}

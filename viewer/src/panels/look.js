@@ -1,0 +1,68 @@
+/** What is drawn, from where, in which units and colours. */
+
+import { element, section, toggle } from "../dom.js";
+import { VIEWS } from "../stage.js";
+import { UNITS } from "../units.js";
+
+const LAYERS = {
+  visual: ["visuals", "v"],
+  collision: ["collision shapes", "c"],
+  sensors: ["what sensors see", "s"],
+  masses: ["masses and inertia", "m"],
+};
+const FRAMES = { none: "no frames", published: "published frames", all: "all frames", chosen: "the chosen frame" };
+
+function choice(label, options, value, onchange) {
+  const list = element("select", { "aria-label": label, onchange: () => onchange(list.value) });
+  for (const [key, text] of Object.entries(options)) list.append(element("option", { value: key, selected: key === value }, text));
+  return element("label", { class: "choice" }, label, list);
+}
+
+/** The panel of looks. */
+export class Look {
+  constructor(app) {
+    this.app = app;
+    this.root = element("div", { class: "pane" });
+    this.touching = element("p", { class: "quiet", id: "touching" });
+  }
+
+  draw() {
+    const { app } = this;
+    const layers = Object.entries(LAYERS).map(([name, [label, key]]) =>
+      toggle(label, app.shown[name], (on) => app.show({ [name]: on }), { id: `show-${name}`, title: `key ${key}` }),
+    );
+    const views = Object.keys(VIEWS).map((view, index) =>
+      element("button", { onclick: () => app.lookFrom(view), title: `key ${index + 1}`, "data-view": view }, view),
+    );
+    const old = app.before && toggle("the robot before", app.shown.before, (on) => app.show({ before: on }), { id: "show-before", title: "key b" });
+    const units = Object.fromEntries(Object.keys(UNITS).map((name) => [name, name]));
+    const themes = { auto: "as the system", light: "light", dark: "dark" };
+    this.root.replaceChildren(
+      section("Show", ...layers, old ?? "", choice("frames", FRAMES, app.shown.frames, (frames) => app.show({ frames })), this.touching),
+      section("Look from", element("div", { class: "buttons" }, ...views)),
+      section("Page", choice("units", units, app.units, (value) => app.use({ units: value })), choice("colours", themes, app.theme, (value) => app.use({ theme: value }))),
+    );
+  }
+
+  /** Say which parts touch, or why that is not known. */
+  tell() {
+    this.touching.textContent = this.app.touchingSaid;
+  }
+}
+
+/** Keys of the keyboard, by what they do. */
+export function onKey(app, event) {
+  if (event.ctrlKey || event.metaKey || event.altKey || event.target.matches?.("input[type=number], input[type=search], select")) return;
+  const layer = Object.entries(LAYERS).find(([, [, key]]) => key === event.key);
+  const view = Object.keys(VIEWS)[Number(event.key) - 1];
+  if (layer) app.show({ [layer[0]]: !app.shown[layer[0]] });
+  else if (event.key === "f") app.show({ frames: Object.keys(FRAMES)[(Object.keys(FRAMES).indexOf(app.shown.frames) + 1) % 4] });
+  else if (view) app.lookFrom(view);
+  else if (event.key === "b" && app.ghost) app.show({ before: !app.shown.before });
+  else if (event.key === "n" || event.key === "N") app.changesPanel.next(event.key === "n" ? 1 : -1);
+  else if (event.key === "Escape") app.select("");
+  else if (event.key === "h" || event.key === "Home") app.lookFrom("iso");
+  else if (event.key === "/") app.find();
+  else return;
+  event.preventDefault();
+}

@@ -1,0 +1,199 @@
+/** The stage: light, floor, camera and the loop that draws when something has changed. */
+
+import * as THREE from "three";
+import { OrbitControls } from "three/addons/controls/OrbitControls.js";
+import { RoomEnvironment } from "three/addons/environments/RoomEnvironment.js";
+import { THEMES } from "./colours.js";
+
+// From where a view looks: directions in the frame of the robot, x ahead, y left, z up.
+export const VIEWS = {
+  iso: [1.0, -1.15, 0.75],
+  front: [1, 0, 0.06],
+  side: [0, -1, 0.06],
+  top: [0, -0.001, 1],
+};
+const SHADOWS = 2048;
+
+/** Return the grid of the floor: lines a decimetre and a metre apart that fade with the distance. */
+function floor() {
+  const material = new THREE.ShaderMaterial({
+    transparent: true,
+    depthWrite: false,
+    uniforms: {
+      ground: { value: new THREE.Color() },
+      line: { value: new THREE.Color() },
+      radius: { value: 1 },
+      step: { value: 0.1 },
+    },
+    vertexShader: `varying vec2 at;
+      void main() { at = position.xy; gl_Position = projectionMatrix * modelViewMatrix * vec4(position, 1.0); }`,
+    fragmentShader: `varying vec2 at; uniform vec3 ground; uniform vec3 line; uniform float radius; uniform float step;
+      float lines(float apart) {
+        vec2 there = at / apart; vec2 wide = max(fwidth(there), 1e-6);
+        vec2 off = abs(fract(there - 0.5) - 0.5) / wide;
+        return 1.0 - min(min(off.x, off.y), 1.0);
+      }
+      void main() {
+        float fade = 1.0 - smoothstep(0.25 * radius, radius, length(at));
+        float drawn = max(0.35 * lines(step), 0.8 * lines(10.0 * step));
+        gl_FragColor = vec4(mix(ground, line, drawn), fade);
+        #include <colorspace_fragment>
+      }`,
+  });
+  const mesh = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), material);
+  mesh.renderOrder = -2;
+  return mesh;
+}
+
+/** What a robot stands on and is seen through. */
+export class Stage {
+  constructor(canvas) {
+    this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
+    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.renderer.shadowMap.enabled = true;
+    this.renderer.shadowMap.type = THREE.PCFShadowMap;
+    this.renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow
+    this.renderer.toneMapping = THREE.NeutralToneMapping;
+    this.scene = new THREE.Scene();
+    this.camera = new THREE.PerspectiveCamera(28, 1, 0.001, 100);
+    this.camera.up.set(0, 0, 1);
+    this.controls = new OrbitControls(this.camera, canvas);
+    this.controls.enableDamping = !window.matchMedia("(prefers-reduced-motion: reduce)").matches;
+    this.controls.addEventListener("change", () => this.touch());
+    this.#light();
+    this.#ground();
+    this.before = [];
+    this.frames = { count: 0, last: 0, mean: 0 };
+    new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
+    this.dirty = true;
+    this.renderer.setAnimationLoop((now) => this.#draw(now));
+  }
+
+  #light() {
+    const maker = new THREE.PMREMGenerator(this.renderer);
+    this.scene.environment = maker.fromScene(new RoomEnvironment(), 0.04).texture;
+    this.scene.environmentRotation.set(Math.PI / 2, 0, 0); // its ceiling is along y
+    this.scene.environmentIntensity = 0.42;
+    this.sun = new THREE.DirectionalLight(0xfff6ea, 2.2);
+    this.sun.castShadow = true;
+    this.sun.shadow.mapSize.set(SHADOWS, SHADOWS);
+    this.sun.shadow.radius = 4;
+    this.sun.shadow.bias = -0.0005;
+    this.scene.add(this.sun, this.sun.target, new THREE.HemisphereLight(0xffffff, 0xa8b0bc, 0.35));
+  }
+
+  #ground() {
+    this.floor = floor();
+    this.shade = new THREE.Mesh(new THREE.PlaneGeometry(2, 2), new THREE.ShadowMaterial({ opacity: 0.22 }));
+    this.shade.receiveShadow = true;
+    this.shade.renderOrder = -1;
+    this.scene.add(this.floor, this.shade);
+  }
+
+  /** Use the colours of a theme. */
+  theme(name) {
+    const colours = THEMES[name];
+    this.scene.background = new THREE.Color(colours.sky);
+    this.floor.material.uniforms.ground.value.set(colours.ground);
+    this.floor.material.uniforms.line.value.set(colours.grid);
+    this.shade.material.opacity = name === "dark" ? 0.45 : 0.22;
+    this.touch();
+  }
+
+  /** Fit floor, light and clipping to the box around a robot (m, in its root frame). */
+  fit(box) {
+    const size = Math.max(box.getSize(new THREE.Vector3()).length(), 0.05);
+    const centre = box.getCenter(new THREE.Vector3());
+    const ground = Math.min(box.min.z, centre.z);
+    const reach = 6 * size;
+    for (const plane of [this.floor, this.shade]) {
+      plane.position.set(centre.x, centre.y, ground - size * 1e-4);
+      plane.scale.set(1, 1, 1);
+      plane.geometry.dispose();
+      plane.geometry = new THREE.PlaneGeometry(2 * reach, 2 * reach);
+    }
+    const { radius, step } = this.floor.material.uniforms;
+    radius.value = reach;
+    step.value = 10 ** Math.round(Math.log10(size / 8));
+    this.sun.target.position.copy(centre);
+    this.sun.position.copy(centre).add(new THREE.Vector3(0.25, 0.75, 1).multiplyScalar(2.5 * size));
+    const { camera } = this.sun.shadow;
+    Object.assign(camera, { left: -size, right: size, top: size, bottom: -size, near: 0.1 * size, far: 6 * size });
+    camera.updateProjectionMatrix();
+    Object.assign(this.camera, { near: size / 500, far: 60 * size });
+    this.controls.minDistance = size / 100;
+    this.controls.maxDistance = 20 * size;
+    this.touch(true);
+  }
+
+  /** Look at a box from a named view, or go on looking from where the camera is. */
+  look(box, view = "") {
+    this.resize();
+    const sphere = box.getBoundingSphere(new THREE.Sphere());
+    const radius = Math.max(sphere.radius, 0.02);
+    const from = VIEWS[view]
+      ? new THREE.Vector3(...VIEWS[view]).normalize()
+      : this.camera.position.clone().sub(this.controls.target).normalize();
+    const narrow = Math.min(1, this.camera.aspect);
+    const distance = radius / Math.sin(THREE.MathUtils.degToRad(this.camera.fov / 2)) / narrow;
+    this.controls.target.copy(sphere.center);
+    this.camera.position.copy(sphere.center).addScaledVector(from, distance * 1.06);
+    this.camera.updateProjectionMatrix();
+    this.controls.update();
+    this.touch();
+  }
+
+  /** Where the camera is, to be brought back by ``resume``. */
+  get place() {
+    return { position: this.camera.position.toArray(), target: this.controls.target.toArray() };
+  }
+
+  resume({ position, target }) {
+    this.camera.position.fromArray(position);
+    this.controls.target.fromArray(target);
+    this.controls.update();
+    this.touch();
+  }
+
+  /** Return the pixel of the window at which a point (m, in the root frame) is seen. */
+  pixel(point) {
+    const { left, top, width, height } = this.renderer.domElement.getBoundingClientRect();
+    const { x, y } = new THREE.Vector3(...point).project(this.camera);
+    return [left + ((x + 1) / 2) * width, top + ((1 - y) / 2) * height];
+  }
+
+  resize() {
+    const { clientWidth, clientHeight } = this.renderer.domElement.parentElement;
+    if (!clientWidth || !clientHeight) return;
+    this.renderer.setSize(clientWidth, clientHeight, false);
+    this.camera.aspect = clientWidth / clientHeight;
+    this.camera.updateProjectionMatrix();
+    this.touch();
+  }
+
+  /** Ask for a new picture; ``moved``: something else than the camera has moved, and so have the shadows. */
+  touch(moved = false) {
+    this.dirty = true;
+    this.renderer.shadowMap.needsUpdate ||= moved;
+  }
+
+  #draw(now) {
+    this.controls.update();
+    if (!this.dirty) {
+      this.frames.last = 0;
+      return;
+    }
+    this.dirty = false;
+    for (const step of this.before) step(this.camera);
+    this.renderer.render(this.scene, this.camera);
+    this.#count(now);
+  }
+
+  /** Measure the time between pictures (ms) while they follow one another. */
+  #count(now) {
+    const { frames } = this;
+    if (frames.last) frames.mean = frames.mean ? 0.9 * frames.mean + 0.1 * (now - frames.last) : now - frames.last;
+    frames.last = now;
+    frames.count += 1;
+  }
+}

@@ -2,7 +2,7 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``simulated``, ``frame_tree``.
+``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
 """
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
@@ -13,7 +13,6 @@ from .joint import (
     SEVERAL_COORDINATES,
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
-    Actuator,
     Calibration,
     Dynamics,
     Joint,
@@ -38,6 +37,19 @@ from .simulated import (
     SdfElement,
     Simulated,
 )
+from .simulation import (
+    NO_SIMULATION,
+    Actuator,
+    Contact,
+    ContactPair,
+    Entry,
+    Marked,
+    Root,
+    Simulation,
+    Stop,
+    Tendon,
+    Values,
+)
 
 __all__ = [
     "AT_JOINT",
@@ -45,6 +57,7 @@ __all__ = [
     "IDENTITY",
     "MOVING_TYPES",
     "NODE",
+    "NO_SIMULATION",
     "ROBOT_STATE_PUBLISHER",
     "SENSOR_ELEMENT",
     "SEVERAL_COORDINATES",
@@ -56,9 +69,12 @@ __all__ = [
     "Box",
     "Calibration",
     "Capsule",
+    "Contact",
+    "ContactPair",
     "Cylinder",
     "Dynamics",
     "Edge",
+    "Entry",
     "GazeboSensor",
     "Geometry",
     "HeightMap",
@@ -67,6 +83,7 @@ __all__ = [
     "JointPose",
     "Limit",
     "Link",
+    "Marked",
     "Material",
     "Mesh",
     "Mimic",
@@ -75,15 +92,20 @@ __all__ = [
     "Publisher",
     "Replicas",
     "Robot",
+    "Root",
     "SafetyController",
     "SdfElement",
     "Sensor",
     "ServoGroup",
     "Shape",
     "Simulated",
+    "Simulation",
     "Source",
     "Sphere",
+    "Stop",
+    "Tendon",
     "Transform",
+    "Values",
     "Vector",
     "inertial_of",
     "plane_axes",

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from .geometry import IDENTITY, Pose, Transform, Vector
 from .link import NO_SOURCE, Source
 from .motion import COORDINATES, motion
+from .simulation import Actuator, Values
 
 ROBOT_STATE_PUBLISHER = "robot_state_publisher"
 STATIC_TRANSFORM_PUBLISHER = "static_transform_publisher"
@@ -53,26 +54,16 @@ class Mimic:
 
 @dataclass(frozen=True)
 class Dynamics:
-    """Damping (N*m*s/rad), friction (N*m) and the inertia of the rotor seen at the joint (kg*m^2)."""
+    """Damping (N*m*s/rad), friction (N*m), the inertia of the rotor seen at the joint (kg*m^2), and a spring.
+
+    ``stiffness`` (N*m/rad) pulls to ``spring_reference`` (rad, or m).
+    """
 
     damping: float = 0.0
     friction: float = 0.0
     armature: float = 0.0
-
-
-@dataclass(frozen=True)
-class Actuator:
-    """A position servo in simulation: gain ``kp`` (N*m/rad) and velocity gain ``kv`` (N*m*s/rad).
-
-    ``name`` is empty where it has that of its joint. ``range`` is what it can be asked for (rad or m); None is what the
-    joint can reach, and with ``unlimited`` anything.
-    """
-
-    kp: float
-    kv: float = 0.0
-    name: str = ""
-    range: tuple[float, float] | None = None
-    unlimited: bool = False
+    stiffness: float = 0.0
+    spring_reference: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -132,6 +123,7 @@ class Joint:
     calibration: Calibration | None = None
     safety: SafetyController | None = None
     urdf_elements: tuple[str, ...] = ()
+    mjcf: Values = field(default_factory=dict, hash=False)
 
     def __repr__(self) -> str:
         """Return the name, the type and the links that it joins."""

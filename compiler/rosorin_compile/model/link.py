@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from .geometry import Pose
 from .shape import Shape
+from .simulation import Marked, Values
 
 
 @dataclass(frozen=True)
@@ -38,7 +39,8 @@ class Inertial:
 class Link:
     """A rigid part, or a mere frame if it has no inertial and no shape.
 
-    ``urdf_elements``, here and elsewhere, are elements of XML that the URDF has in it and nothing else knows.
+    ``urdf_elements``, here and elsewhere, are elements of XML that the URDF has in it and nothing else knows;
+    ``mjcf_elements`` those that the MJCF has, and ``mjcf`` attributes of it. ``marked`` are sites, cameras and lights.
     """
 
     name: str
@@ -47,6 +49,10 @@ class Link:
     collision: tuple[Shape, ...] = ()
     source: Source = NO_SOURCE
     urdf_elements: tuple[str, ...] = ()
+    gravity_compensation: float = 0.0
+    marked: tuple[Marked, ...] = ()
+    mjcf: Values = field(default_factory=dict, hash=False)
+    mjcf_elements: tuple[str, ...] = ()
 
     def __repr__(self) -> str:
         """Return the name, the mass and how many shapes there are."""

@@ -13,6 +13,7 @@ from .link import NO_SOURCE, Link, Source
 from .motion import motion
 from .shape import Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
+from .simulation import NO_SIMULATION, Simulation, Values
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -101,12 +102,18 @@ class ServoGroup:
 
 @dataclass(frozen=True)
 class JointPose:
-    """A named pose: positions in radians or metres by joint name; joints not named are at zero."""
+    """A named pose: positions in radians or metres by joint name; joints not named are at zero.
+
+    In simulation ``base`` is where a free base is in the world, ``controls`` what actuators are asked for, by name.
+    """
 
     name: str
     positions: Mapping[str, float]
     pulses: Mapping[str, int] = field(default_factory=dict)
     source: Source = NO_SOURCE
+    base: Pose | None = None
+    controls: Mapping[str, float] = field(default_factory=dict)
+    mjcf: Values = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -141,6 +148,7 @@ class Robot:
     source: Source = NO_SOURCE
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
+    simulation: Simulation = NO_SIMULATION
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 

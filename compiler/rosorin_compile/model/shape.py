@@ -8,6 +8,7 @@ from functools import cached_property
 from itertools import count
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
+from .simulation import Contact, Values
 
 
 @dataclass(frozen=True)
@@ -119,13 +120,14 @@ class Material:
     name: str
     rgba: Rgba | None = None
     texture: str = ""
+    mjcf: Values = field(default_factory=dict, hash=False)
 
 
 @dataclass(frozen=True)
 class Shape:
     """A geometry at a pose in its link's frame; ``rgba``, ``texture`` and ``material`` matter to visuals only.
 
-    ``urdf_elements`` are elements of XML that the URDF has in this shape.
+    ``urdf_elements`` are elements of XML that the URDF has in this shape, ``contact`` and ``mjcf`` are for simulation.
     """
 
     geometry: Geometry
@@ -136,6 +138,8 @@ class Shape:
     stand_in: str = field(default="", compare=False)
     texture: str = ""
     urdf_elements: tuple[str, ...] = ()
+    contact: Contact | None = None
+    mjcf: Values = field(default_factory=dict, hash=False)
 
     def solids(self) -> tuple[Shape, ...]:
         """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself."""

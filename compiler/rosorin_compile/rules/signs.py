@@ -39,7 +39,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
             continue  # a part calculates the others from it
         for part, values in (("dynamics", joint.dynamics), ("actuator", joint.actuator)):
             for key in _WHAT:
-                value = getattr(values, key, 0.0)
+                value = getattr(values, key, 0.0) or 0.0
                 if value < 0:
                     place = case.joint(joint, part, key)
                     message = (

@@ -1,12 +1,14 @@
-"""Servos: what they are called in an MJCF of ours, in which order, and what they can be asked for."""
+"""Actuators: what they are called in an MJCF of ours, in which order, and what they can be asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
-from ...model import Joint, Output
+from ...model import Actuator, Joint, Output, Robot
+from ...model.simulation import POSITION, VELOCITY
 from ...rules.case import Case
 from .unsaid import position_range
 
@@ -20,36 +22,61 @@ RULES = (
 )
 
 
+class Drive(NamedTuple):
+    """An actuator and its name; ``joint`` is what it drives, if that is a joint, ``beside`` if it stands with it."""
+
+    name: str
+    actuator: Actuator
+    joint: Joint | None
+    beside: bool
+
+
 def servo_name(joint: Joint) -> str:
-    """Return what the servo of a joint is called: by default as the joint."""
+    """Return what the actuator of a joint is called: by default as the joint."""
     return (joint.actuator.name if joint.actuator else "") or joint.name
 
 
-def servos(joints: Sequence[Joint], output: Output) -> list[Joint]:
-    """Return the joints that have a servo: those that the output lists, in its order, then the others in theirs."""
-    driven = [joint for joint in joints if joint.actuator and joint.moves]
-    rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))}
-    return sorted(driven, key=lambda joint: rank.get(servo_name(joint), len(rank)))
+def drives(robot: Robot, joints: Sequence[Joint], output: Output | None = None) -> list[Drive]:
+    """Return the actuators: those that the output lists, in its order, then those of ``joints``, then all others."""
+    made = [Drive(servo_name(joint), joint.actuator, joint, True) for joint in joints if joint.actuator and joint.moves]
+    for actuator in robot.simulation.actuators:
+        name = actuator.targets.get("joint", "")
+        made.append(Drive(actuator.name, actuator, robot.joint.get(name), False))
+    rank = {name: place for place, name in enumerate(output.options.get("actuators", ()))} if output else {}
+    return sorted(made, key=lambda drive: rank.get(drive.name, len(rank)))
 
 
-def aims(joint: Joint) -> tuple[float, float] | None:
-    """Return the positions that a servo can be asked for (rad or m); None is any."""
-    actuator = joint.actuator
-    if actuator is None or actuator.unlimited:
+def aims(drive: Drive) -> tuple[float, float] | None:
+    """Return what an actuator can be asked for: of a servo a position (rad or m) or speed; None is anything."""
+    actuator, joint = drive.actuator, drive.joint
+    if actuator.unlimited or "inheritrange" in actuator.mjcf:
         return None
-    return position_range(joint) if actuator.range is None else actuator.range
+    if actuator.range is not None or joint is None:
+        return actuator.range
+    gear = actuator.gear[0] if actuator.gear else 1.0
+    if actuator.type == POSITION:
+        ends = position_range(joint)
+        return None if ends is None else _ordered(gear * ends[0], gear * ends[1])
+    if actuator.type == VELOCITY:
+        speed = joint.limit.known("velocity") if joint.limit else None
+        return _ordered(-gear * speed, gear * speed) if speed else None
+    return None
+
+
+def _ordered(one: float, other: float) -> tuple[float, float]:
+    return (one, other) if one <= other else (other, one)
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
-    """Yield what is wrong with the names of servos, and with the list that orders them."""
-    names: dict[str, Joint] = {}
-    for joint in case.robot.joints:
-        if joint.actuator and joint.moves and names.setdefault(servo_name(joint), joint) is not joint:
-            message = f'two actuators are called "{servo_name(joint)}"'
-            other = names[servo_name(joint)]
-            related = [case.related("the other one", case.joint(other, "actuator"))]
-            path = case.joint(joint, "actuator")
-            yield case.problem("mjcf-actuators", message, path, "give one of them another name", related=related)
+    """Yield what is wrong with the names of actuators, and with the list that orders them."""
+    robot = case.robot
+    names: dict[str, Drive] = {}
+    for drive in drives(robot, robot.joints):
+        if names.setdefault(drive.name, drive) is not drive:
+            message = f'two actuators are called "{drive.name}"'
+            related = [case.related("the other one", _place(case, names[drive.name]))]
+            help = "give one of them another name"
+            yield case.problem("mjcf-actuators", message, _place(case, drive), help, related=related)
     seen: set[str] = set()
     for index, name in enumerate(output.options.get("actuators", ())):
         path = ("outputs", output.name, "actuators", index)
@@ -59,3 +86,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         elif name in seen:
             yield case.problem("mjcf-actuators", f'the actuator "{name}" is listed twice', path, "remove one")
         seen.add(name)
+
+
+def _place(case: Case, drive: Drive) -> tuple[str | int, ...]:
+    if drive.joint is not None and drive.beside:
+        return case.joint(drive.joint, "actuator")
+    return ("actuators", drive.name)

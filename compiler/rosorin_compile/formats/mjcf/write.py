@@ -47,17 +47,21 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
+    Values,
     Vector,
     plane_axes,
     principal_moments,
 )
+from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .servos import aims, servo_name, servos
+from .servos import Drive
+from .servos import drives as drives_of
 from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
+from .write_simulation import Part, SimulationPrinter
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
@@ -88,6 +92,8 @@ class Body(NamedTuple):
     geoms: list[Markup]
     site: Markup
     elements: Sequence[Element]
+    marks: Sequence[Part]
+    kept: Sequence[str]
     ends: list[str]
 
 
@@ -114,27 +120,28 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
-    actuated = servos(joints, output)
+    drives = drives_of(robot, joints, output)
+    simulated = printer.simulated.sections(drives, lambda link: printer.geom_names.get(link, ()))
     values = {
         "robot": robot,
-        "free_joint": _free_joint(robot) if free else "",
+        "free_joint": printer.free_joint() if free else "",
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "bodies": bodies,
         "followers": followers(robot, joints, number),
-        "actuated": actuated,
+        "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
         "excludes": excluded_contacts(robot),
-        "keys": keys(robot, joints, actuated, free),
+        "keys": keys(robot, joints, drives, free),
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
         "option": _option(output, number),
-        "aims": aims,
-        "servo_name": servo_name,
         "number": number,
         "vector": printer.vector,
         "pairs": lambda pairs: attributes(**dict(pairs)),
+        "printed": printer.simulated.printed,
+        "kept": robot.simulation.elements,
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
     return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
@@ -178,6 +185,8 @@ class _Printer:
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str], str] = {}
         self.names = _own_names(robot)
+        self.geom_names: dict[str, list[str]] = {}
+        self.simulated = SimulationPrinter(robot, number)
         self.mesh_inertia = mesh_inertia
         self.weightless = frozenset(weightless(robot, free))
 
@@ -196,14 +205,37 @@ class _Printer:
         link = frame.link or Link(frame.name)
         return Body(
             _indent(frame.depth),
-            attributes(name=body_name(self.robot, frame.name), **self.place(frame.pose)),
+            self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             joints_of(frame.joint, self.robot, self.number) if frame.joint else [],
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
             attributes(name=frame.name),
             self.elements.get(frame.name, ()),
+            [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
+            link.mjcf_elements,
             [_indent(depth) for depth in ends],
         )
+
+    def names_of(self, link: Link, frame: Frame) -> Markup:
+        """Return the attributes of a body."""
+        pose = self.robot.simulation.root.pose if frame.depth == 0 else frame.pose
+        values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
+        if link.gravity_compensation:
+            values["gravcomp"] = self.number(link.gravity_compensation)
+        return attributes(**values, **self.simulated.texts(link.mjcf))
+
+    def place_of(self, pose: Pose) -> dict[str, str]:
+        """Return the attributes of a pose; what is zero needs none."""
+        values = self.place(pose)
+        return values if any(pose.xyz) else {key: text for key, text in values.items() if key != "pos"}
+
+    def free_joint(self) -> Markup:
+        """Return the element of the joint of a floating base."""
+        root = self.robot.simulation.root
+        name = root.joint or _free_joint(self.robot)
+        if set(root.values) <= {"group", "align"}:
+            return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
+        return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
 
     def inertial(self, inertial: Inertial | None) -> Markup | str:
         """Return the attributes of an inertial; empty where there is no mass."""
@@ -237,6 +269,9 @@ class _Printer:
             colour = self.robot.colour(solid) if purpose == "visual" else None
             if colour:
                 values["rgba"] = self.vector(colour)
+            values |= self.simulated.touching(solid, purpose)
+            if purpose == "collision":
+                self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
 
 
@@ -296,7 +331,7 @@ def _free_joint(robot: Robot) -> str:
 def joints_of(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
     """Return the attributes of the joints that a body has for one joint, in their order."""
     if joint.moves:
-        return [_single(joint, number)]
+        return [_single(joint, robot, number)]
     base = _base_name(joint, robot)
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
@@ -316,7 +351,7 @@ def _base_name(joint: Joint, robot: Robot) -> str:
     return base
 
 
-def _single(joint: Joint, number: NumberFormat) -> Markup:
+def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
     values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
     ends = position_range(joint)
     if ends:
@@ -324,10 +359,13 @@ def _single(joint: Joint, number: NumberFormat) -> Markup:
     if joint.dynamics is not None:
         dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
         values |= {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known("effort") if joint.limit is not None else None
     if effort:
         values["actuatorfrcrange"] = vector([-effort, effort], number)
+    if joint.mjcf:
+        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
     return attributes(**values)
 
 
@@ -348,16 +386,26 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
 
 
 def keys(
-    robot: Robot, joints: Sequence[Joint], actuated: Sequence[Joint], free: bool
-) -> list[tuple[str, list[float], list[float]]]:
-    """Return name, qpos and ctrl of each pose: the free base at the origin of the world, then the joints in order."""
-    base = [0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0] if free else []
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
+) -> list[tuple[str, list[float], list[float], Values]]:
+    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order."""
     made = []
     for pose in robot.poses:
         at = _positions(robot, joints, pose)
         qpos = [number for joint in joints for number in at(joint)]
-        made.append((pose.name, base + qpos, [at(joint)[0] for joint in actuated]))
+        place = pose.base or robot.simulation.root.pose
+        base = [*place.xyz, *place.transform().quaternion()] if free else []
+        made.append((pose.name, base + qpos, [_control(drive, pose, at) for drive in drives], pose.mjcf))
     return made
+
+
+def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float]]) -> float:
+    """Return what a pose asks of an actuator: a servo of positions is to hold it."""
+    if drive.name in pose.controls:
+        return pose.controls[drive.name]
+    if drive.actuator.type != POSITION or drive.joint is None or not drive.joint.moves:
+        return 0.0
+    return at(drive.joint)[0] * (drive.actuator.gear[0] if drive.actuator.gear else 1.0)
 
 
 def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:

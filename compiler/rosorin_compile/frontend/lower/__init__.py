@@ -21,12 +21,12 @@ from ...diagnostics.wording import listed
 from ...model import (
     BODY_ELEMENT,
     IDENTITY,
+    NO_SIMULATION,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,
     STATIC_TRANSFORM_PUBLISHER,
     TEMPLATE_ELEMENT,
     UNPUBLISHED,
-    Attribute,
     Edge,
     GazeboSensor,
     Joint,
@@ -47,6 +47,7 @@ from ..tree import Map, Path, locate
 from .entries import (
     Problem,
     actuator_of,
+    attribute_of,
     calibration_of,
     dynamics_of,
     limit_of,
@@ -59,11 +60,13 @@ from .entries import (
     servo_group_of,
     source_of,
     texts_of,
+    values_of,
     vector_of,
 )
 from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
+from .simulation import SIMULATED, lower_simulation, marked_of
 
 RULES = (
     Rule(
@@ -182,6 +185,7 @@ class _Lowering:
             source=source_of(tree.get("source")),
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
+            simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
         )
 
     def top_elements(self) -> tuple[str, ...]:
@@ -205,7 +209,19 @@ class _Lowering:
                 inertial = lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
-        return Link(name, inertial, visual, collision, source, texts_of(entry))
+        simulated = marked_of(entry) if entry else ()
+        return Link(
+            name,
+            inertial,
+            visual,
+            collision,
+            source,
+            texts_of(entry),
+            float(entry.get("gravity_compensation", 0)),
+            simulated,
+            values_of(entry.get("mjcf")),
+            tuple(entry.get("mjcf_elements") or ()),
+        )
 
     def shapes(self, entries: Any, path: Path, source: Source) -> list[Any]:
         made = []
@@ -248,6 +264,7 @@ class _Lowering:
             calibration=calibration_of(entry.get("calibration")),
             safety=safety_of(entry.get("safety_controller")),
             urdf_elements=texts_of(entry),
+            mjcf=values_of(entry.get("mjcf")),
         )
         return self.published(joint, publishing(entry, path, self.nodes, self.problem))
 
@@ -442,7 +459,7 @@ def _element(sensor: str, entry: Mapping[str, Any], frames: Frames) -> Simulated
         name=sensor if suffix is None else f"{sensor}_{suffix}",
         link=link,
         pose=pose,
-        attributes={name: _attribute(value) for name, value in sorted(entry.get("attributes", {}).items())},
+        attributes={name: attribute_of(value) for name, value in sorted(entry.get("attributes", {}).items())},
         replicas=_replicas(entry["replicate"]) if "replicate" in entry else None,
         section=entry.get("section", ""),
     )
@@ -472,15 +489,3 @@ def _replicas(entry: Mapping[str, Any]) -> Replicas:
         message = "copies turn about one axis: one of roll, pitch, yaw"
         raise ShapeProblem("wrong-value", message, ("replicate", "rpy"), "turn the element itself with its own rpy")
     return Replicas(entry["count"], step)
-
-
-def _attribute(value: Any) -> Attribute:
-    if isinstance(value, list):
-        return tuple(_scalar(item) for item in value)
-    return None if value is None else _scalar(value)
-
-
-def _scalar(value: Any) -> float | str | bool:
-    if isinstance(value, (bool, str)):
-        return value if isinstance(value, bool) else str(value)
-    return float(value)

@@ -11,6 +11,7 @@ from ...model import (
     IDENTITY,
     NODE,
     Actuator,
+    Attribute,
     Calibration,
     Dynamics,
     JointPose,
@@ -25,6 +26,7 @@ from ...model import (
     Vector,
 )
 from ...model.shape import Rgba
+from ...model.simulation import POSITION
 from ..tree import Path
 
 RULES = (
@@ -66,7 +68,7 @@ def rgba_of(entry: Mapping[str, Any]) -> Rgba | None:
 
 def material_of(name: str, entry: Mapping[str, Any]) -> Material:
     """Return a material."""
-    return Material(name, rgba_of(entry), entry.get("texture", ""))
+    return Material(name, rgba_of(entry), entry.get("texture", ""), values_of(entry.get("mjcf")))
 
 
 def limit_of(entry: Mapping[str, Any] | None) -> Limit | None:
@@ -89,10 +91,42 @@ def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:
     """Return what drives a joint."""
     if entry is None:
         return None
-    ends = tuple(map(float, entry["range"])) if "range" in entry else None
-    own = None if ends is None else (ends[0], ends[1])
-    name, free = entry.get("name", ""), bool(entry.get("unlimited", False))
-    return Actuator(float(entry["kp"]), float(entry.get("kv", 0)), name, own, free)
+    gear = entry.get("gear", ())
+    return Actuator(
+        type=entry.get("type", POSITION),
+        name=entry.get("name", ""),
+        kp=float(entry["kp"]) if "kp" in entry else None,
+        kv=float(entry.get("kv", 0)),
+        damping_ratio=float(entry.get("damping_ratio", 0)),
+        gear=tuple(map(float, gear)) if isinstance(gear, list) else (float(gear),) if gear != () else (),
+        range=pair_of(entry.get("range")),
+        unlimited=bool(entry.get("unlimited", False)),
+        force=pair_of(entry.get("force")),
+        mjcf=values_of(entry.get("mjcf")),
+    )
+
+
+def pair_of(value: Any) -> tuple[float, float] | None:
+    """Return two numbers of a description; None if they are not given."""
+    return None if value is None else (float(value[0]), float(value[1]))
+
+
+def values_of(entry: Mapping[str, Any] | None) -> dict[str, Attribute]:
+    """Return attributes in MuJoCo's words, by name."""
+    return {name: attribute_of(value) for name, value in sorted((entry or {}).items())}
+
+
+def attribute_of(value: Any) -> Attribute:
+    """Return the value of an attribute of MuJoCo."""
+    if isinstance(value, list):
+        return tuple(_scalar(item) for item in value)
+    return None if value is None else _scalar(value)
+
+
+def _scalar(value: Any) -> float | str | bool:
+    if isinstance(value, (bool, str)):
+        return value if isinstance(value, bool) else str(value)
+    return float(value)
 
 
 def dynamics_of(entry: Mapping[str, Any] | None) -> Dynamics | None:
@@ -169,4 +203,7 @@ def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGr
         if joint in positions:
             problem("duplicate-name", f'"{joint}" has a position and a pulse', path, "give one of them")
         positions[joint] = group.radians(pulse)
-    return JointPose(name, positions, pulses, source_of(entry.get("source")))
+    base = pose_of_entry(entry["base"]) if "base" in entry else None
+    controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
+    more = values_of(entry.get("mjcf"))
+    return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)

@@ -11,7 +11,8 @@ from typing import Any
 from ...diagnostics.registry import NUMBERS, Rule
 from ...diagnostics.wording import listed
 from ...model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere, inertial_of
-from .entries import pose_of_entry, rgba_of, texts_of
+from .entries import pose_of_entry, rgba_of, texts_of, values_of
+from .simulation import contact_of
 
 RULES = (
     Rule(
@@ -74,6 +75,8 @@ def lower_shape(
         stand_in=stand_in,
         texture=entry.get("texture", ""),
         urdf_elements=texts_of(entry),
+        contact=contact_of(entry.get("contact")),
+        mjcf=values_of(entry.get("mjcf")),
     )
 
 

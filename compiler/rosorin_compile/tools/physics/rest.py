@@ -17,6 +17,7 @@ from ...diagnostics.registry import PHYSICS, Rule
 from ...formats import FORMATS
 from ...formats.templating import Templates
 from ...model import Joint, Link, Mesh, Output, Robot
+from ...model.simulation import POSITION
 from ...rules.case import Case, number
 from .overlaps import ZERO, State
 
@@ -153,7 +154,11 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
             help = "look for parts that start inside each other, and at the masses that it carries"
             yield case.problem("explodes-at-rest", message, path, help, severity=WARNING, key=True)
             return
-    if joint.actuator is None or abs(now - begun) <= (SUNK_SLIDE if joint.type == "prismatic" else SUNK):
+    if (
+        joint.actuator is None
+        or joint.actuator.type != POSITION
+        or abs(now - begun) <= (SUNK_SLIDE if joint.type == "prismatic" else SUNK)
+    ):
         return
     load = ended.load[joint.name]  # what holds it: it sinks the other way
     if (now - begun) * load > 0:
@@ -162,7 +167,7 @@ def _placed(case: Case, state: State, where: str, joint: Joint, ended: _Ended) -
     effort = f" and an effort of {number(limit.effort)} {force}" if limit and limit.effort else ""
     message = (
         f'left to itself {where}, joint "{joint.name}" sinks {moved}: it carries'
-        f" {abs(load):.3g} {force}, held by kp {number(joint.actuator.kp)}{effort}"
+        f" {abs(load):.3g} {force}, held by kp {number(joint.actuator.kp or 0.0)}{effort}"
     )
     help = "check the mass that it carries, kp of its actuator, and its effort"
     yield case.problem("sinks-at-rest", message, case.joint(joint, "actuator"), help, severity=WARNING, key=True)

@@ -48,10 +48,20 @@ def read(text: str) -> Facts:
     for section in sheet.root.iterfind("sensor"):
         for sensor in section:
             _sensor(sheet, sensor, owners)
-    for follower in sheet.root.iterfind("equality/joint"):
-        _mimic(sheet, follower, joints)
-    for actuator in sheet.root.iterfind("actuator/position"):
-        _actuator(sheet, actuator, joints)
+    for constraint in sheet.root.iterfind("equality/*"):
+        if constraint.tag == "joint" and constraint.get("name") == constraint.get("joint1"):
+            _mimic(sheet, constraint, joints)
+        else:
+            _entry(sheet, "constraint", constraint)
+    for actuator in sheet.root.iterfind("actuator/*"):
+        if actuator.tag == "position" and "joint" in actuator.attrib:
+            _actuator(sheet, actuator, joints)
+        else:
+            _entry(sheet, "actuator", actuator)
+    for tendon in sheet.root.iterfind("tendon/*"):
+        _entry(sheet, "tendon", tendon)
+    for pair in sheet.root.iterfind("contact/pair"):
+        _entry(sheet, "contact pair", pair)
     for pair in sheet.root.iterfind("contact/exclude"):
         one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
         sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
@@ -77,10 +87,10 @@ def _bodies(
         name = WORLD if moved else called
         owners[called] = name
         sheet.add_frame(name, parent, _transform(sheet, body))
-        if body.find("freejoint") is not None:
+        if any(joint.tag == "freejoint" or joint.get("type") == "free" for joint in body):
             free = True
             sheet.add(Fact("link", name, "base"), "free")
-        own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint")}
+        own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint") if joint.get("type") != "free"}
         joints |= own
         _joints(sheet, own, name)
         owners[name] = name
@@ -111,6 +121,14 @@ def _sensor(sheet: FactSheet, sensor: Element, owners: dict[str, str]) -> None:
     link = next((owners[sensor.attrib[key]] for key in _MEASURED if sensor.get(key, "") in owners), "")
     fact = Fact("link", link, f"{sensor.tag} {name}") if link else Fact("sensor", name, sensor.tag)
     _attributes(sheet, fact, sensor)
+
+
+def _entry(sheet: FactSheet, kind: str, element: Element) -> None:
+    """Take down an entry of a section for simulation, and what stands in it."""
+    name = element.get("name") or " ".join(value for key, value in element.items() if key.startswith("geom"))
+    _attributes(sheet, Fact(kind, name, element.tag), element)
+    for number, inner in enumerate(element, 1):
+        _attributes(sheet, Fact(kind, name, f"{number} {inner.tag}"), inner)
 
 
 def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:

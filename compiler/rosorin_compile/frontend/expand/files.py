@@ -56,6 +56,10 @@ _JOINED = (
     "publishers",
     "servos",
     "poses",
+    "actuators",
+    "tendons",
+    "constraints",
+    "mjcf_sensors",
     "modes",
     "outputs",
     "args",
@@ -63,7 +67,7 @@ _JOINED = (
     "sensor_types",
     "use",
 )
-_LISTED = ("edges", "disabled_contacts", "urdf_elements", "accept")
+_LISTED = ("edges", "disabled_contacts", "contact_pairs", "urdf_elements", "mjcf_elements", "accept")
 _SOURCED = ("links", "joints", "sensors", "servos", "poses", "use")
 _PRIVATE = ("include", "let", "source", "rosorin_compile")
 _OF_FILE = ("args", "file", "package", "packages")  # what the include of a description may say

@@ -19,9 +19,12 @@ from ..tree import Map, Place, Seq
 from .ledger import Failed
 from .scope import Scope
 
-_MAPPINGS = ("links", "joints", "sensors", "servos", "poses")
+_MAPPINGS = (
+    *("links", "joints", "sensors", "servos", "poses"),
+    *("actuators", "tendons", "constraints", "mjcf_sensors"),
+)
 KEPT = "urdf_elements"  # a list of texts that are elements of XML
-_LISTS = ("edges", "disabled_contacts", KEPT)
+_LISTS = ("edges", "disabled_contacts", "contact_pairs", KEPT, "mjcf_elements")
 SECTIONS = (*_MAPPINGS, *_LISTS)
 ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")

@@ -18,14 +18,30 @@ from .forms import KEPT, is_number
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
 
+# Sections for a simulation alone, and what a link has for it by name.
+SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
+_MARKS = ("sites", "cameras", "lights")
+# The keys in them whose values are names: one, or several as a list or as the keys of a table.
+_NAMING = frozenset(
+    (
+        *("joint", "joint_in_parent", "tendon", "actuator", "body", "camera", "target"),
+        *("link", "link1", "link2", "subtree1", "subtree2", "inertial"),
+        *("site", "side_site", "reference_site", "slider_site", "crank_site"),
+        *("links", "joints", "sites", "tendons"),
+    )
+)
+
 Rename = Callable[[str], str]
 
 
 def defined_names(fragment: Map) -> frozenset[str]:
     """Return the names that a fragment of a description defines."""
     names: set[str] = set()
-    for section in ("links", "joints", "sensors", "servos", "poses"):
+    for section in ("links", "joints", "sensors", "servos", "poses", *SIMULATED):
         names.update(fragment.get(section) or ())
+    for link in (fragment.get("links") or {}).values():
+        for marks in _MARKS if isinstance(link, Map) else ():
+            names.update(link.get(marks) or ())
     for sensor in (fragment.get("sensors") or {}).values():
         for owner in (sensor, sensor.get("optical")) if isinstance(sensor, Map) else ():
             if isinstance(owner, Map):
@@ -39,6 +55,7 @@ def mentions_mount(fragment: Map) -> bool:
     if any(isinstance(entry, Map) and entry.get("parent") == MOUNT for entry in entries):
         return True
     listed = [*(fragment.get("edges") or ()), *(fragment.get("disabled_contacts") or ())]
+    listed += [*(fragment.get("contact_pairs") or ()), *(fragment.get("constraints") or {}).values()]
     if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
         return True
     texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
@@ -144,7 +161,7 @@ class _Placer:
     def links(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
-        changes = self._elements(entry)
+        changes = self._elements(entry) | self._marked(entry)
         for purpose in ("collision", "visual"):
             shapes = entry.get(purpose)
             if isinstance(shapes, Seq) and any(isinstance(shape, Map) and KEPT in shape for shape in shapes):
@@ -160,6 +177,48 @@ class _Placer:
             if isinstance(entry.get(purpose), Seq):
                 changes[purpose] = _each(entry[purpose], "", self._mirrored_shape)
         return _with(entry, changes)
+
+    def _marked(self, entry: Map) -> dict[str, Any]:
+        """Return the sites, cameras and lights of a link under their new names, where the part is mirrored mirrored."""
+        changes = {}
+        for key in _MARKS:
+            marks = entry.get(key)
+            if isinstance(marks, Map):
+                changes[key] = _each(marks, self.prefix, self._mark)
+        return changes
+
+    def _mark(self, mark: Any) -> Any:
+        return _with(self._named(mark), self._mirrored_pose(mark)) if isinstance(mark, Map) else mark
+
+    def _named(self, entry: Any) -> Any:
+        """Return an entry of a section for simulation in which what it names has the new names."""
+        if not isinstance(entry, Map):
+            return entry
+        changes: dict[str, Any] = {}
+        for key, value in entry.items():
+            if isinstance(value, str):
+                if key in _NAMING:
+                    changes[key] = self.frame(value)
+            elif isinstance(value, Seq):
+                changes[key] = _each(value, "", self._one_named if key in _NAMING else self._named)
+            elif isinstance(value, Map):
+                changes[key] = self._renamed_keys(value) if key in _NAMING else self._named(value)
+        return _with(entry, changes)
+
+    def _one_named(self, value: Any) -> Any:
+        return self.frame(value) if isinstance(value, str) else self._named(value)
+
+    def _renamed_keys(self, table: Map) -> Map:
+        renamed = Map(table.span, table.via)
+        for name, value in table.items():
+            renamed.put(self.rename(name), value, table.key_spans[name], table.value_spans[name])
+        return renamed
+
+    def _simulated(self, entry: Any) -> Any:
+        entry = self._named(entry)
+        return _with(entry, self._mirrored_pose(entry)) if isinstance(entry, Map) else entry
+
+    actuators = tendons = constraints = mjcf_sensors = contact_pairs = _simulated
 
     def joints(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
@@ -208,13 +267,10 @@ class _Placer:
         if not isinstance(entry, Map):
             return entry
         changes = {}
-        for key in ("positions", "pulses"):
+        for key in ("positions", "pulses", "controls"):
             table = entry.get(key)
             if isinstance(table, Map):
-                renamed = Map(table.span, table.via)
-                for name, value in table.items():
-                    renamed.put(self.rename(name), value, table.key_spans[name], table.value_spans[name])
-                changes[key] = renamed
+                changes[key] = self._renamed_keys(table)
         return _with(entry, changes)
 
     def _renamed_list(self, entry: Any, key: str, rename: Rename | None = None) -> Any:

@@ -80,7 +80,7 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("rosparameters", "parameters of nodes are no part of a description"),
     },
     "link": {
-        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule mesh", _IN_SHAPES),
+        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule ellipsoid mesh", _IN_SHAPES),
         **_all("collider colliders collisions", "collision"),
         **_all("visuals visualization appearance", "visual"),
         **_all("mass com cog cg density inertia centerofmass diaginertia weight", _IN_INERTIAL),

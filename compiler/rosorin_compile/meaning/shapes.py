@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format, published
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
+from ..model import IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
@@ -77,9 +77,9 @@ def _same_body(pairing: Pairing, top: str, name: str) -> bool:
 
 
 def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> bool:
-    """Say whether capsules are compared as such: not where a URDF has none and the other side has some."""
+    """Say whether capsules and ellipsoids are compared as such: not where a URDF has none, the other side some."""
     has = [
-        any(isinstance(s.geometry, Capsule) for link in bodies.robot.links for s in _of(link, purpose))
+        any(isinstance(s.geometry, (Capsule, Ellipsoid)) for link in bodies.robot.links for s in _of(link, purpose))
         for bodies in (pairing.a, pairing.b)
     ]
     rows = zip(has, has[::-1], sides, strict=True)

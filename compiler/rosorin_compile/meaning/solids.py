@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES
-from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
+from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
 from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
@@ -101,6 +101,9 @@ def shape_of(solid: Solid) -> Shape | None:
     if solid.kind in ("cylinder", "capsule") and len(solid.sizes) == 2:
         radius, length = solid.sizes
         return Shape(Cylinder(radius, length) if solid.kind == "cylinder" else Capsule(radius, length), place)
+    if solid.kind == "ellipsoid" and len(solid.sizes) == 3:
+        x, y, z = (size / 2 for size in solid.sizes)
+        return Shape(Ellipsoid((x, y, z)), place)
     return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
 
 
@@ -119,6 +122,9 @@ def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
         sizes = (geometry.radius, geometry.length)
     elif isinstance(geometry, Sphere):
         sizes = (geometry.radius,)
+    elif isinstance(geometry, Ellipsoid):
+        x, y, z = geometry.radii
+        sizes = (2 * x, 2 * y, 2 * z)
     elif isinstance(geometry, Mesh):
         sizes = geometry.scale
     rows = rotation_of_rpy(pose.rpy)
@@ -227,20 +233,13 @@ class Piece(NamedTuple):
 
 
 def pieces_of(link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True) -> list[Piece]:
-    """Return the solids of a link in its own frame; without ``capsules`` they are cylinders of the same full length."""
+    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them."""
     found: list[Piece] = []
     for whole in shapes:
         for shape in whole.solids():
-            made = shape if capsules else _without_capsule(shape)
+            made = shape if capsules else replace(shape, geometry=plain(shape.geometry))
             found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
     return found
-
-
-def _without_capsule(shape: Shape) -> Shape:
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return replace(shape, geometry=Cylinder(geometry.radius, geometry.length + 2 * geometry.radius))
 
 
 def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:

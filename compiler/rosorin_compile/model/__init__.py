@@ -25,7 +25,7 @@ from .link import Inertial, Link, Source
 from .mass import inertial_of, principal_moments, volume_of
 from .motion import plane_axes
 from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Material, Mesh, Shape, Sphere
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Material, Mesh, Shape, Sphere, plain
 from .simulated import (
     AT_JOINT,
     BODY_ELEMENT,
@@ -74,6 +74,7 @@ __all__ = [
     "Cylinder",
     "Dynamics",
     "Edge",
+    "Ellipsoid",
     "Entry",
     "GazeboSensor",
     "Geometry",
@@ -108,6 +109,7 @@ __all__ = [
     "Values",
     "Vector",
     "inertial_of",
+    "plain",
     "plane_axes",
     "pose_of",
     "principal_moments",

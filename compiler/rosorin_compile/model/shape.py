@@ -55,6 +55,13 @@ class Sphere:
 
 
 @dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid around the origin; ``radii`` are half its extents along x, y and z."""
+
+    radii: Vector
+
+
+@dataclass(frozen=True)
 class Mesh:
     """A mesh file by reference, in the units of the file times ``scale``.
 
@@ -107,7 +114,20 @@ def _steps(height: float, step: float) -> int:
     return math.ceil(height / step - 1e-6) if height > 0 else 0
 
 
-Geometry = Box | Cylinder | Capsule | Sphere | Mesh | HeightMap
+Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
+
+
+def plain(geometry: Geometry) -> Geometry:
+    """Return what stands for a geometry in a URDF 1.0, as large: a cylinder for a capsule, a box for an ellipsoid.
+
+    All others are in it as they are.
+    """
+    if isinstance(geometry, Capsule):
+        return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = geometry.radii
+        return Box((-x, -y, -z), (x, y, z))
+    return geometry
 
 
 Rgba = tuple[float, float, float, float]

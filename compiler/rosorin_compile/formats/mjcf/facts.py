@@ -232,7 +232,7 @@ def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, El
         if mesh is None:
             raise ValueError(f"there is no mesh {geom.get('mesh')}")
         return sheet.vector3(mesh, "scale", (1.0, 1.0, 1.0))
-    if kind == "box":
+    if kind in ("box", "ellipsoid"):
         x, y, z = sheet.vector3(geom, "size")
         return (2 * x, 2 * y, 2 * z)
     if kind == "sphere":

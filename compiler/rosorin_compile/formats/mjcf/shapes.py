@@ -20,7 +20,7 @@ from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, t
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
-_CARRIED = (SPHERE, CAPSULE, CYLINDER, BOX, MESH)
+_CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
 _FIRST_HIDDEN_GROUP = 3
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
 
@@ -104,6 +104,9 @@ def _sizes(kind: int, size: list[float], element: Element) -> Map:
     made = Map(element.span)
     if kind == BOX:
         put(made, "size", numbers([tidy(2 * half) for half in size], element))
+        return made
+    if kind == ELLIPSOID:
+        put(made, "radii", numbers([tidy(radius) for radius in size], element, "size"))
         return made
     put_number(made, "radius", tidy(size[0]), element, "size")
     if kind != SPHERE:

@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, counted
-from ...model import SENSOR_ELEMENT, Box, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
 from .bodies import WORLD, body_name
 from .masses import masses
 
@@ -78,6 +78,8 @@ def has_volume(geometry: Geometry) -> bool:
         return all(geometry.scale)
     if isinstance(geometry, Box):
         return all(size > 0 for size in geometry.size)
+    if isinstance(geometry, Ellipsoid):
+        return all(radius > 0 for radius in geometry.radii)
     return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
 
 

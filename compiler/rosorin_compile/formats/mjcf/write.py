@@ -36,6 +36,7 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     Inertial,
     Joint,
@@ -317,6 +318,8 @@ def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
         return (x / 2, y / 2, z / 2)
     if isinstance(geometry, (Cylinder, Capsule)):
         return (geometry.radius, geometry.length / 2)
+    if isinstance(geometry, Ellipsoid):
+        return geometry.radii
     return (geometry.radius,) if isinstance(geometry, Sphere) else ()
 
 

@@ -13,6 +13,7 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Inertial,
     Joint,
     JointPose,
@@ -98,6 +99,8 @@ def _shape(shape: Shape) -> Data:
     if isinstance(geometry, Cylinder | Capsule):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
+    if isinstance(geometry, Ellipsoid):
+        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
     if isinstance(geometry, Sphere):
         return made | {"kind": "sphere", "radius": geometry.radius}
     if isinstance(geometry, Mesh):

@@ -10,7 +10,20 @@ from typing import Any
 
 from ...diagnostics.registry import NUMBERS, Rule
 from ...diagnostics.wording import listed
-from ...model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere, inertial_of
+from ...model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Inertial,
+    Mesh,
+    Pose,
+    Shape,
+    Sphere,
+    inertial_of,
+)
 from .entries import pose_of_entry, rgba_of, texts_of, values_of
 from .simulation import contact_of
 
@@ -85,9 +98,10 @@ def _sizes(kind: str, entry: Mapping[str, Any]) -> Iterator[ShapeProblem]:
     for key in ("radius", "length"):
         if key in entry and not entry[key] > 0:
             yield _not_positive(entry[key], kind, key)
-    for index, size in enumerate(entry.get("size", ())):
-        if not size > 0:
-            yield _not_positive(size, kind, "size", index)
+    for key in ("size", "radii"):
+        for index, size in enumerate(entry.get(key, ())):
+            if not size > 0:
+                yield _not_positive(size, kind, key, index)
     lower, upper = entry.get("min", ()), entry.get("max", ())
     for index, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if not low < high:
@@ -124,6 +138,11 @@ def _height_map(entry: Mapping[str, Any]) -> HeightMap:
     return HeightMap((x, y), cell, heights, step, entry.get("method", ""))
 
 
+def _ellipsoid(entry: Mapping[str, Any]) -> Ellipsoid:
+    x, y, z = map(float, entry["radii"])
+    return Ellipsoid((x, y, z))
+
+
 def _mesh(entry: Mapping[str, Any]) -> Mesh:
     x, y, z = map(float, entry.get("scale", (1, 1, 1)))
     return Mesh(entry["file"], (x, y, z), entry.get("inertia", ""))
@@ -145,6 +164,7 @@ GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
     "cylinder": lambda entry: Cylinder(float(entry["radius"]), float(entry["length"])),
     "capsule": lambda entry: Capsule(float(entry["radius"]), float(entry["length"])),
     "sphere": lambda entry: Sphere(float(entry["radius"])),
+    "ellipsoid": _ellipsoid,
     "mesh": _mesh,
     "height_map": _height_map,
 }

@@ -16,6 +16,7 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     HeightMap,
     Inertial,
@@ -280,6 +281,8 @@ def _in_words(geometry: Geometry) -> tuple[str, str]:
         return kind, f"radius {exact(geometry.radius)} m, length {exact(geometry.length)} m"
     if isinstance(geometry, Sphere):
         return "sphere", f"radius {exact(geometry.radius)} m"
+    if isinstance(geometry, Ellipsoid):
+        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
     if isinstance(geometry, Mesh):
         return "mesh", geometry.file
     rows, columns = len(geometry.heights), len(geometry.heights[0])

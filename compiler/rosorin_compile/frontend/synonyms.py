@@ -229,6 +229,7 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("wheel spin spinning endless rolling roller unlimited", "continuous"),
         **_all("weld welded rigid static none glue locked mounted", "fixed"),
         **_all("free 6dof freejoint float base", "floating"),
+        **_all("spherical socket", "ball"),
         **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints and links"),
     },
     "which gazebo": {

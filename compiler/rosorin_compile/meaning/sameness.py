@@ -113,6 +113,8 @@ def _plain(value: Any) -> Any:
         return replace(value, geometry=Box((-x, -y, -z), (x, y, z)), pose=value.origin())
     if isinstance(value, Shape) and isinstance(value.geometry, Ellipsoid):
         return replace(value, geometry=plain(value.geometry))
+    if isinstance(value, Joint) and value.type == "ball":
+        return replace(value, type="floating")
     if isinstance(value, Dynamics):
         return _without_zeros(replace(value, armature=0.0, stiffness=0.0, spring_reference=0.0))
     if isinstance(value, str) and "<" in value:

@@ -7,6 +7,7 @@ and what one asks a robot), ``kinematics`` (where frames sit in each other). The
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (
+    AXLELESS,
     MOVING_TYPES,
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -53,6 +54,7 @@ from .simulation import (
 
 __all__ = [
     "AT_JOINT",
+    "AXLELESS",
     "BODY_ELEMENT",
     "IDENTITY",
     "MOVING_TYPES",

@@ -15,7 +15,7 @@ AFTER = "joints"
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
 @rule(
     "mimic-fixed",
-    "A joint without a single position (fixed, planar, floating) follows, or is followed.",
+    "A joint without a single position (fixed, planar, floating, ball) follows, or is followed.",
     "Name a joint that moves.",
     JOINTS,
     accept="joint",

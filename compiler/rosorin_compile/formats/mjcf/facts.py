@@ -168,8 +168,12 @@ def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
             if kind == "planar":
                 _axis(sheet, base, joints[base + ends[-1]])
             return
-    for joint in joints.values():
-        _joint(sheet, joint, child)
+    for name, joint in joints.items():
+        if joint.get("type") == "ball":
+            sheet.add(Fact("joint", name, "type"), "ball")
+            sheet.add(Fact("joint", name, "child"), child)
+        else:
+            _joint(sheet, joint, child)
 
 
 def _axis(sheet: FactSheet, name: str, joint: Element) -> None:

@@ -136,7 +136,8 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
 
 def _several(joint: Joint) -> Iterator[Diagnostic]:
     """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
-    has = {"limit": joint.limit is not None and joint.type == "planar", "dynamics": joint.dynamics is not None}
+    has = {"limit": joint.limit is not None and joint.type == "planar"}
+    has["dynamics"] = joint.dynamics is not None and joint.type != "ball"
     words = [word for word, there in has.items() if there]
     if words:
         message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '

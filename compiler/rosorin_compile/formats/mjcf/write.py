@@ -78,6 +78,7 @@ TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
+_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 class Body(NamedTuple):
@@ -335,6 +336,8 @@ def joints_of(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
     """Return the attributes of the joints that a body has for one joint, in their order."""
     if joint.moves:
         return [_single(joint, robot, number)]
+    if joint.type == "ball":
+        return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
     base = _base_name(joint, robot)
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
@@ -359,6 +362,12 @@ def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
     ends = position_range(joint)
     if ends:
         values["range"] = vector(ends, number)
+    return attributes(**values, **_inner(joint, robot, number))
+
+
+def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+    """Return the attributes of what holds and moves a joint."""
+    values: dict[str, str] = {}
     if joint.dynamics is not None:
         dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
@@ -369,7 +378,7 @@ def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
         values["actuatorfrcrange"] = vector([-effort, effort], number)
     if joint.mjcf:
         values |= SimulationPrinter(robot, number).texts(joint.mjcf)
-    return attributes(**values)
+    return values
 
 
 def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "robot-model-cannot-say",
-        "A warning: the driver's model has no room for a shape, a mimic, a planar or a floating joint.",
+        "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint.",
         "The URDF carries it; or leave the joint out with `joints`.",
         FORMATS,
     ),

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
-from ..format import NUMBER_FORMAT, Asked, Facts, Format, Opened
+from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -57,6 +57,11 @@ def _brings(robot: Robot, output: Output) -> Sequence[str]:
     from .write import brought
 
     return brought(robot, output)
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is the type of a ball joint, which a URDF has as floating."""
+    return (fact.kind, fact.quantity) == ("joint", "type") and robot.joint[fact.name].type == "ball"
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -111,6 +116,7 @@ FORMAT = Format(
     solids=_solids,
     all_solids=True,
     lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
+    cannot_say=_cannot_say,
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",

@@ -16,8 +16,23 @@ from markupsafe import Markup
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted, plural
-from ...model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Output, Pose, Robot, Shape, Sphere, plain
+from ...diagnostics.wording import counted, first_of, plural
+from ...model import (
+    AXLELESS,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    plain,
+)
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
@@ -79,7 +94,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics = [*_stood_in(unsaid, form), *_left_out(robot, carried, elements)]
+    diagnostics = [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, carried, elements)]
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
@@ -212,7 +227,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
     number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
     inner: list[tuple[str, Markup]] = []
-    along = joint.type not in ("fixed", "floating")
+    along = not joint.is_fixed and joint.type not in AXLELESS
     if along:
         inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
     if joint.calibration is not None:
@@ -227,7 +242,8 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if joint.safety is not None:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
-    names = attributes(name=joint.name, type=joint.type)
+    # The nearest that URDF has, and robot_state_publisher leaves it alone as well.
+    names = attributes(name=joint.name, type="floating" if joint.type == "ball" else joint.type)
     ends = attributes(link=joint.parent), attributes(link=joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
 
@@ -276,6 +292,15 @@ def _stood_in(shapes: Mapping[str, Counter[type]], form: _Format) -> list[Diagno
         help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
         made += _of_kind(shapes, Capsule, "URDF 1.0", "cylinder", "full length", help)
     return made + _of_kind(shapes, Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
+
+
+def _balls(robot: Robot) -> list[Diagnostic]:
+    """Return the note about ball joints: URDF has no word for them."""
+    names = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
+    if not names:
+        return []
+    what = f"joint {names[0]} is" if len(names) == 1 else f"{counted(len(names), 'joint')} ({first_of(names, 3)}) are"
+    return [Diagnostic("urdf-cannot-say", NOTE, f"URDF has no ball joint: {what} written as floating")]
 
 
 def _of_kind(

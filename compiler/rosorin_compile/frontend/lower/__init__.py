@@ -19,6 +19,7 @@ from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
 from ...diagnostics.wording import listed
 from ...model import (
+    AXLELESS,
     BODY_ELEMENT,
     IDENTITY,
     NO_SIMULATION,
@@ -416,7 +417,7 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
                 return Publisher(UNPUBLISHED, about=value["none"])
             return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
         if value == ROBOT_STATE_PUBLISHER:
-            return _NOT_FLOATING if entry.get("type") == "floating" else OF_THE_URDF
+            return _NOT_FLOATING if entry.get("type") in AXLELESS else OF_THE_URDF
         return node(value, at, nodes, problem)
 
     if not isinstance(wanted, list):

@@ -49,7 +49,7 @@ def read(text: str) -> Facts:
         for sensor in section:
             _sensor(sheet, sensor, owners)
     for constraint in sheet.root.iterfind("equality/*"):
-        if constraint.tag == "joint" and constraint.get("name") == constraint.get("joint1"):
+        if constraint.tag == "joint" and constraint.get("name", constraint.get("joint1")) == constraint.get("joint1"):
             _mimic(sheet, constraint, joints)
         else:
             _entry(sheet, "constraint", constraint)

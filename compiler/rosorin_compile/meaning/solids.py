@@ -185,6 +185,14 @@ def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
     return remainder(one, other) == Delta((), ())
 
 
+def same_bodies(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
+    """Say whether two writers mean the same solids, though boxes may be cut otherwise."""
+    if same_set(one, other):
+        return True
+    rest = remainder(one, other)
+    return bool(rest.removed and rest.added) and same_space(rest.removed, rest.added, _NOISE)
+
+
 def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float) -> bool:
     """Say whether two sets of boxes along the axes of one frame fill the same space, cut as they may be."""
     boxes = [[solid.box for solid in solids] for solids in (one, other)]

@@ -10,12 +10,13 @@ ends it. The closest point of a simplex: C. Ericson, "Real-Time Collision Detect
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from .bounds import ball_of
 from .geometry import Transform, Vector, dot, minus, plus
-from .shape import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere
+from .shape import Box, Capsule, Cylinder, Shape, Sphere
 
 # Faces that lie on each other touch, whatever the rounding of the poses made of it (m).
 NEAR = 1e-6
@@ -50,25 +51,29 @@ class _Core(NamedTuple):
         return self.place.apply((u, v, math.copysign(half, w)))
 
 
-def touch(one: Shape, other: Shape, way: Transform, near: float = NEAR) -> bool | None:
-    """Say whether two shapes are closer than ``near`` (m); None where a mesh takes part, whose file is not read here.
+def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform, near: float = NEAR) -> bool:
+    """Say whether any of some shapes is closer than ``near`` (m) to any of others; a mesh touches nothing here.
 
-    ``way`` is where the frame that the other shape is given in sits in the frame of the first one.
+    ``way`` is where the frame that the others are given in sits in the frame of the first ones.
     """
-    if isinstance(one.geometry, Mesh) or isinstance(other.geometry, Mesh):
-        return None
-    there = [(solid, way) for solid in other.solids()]
-    return any(_touch(solid, mate, way, near) for solid in one.solids() for mate, way in there)
+    first = sorted(_balls(ones, Transform()), key=lambda one: one[0][0])
+    second = _balls(others, way)
+    middles, largest = [middle[0] for middle, _, _ in first], max((radius for _, radius, _ in first), default=0.0)
+    for middle, radius, solid in second:
+        reach = radius + largest + near
+        window = first[bisect_left(middles, middle[0] - reach) : bisect_right(middles, middle[0] + reach)]
+        for other_middle, other_radius, other in window:
+            if math.dist(middle, other_middle) <= radius + other_radius + near:
+                cores = _core(other, Transform()), _core(solid, way)
+                if not _apart(*cores, near + cores[0].around + cores[1].around):
+                    return True
+    return False
 
 
-def _touch(one: Shape, other: Shape, way: Transform, near: float) -> bool:
-    balls = ball_of(one), ball_of(other)
-    if balls[0] is None or balls[1] is None:
-        return False
-    if math.dist(balls[0].middle, way.apply(balls[1].middle)) > balls[0].radius + balls[1].radius + near:
-        return False
-    first, second = _core(one, Transform()), _core(other, way)
-    return not _apart(first, second, near + first.around + second.around)
+def _balls(shapes: Sequence[Shape], way: Transform) -> list[tuple[Vector, float, Shape]]:
+    """Return the solids of shapes with a ball around each: its middle and its radius (m)."""
+    solids = ((solid, ball_of(solid)) for shape in shapes for solid in shape.solids())
+    return [(way.apply(ball.middle), ball.radius, solid) for solid, ball in solids if ball is not None]
 
 
 def _core(shape: Shape, way: Transform) -> _Core:
@@ -83,8 +88,7 @@ def _core(shape: Shape, way: Transform) -> _Core:
         return _Core(place, (0.0, 0.0, abs(geometry.length) / 2), round=False, around=abs(geometry.radius))
     if isinstance(geometry, Sphere):
         return _Core(place, (0.0, 0.0, 0.0), round=False, around=abs(geometry.radius))
-    what = "height map" if isinstance(geometry, HeightMap) else "mesh"
-    raise TypeError(f"a {what} is no convex body")
+    raise TypeError(f"a {type(geometry).__name__} is no convex body that is known")
 
 
 def _apart(one: _Core, other: _Core, reach: float) -> bool:

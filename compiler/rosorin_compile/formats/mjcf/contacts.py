@@ -41,11 +41,19 @@ class Geom(NamedTuple):
 Meeting = tuple[Geom, Geom]
 
 
+# Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
+MOST = 300
+
+
 class Contacts(NamedTuple):
-    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters."""
+    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters.
+
+    ``left`` are links that would need more than ``MOST`` pairs: it is left to MuJoCo whether they collide.
+    """
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
+    left: list[tuple[str, str]]
 
 
 class _Ball(NamedTuple):
@@ -69,6 +77,7 @@ def contacts(robot: Robot, form: str = MERGED) -> Contacts:
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
+    left: list[tuple[str, str]] = []
     for top, below in solid.items():
         joint = robot.joint_to.get(top)
         if joint is None or not below:
@@ -77,12 +86,14 @@ def contacts(robot: Robot, form: str = MERGED) -> Contacts:
         for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
+            elif len(meeting) > MOST:
+                left.append(links)
             elif frozenset(links) not in named:
                 pairs += meeting
     for pair in robot.disabled_contacts:
         excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
-    return Contacts(bodies, pairs)
+    return Contacts(bodies, pairs, left)
 
 
 def _places(robot: Robot) -> dict[str, Transform]:
@@ -129,8 +140,9 @@ class _Across:
         if links == (self.joint.parent, self.joint.child) or any(map(self._has_mesh, links)):
             return True
         one, other = (self.places[name] for name in links)
-        ways = [one.inverse().then(way).then(other) for way in self.ways]
-        return any(touch(mine.shape, theirs.shape, way) for way in ways for mine, theirs in meeting)
+        mine, theirs = ({geom.number: geom.shape for geom in side}.values() for side in zip(*meeting, strict=True))
+        ways = (one.inverse().then(way).then(other) for way in self.ways)
+        return any(touch(list(mine), list(theirs), way) for way in ways)
 
     def _has_mesh(self, link: str) -> bool:
         return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)

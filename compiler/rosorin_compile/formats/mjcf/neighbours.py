@@ -22,7 +22,7 @@ def add_contacts(reading: Reading) -> None:
 
     touching = {geom["body"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     robot = lower(reading.tree).robot if touching or reading.facts["excludes"] else None
-    ours = contacts(robot) if robot else Contacts([], [])
+    ours = contacts(robot) if robot else Contacts([], [], [])
     pairs = _excluded(reading, ours)
     _pairs(reading, ours, pairs)
     if pairs:

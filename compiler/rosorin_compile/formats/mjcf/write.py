@@ -61,7 +61,7 @@ from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import aims, servo_name, servos
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
 from .write_sensors import Element, elements_of
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
@@ -146,7 +146,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "pairs": lambda pairs: attributes(**dict(pairs)),
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
-    return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
+    told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
+    return text, told
 
 
 def walk(robot: Robot) -> Iterator[Frame]:

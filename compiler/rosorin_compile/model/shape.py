@@ -242,6 +242,21 @@ class Shape:
     def _pieces(self) -> dict[str, tuple[Shape, ...]]:
         return {}
 
+    def drawn(self) -> tuple[Shape, ...]:
+        """Return what is drawn of the shape, where height maps stand on z = 0 of their own frame.
+
+        A height map with one bottom is lifted; one with a bottom for each cell is its boxes.
+        """
+        grid = self.geometry
+        if not isinstance(grid, HeightMap) or not grid.bottom:
+            return (self,)
+        if not isinstance(grid.bottom, (int, float)):
+            return self.solids(MERGED)
+        low = grid.bottom
+        heights = tuple(tuple(height - low if height > 0 else 0.0 for height in row) for row in grid.heights)
+        lifted = Pose(self.pose.transform().apply((0.0, 0.0, low)), self.pose.rpy)
+        return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
+
     def origin(self) -> Pose:
         """Return the pose of the middle of the geometry in the link's frame."""
         if isinstance(self.geometry, Box) and self.geometry.centre != (0.0, 0.0, 0.0):

@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from .bounds import ball_of
 from .geometry import Transform, Vector, dot, minus, plus
-from .shape import Box, Capsule, Cylinder, Shape, Sphere
+from .shape import MERGED, Box, Capsule, Cylinder, Shape, Sphere
 
 # Faces that lie on each other touch, whatever the rounding of the poses made of it (m).
 NEAR = 1e-6
@@ -72,7 +72,7 @@ def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform, near: 
 
 def _balls(shapes: Sequence[Shape], way: Transform) -> list[tuple[Vector, float, Shape]]:
     """Return the solids of shapes with a ball around each: its middle and its radius (m)."""
-    solids = ((solid, ball_of(solid)) for shape in shapes for solid in shape.solids())
+    solids = ((solid, ball_of(solid)) for shape in shapes for solid in shape.solids(MERGED))
     return [(way.apply(ball.middle), ball.radius, solid) for solid, ball in solids if ball is not None]
 
 

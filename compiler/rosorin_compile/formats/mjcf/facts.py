@@ -1,7 +1,8 @@
 """Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
-name marks), "contact with NAME" (excluded); and the poses: Fact("pose", name of the pose, name of the joint).
+name marks), "contact with NAME" (excluded), "pairs with NAME" (shapes of both may touch); and the poses:
+Fact("pose", name of the pose, name of the joint).
 
 What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
 imu_gyro site", "replicate lidar_site count"; numbers of a list one by one: "camera front resolution 2". A sensor that
@@ -33,6 +34,7 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
+_PAIRED = ("geom1", "geom2")
 
 
 def read(text: str) -> Facts:
@@ -65,6 +67,7 @@ def read(text: str) -> Facts:
     for pair in sheet.root.iterfind("contact/exclude"):
         one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
         sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
+    _pairs(sheet, worldbody, owners)
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
     return sheet.facts
@@ -104,6 +107,17 @@ def _bodies(
         _shapes(sheet, name, body.findall("geom"), scales)
         waiting += [(child, name) for child in reversed(body.findall("body"))]
     return free
+
+
+def _pairs(sheet: FactSheet, worldbody: Element, owners: dict[str, str]) -> None:
+    """Take down the links of which shapes may touch where MuJoCo would not let them."""
+    pairs = sheet.root.findall("contact/pair")
+    if not pairs:
+        return
+    bodies = ((body.get("name", ""), body.iterfind("geom")) for body in worldbody.iter("body"))
+    links = {geom.get("name", ""): owners.get(name, name) for name, geoms in bodies for geom in geoms}
+    for one, other in dict.fromkeys(tuple(links.get(sheet.text(p, word), "") for word in _PAIRED) for p in pairs):
+        sheet.add(Fact("link", one, f"pairs with {other}"), "may touch")
 
 
 def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import and_more, counted
+from ...diagnostics.wording import and_more, counted, first_of
 from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
 from .bodies import WORLD, body_name
 from .masses import masses
@@ -132,6 +132,15 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
         message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Yield a note on links that may collide, and have too many shapes to say it."""
+    if links:
+        which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
+        message = f"links with hundreds of shapes that a joint brings together: {which}"
+        message += "; MuJoCo lets them collide only where one is fixed to the world"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
 
 
 def _several(joint: Joint) -> Iterator[Diagnostic]:

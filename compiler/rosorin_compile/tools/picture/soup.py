@@ -88,8 +88,8 @@ def _shapes(link: Link, triangles: Triangles, visual: bool, collision: bool) -> 
     """
     lost = any(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
     instead = visual and lost
-    yield from (("visual", visual, shape) for shape in link.visual)
-    yield from (("collision", collision or instead, shape) for shape in link.collision)
+    yield from (("visual", visual, one) for shape in link.visual for one in shape.drawn())
+    yield from (("collision", collision or instead, one) for shape in link.collision for one in shape.drawn())
 
 
 def _piece(

@@ -61,6 +61,9 @@ def references(tags: tuple[str, ...], attributes: Mapping[str, str], text: str) 
         yield Reference(text, kind, "", f"the text of <{tag}> in <{top}>", sure=False)
 
 
+Finder = Callable[[tuple[str, ...], Mapping[str, str], str], Iterator[Reference]]
+
+
 def named_in(text: str) -> Iterator[Reference]:
     """Yield the names in some elements; none of what is no XML."""
     for element in found_in(text):
@@ -98,8 +101,11 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def renamed(text: str, rename: Callable[[str], str]) -> str:
-    """Return elements in which each name of a link or joint is what ``rename`` makes of it; all else is as it was."""
+def renamed(text: str, rename: Callable[[str], str], references: Finder = references) -> str:
+    """Return elements in which each name is what ``rename`` makes of it; all else is as it was.
+
+    ``references`` yields the names in one element; by default those of links and joints.
+    """
     from .markup import TEXT, MarkupError, Remark, parse
 
     before = "<robot>"
@@ -120,10 +126,11 @@ def renamed(text: str, rename: Callable[[str], str]) -> str:
         for found in references(tags, plain, alone.text.strip() if alone else ""):
             name = rename(found.name)
             start = element.attributes[found.attribute].start if found.attribute else alone.start if alone else -1
-            start = document.source.text.find(found.name, start) if start >= 0 else -1
             if name != found.name and start >= 0:
-                places.append((start, found.name, name))
+                form = re.compile(rf"(?<![^\s\"'>]){re.escape(found.name)}(?![^\s\"'<])")
+                there = form.search(document.source.text, start)
+                places += [(there.start(), found.name, name)] if there else []
     made = document.source.text
-    for start, old, new in sorted(places, reverse=True):
+    for start, old, new in sorted(set(places), reverse=True):
         made = made[:start] + new + made[start + len(old) :]
     return made[len(before) : -len("</robot>")]

@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
-from ...model import Actuator, Joint, Output, Robot
+from ...model import Actuator, Attribute, Joint, Output, Robot
 from ...model.simulation import POSITION, VELOCITY
 from ...rules.case import Case
+from ...xml.elements import found_in
 from .unsaid import position_range
 
 RULES = (
@@ -61,6 +62,32 @@ def aims(drive: Drive) -> tuple[float, float] | None:
         speed = joint.limit.known("velocity") if joint.limit else None
         return _ordered(-gear * speed, gear * speed) if speed else None
     return None
+
+
+# The controls of the kinds that may have several, where none are named.
+_INPUTS = {"pid": "pos vel", "dcmotor": "voltage"}
+_QUATERNION, _TURN = 4, 3
+
+
+def controls_of(drive: Drive, asked: float) -> list[float]:
+    """Return the controls of an actuator of which ``asked`` is the first; MuJoCo has several of some kinds."""
+    count = _count(drive.actuator.type, {**drive.actuator.mjcf})
+    return [asked, *[0.0] * (count - 1)] if count else []
+
+
+def kept_controls(robot: Robot) -> int:
+    """Return how many controls the actuators have that stand in elements of MJCF."""
+    texts = [text for text in robot.simulation.elements if "<actuator" in text]
+    elements = [found for text in texts for found in found_in(text) if found.tags[:-1] == ("actuator",)]
+    return sum(_count(found.tags[-1], {**found.attributes}) for found in elements)
+
+
+def _count(tag: str, attributes: Mapping[str, Attribute]) -> int:
+    kind = tag if tag in _INPUTS else str(attributes.get("gaintype", ""))
+    words = str(attributes.get("input") or _INPUTS.get(kind, ""))
+    if "so3" in kind or tag == "orientation":
+        return _QUATERNION if words == "quat" else _TURN
+    return (0 if words == "none" else len(words.split())) if kind in _INPUTS else 1
 
 
 def _ordered(one: float, other: float) -> tuple[float, float]:

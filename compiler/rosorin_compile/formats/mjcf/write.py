@@ -58,12 +58,13 @@ from ...model import (
 )
 from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .servos import Drive
+from .servos import Drive, controls_of, kept_controls
 from .servos import drives as drives_of
 from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
 from .write_sensors import Element, elements_of
@@ -152,7 +153,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "vector": printer.vector,
         "pairs": lambda pairs: attributes(**dict(pairs)),
         "printed": printer.simulated.printed,
-        "kept": robot.simulation.elements,
+        "kept": [indented(text, "  ") for text in robot.simulation.elements],
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
     told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
@@ -227,7 +228,7 @@ class _Printer:
             attributes(name=frame.name),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
-            link.mjcf_elements,
+            [indented(text, _indent(frame.depth + 1)) for text in link.mjcf_elements],
             [_indent(depth) for depth in ends],
         )
 
@@ -430,12 +431,14 @@ def keys(
 ) -> list[tuple[str, list[float], list[float], Values]]:
     """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order."""
     made = []
+    more = [0.0] * kept_controls(robot)
     for pose in robot.poses:
         at = _positions(robot, joints, pose)
+        ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
         qpos = [number for joint in joints for number in at(joint)]
         place = pose.base or robot.simulation.root.pose
         base = [*place.xyz, *place.transform().quaternion()] if free else []
-        made.append((pose.name, base + qpos, [_control(drive, pose, at) for drive in drives], pose.mjcf))
+        made.append((pose.name, base + qpos, ctrl + more, pose.mjcf))
     return made
 
 

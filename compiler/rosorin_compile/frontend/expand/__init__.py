@@ -22,7 +22,7 @@ from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
 from .files import Reader, table_loader
-from .forms import ENTRIES, KEPT, SECTIONS, check_controls
+from .forms import ENTRIES, SECTIONS, XML, check_controls
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .parts import Parts, copy
@@ -127,7 +127,7 @@ def _evaluate(root: Map, scope: Scope, reader: Reader, robots: list[Map | None])
             continue
         place = Place(root.value_spans[key], None)
         try:
-            made = value if key in _NOT_EVALUATED else scope.resolve(value, place, key == KEPT)
+            made = value if key in _NOT_EVALUATED else scope.resolve(value, place, key in XML)
         except Failed:
             failed = True
             continue

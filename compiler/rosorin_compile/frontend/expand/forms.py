@@ -24,7 +24,9 @@ _MAPPINGS = (
     *("actuators", "tendons", "constraints", "mjcf_sensors"),
 )
 KEPT = "urdf_elements"  # a list of texts that are elements of XML
-_LISTS = ("edges", "disabled_contacts", "contact_pairs", KEPT, "mjcf_elements")
+OF_MJCF = "mjcf_elements"  # the same, for the MJCF
+XML = (KEPT, OF_MJCF)
+_LISTS = ("edges", "disabled_contacts", "contact_pairs", *XML)
 SECTIONS = (*_MAPPINGS, *_LISTS)
 ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")

@@ -18,7 +18,7 @@ from ...project import data_folder
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
 from ..tree import Instance, Map, Place, Seq
-from .forms import KEPT, SECTIONS, check_content, check_file, check_part, check_sections, check_use
+from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .parameters import declare
 from .placing import AXES, MOUNT, mentions_mount, placed
@@ -102,7 +102,7 @@ class Parts:
             for key in (*SECTIONS, "use"):
                 if body.get(key) is not None:
                     with suppress(Failed):
-                        probe.resolve(body[key], Place(body.value_spans[key], body.via), key == KEPT)
+                        probe.resolve(body[key], Place(body.value_spans[key], body.via), key in XML)
             with suppress(Failed):
                 evaluate_rest(probe)
 
@@ -133,7 +133,7 @@ class Parts:
         for section in SECTIONS:
             if body.get(section) is not None:
                 try:
-                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via), section == KEPT)
+                    value = inner.resolve(body[section], Place(body.value_spans[section], inner.via), section in XML)
                     # Without expressions it is the very section that stands in the part, and that must not grow.
                     value = copy(value) if grows else value
                     made.put(section, value, body.key_spans[section], body.value_spans[section])

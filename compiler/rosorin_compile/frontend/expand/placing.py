@@ -6,14 +6,17 @@ A part speaks of its own links and joints by their short names, and of the frame
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...units import ANGLE, LENGTH, Dimension, Quantity
+from ...xml.elements import found_in
+from ...xml.mujoco import BODY, SITE, names_given, used, with_names
 from ...xml.references import named_in, renamed
 from ..tree import Instance, Kept, Map, Seq
-from .forms import KEPT, is_number
+from .forms import KEPT, OF_MJCF, XML, is_number
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
@@ -27,9 +30,13 @@ _NAMING = frozenset(
         *("joint", "joint_in_parent", "tendon", "actuator", "body", "camera", "target"),
         *("link", "link1", "link2", "subtree1", "subtree2", "inertial"),
         *("site", "side_site", "reference_site", "slider_site", "crank_site"),
-        *("links", "joints", "sites", "tendons"),
+        *("shape", "shape1", "shape2", "mesh", "material"),
+        *("links", "joints", "sites", "tendons", "shapes"),
     )
 )
+# Names that the MJCF makes of that of a link, and ends of those that it makes of that of a joint.
+_MADE = re.compile(r"(.+)_(?:collision|visual)_\d+")
+_SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 
 Rename = Callable[[str], str]
 
@@ -49,6 +56,30 @@ def defined_names(fragment: Map) -> frozenset[str]:
     return frozenset(names)
 
 
+def simulated_names(fragment: Map) -> frozenset[str]:
+    """Return the names that a fragment of a description defines for a simulation, its elements of MJCF too."""
+    names = {*defined_names(fragment), *(fragment.get("materials") or ())}
+    for name, joint in (fragment.get("joints") or {}).items():
+        if not isinstance(joint, Map):
+            continue
+        names.update(name + end for end in _SEVERAL.get(str(joint.get("type")), ()))
+        actuator = joint.get("actuator")
+        if isinstance(actuator, Map) and isinstance(actuator.get("name"), str):
+            names.add(actuator["name"])
+    for text, top in _of_mjcf(fragment):
+        names.update(names_given(text, top))
+    return frozenset(names)
+
+
+def _of_mjcf(fragment: Map) -> Iterator[tuple[str, bool]]:
+    """Yield the elements of MJCF of a fragment, and whether each is a section of the file."""
+    links = [link for link in (fragment.get("links") or {}).values() if isinstance(link, Map)]
+    for owner in (fragment, *links):
+        for text in owner.get(OF_MJCF) or ():
+            if isinstance(text, str):
+                yield text, owner is fragment
+
+
 def mentions_mount(fragment: Map) -> bool:
     """Say whether anything in a fragment is attached to the mount, or names it."""
     entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
@@ -59,7 +90,15 @@ def mentions_mount(fragment: Map) -> bool:
     if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
         return True
     texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
-    return any(found.name == MOUNT and found.sure for text in texts for found in named_in(text))
+    if any(found.name == MOUNT and found.sure for text in texts for found in named_in(text)):
+        return True
+    return any(
+        one.name == MOUNT and one.kind in (BODY, SITE)
+        for text, top in _of_mjcf(fragment)
+        if MOUNT in text
+        for found in found_in(text)
+        for one in used(found, top)
+    )
 
 
 def placed(
@@ -68,7 +107,7 @@ def placed(
     """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
 
     ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount. Unless ``kept`` is false,
-    links and joints get their names in elements of XML, too.
+    links and joints get their names in elements for the URDF, too.
     """
     defined = defined_names(fragment)
     own_frame = MOUNT in defined and MOUNT not in (fragment.get("joints") or ())
@@ -81,13 +120,21 @@ def placed(
             return rename(name)
         return name if parent is None else parent
 
-    placer = _Placer(rename, frame, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
+    ours = simulated_names(fragment)
+
+    def simulated(name: str) -> str:
+        found = _MADE.fullmatch(name)
+        return prefix + name if name in ours or (found and found[1] in defined) else frame(name)
+
+    names = (rename, frame, simulated)
+    placer = _Placer(names, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
         changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
-        if section == KEPT and value and kept:
-            changed = _each(value, "", lambda text: _by(placer.renamed(text), fragment.via))
+        if section in XML and value and (kept or section == OF_MJCF):
+            changed = _each(value, "", placer.renamed if section == KEPT else placer.top)
+            changed = _each(changed, "", lambda text: _by(text, fragment.via))
         made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
     return made
 
@@ -121,6 +168,14 @@ def _by(text: Any, via: Instance | None) -> Any:
     return text if not isinstance(text, str) or (known is not None and known.made) else Kept(text, via)
 
 
+def _changed(text: Any, change: Rename) -> Any:
+    """Return elements of XML after a change, which know still what made them."""
+    made = change(text) if isinstance(text, str) else text
+    if made == text:
+        return text
+    return Kept(made, text.via) if isinstance(text, Kept) else made
+
+
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
     made = Map(entry.span, entry.via)
@@ -137,21 +192,30 @@ class _Placer:
     """One method a section: takes an entry, returns it renamed, mirrored and attached."""
 
     def __init__(
-        self, rename: Rename, frame: Rename, prefix: str, mount: tuple[Any, Any], mirror: int | None, kept: bool
+        self,
+        names: tuple[Rename, Rename, Rename],
+        prefix: str,
+        mount: tuple[Any, Any],
+        mirror: int | None,
+        kept: bool,
     ) -> None:
-        self.rename, self.frame, self.prefix = rename, frame, prefix
+        self.rename, self.frame, self.simulated = names
+        self.prefix = prefix
         self.kept = kept
         self.mount = mount
         self.mirror = mirror
 
     def renamed(self, text: Any) -> Any:
         """Return elements of XML with the new names in them."""
-        if not self.kept or not isinstance(text, str):
-            return text
-        made = renamed(text, self.frame)
-        if made == text:
-            return text
-        return Kept(made, text.via) if isinstance(text, Kept) else made
+        return _changed(text, lambda given: renamed(given, self.frame)) if self.kept else text
+
+    def top(self, text: Any) -> Any:
+        """Return sections of an MJCF with the new names in them."""
+        return _changed(text, lambda given: with_names(given, True, self.simulated))
+
+    def inner(self, text: Any) -> Any:
+        """Return elements of a body of an MJCF with the new names in them."""
+        return _changed(text, lambda given: with_names(given, False, self.simulated))
 
     def _elements(self, entry: Map) -> dict[str, Any]:
         """Return the changes of the elements of XML that an entry has."""
@@ -162,6 +226,8 @@ class _Placer:
         if not isinstance(entry, Map):
             return entry
         changes = self._elements(entry) | self._marked(entry)
+        if isinstance(entry.get(OF_MJCF), Seq):
+            changes[OF_MJCF] = _each(entry[OF_MJCF], "", self.inner)
         for purpose in ("collision", "visual"):
             shapes = entry.get(purpose)
             if isinstance(shapes, Seq) and any(isinstance(shape, Map) and KEPT in shape for shape in shapes):
@@ -198,7 +264,7 @@ class _Placer:
         for key, value in entry.items():
             if isinstance(value, str):
                 if key in _NAMING:
-                    changes[key] = self.frame(value)
+                    changes[key] = self.simulated(value)
             elif isinstance(value, Seq):
                 changes[key] = _each(value, "", self._one_named if key in _NAMING else self._named)
             elif isinstance(value, Map):
@@ -206,19 +272,24 @@ class _Placer:
         return _with(entry, changes)
 
     def _one_named(self, value: Any) -> Any:
-        return self.frame(value) if isinstance(value, str) else self._named(value)
+        return self.simulated(value) if isinstance(value, str) else self._named(value)
+
+    def contact_pairs(self, entry: Any) -> Any:
+        entry = self._named(entry)
+        name = entry.get("name") if isinstance(entry, Map) else None
+        return _with(entry, {"name": self.prefix + name}) if isinstance(name, str) else entry
 
     def _renamed_keys(self, table: Map) -> Map:
         renamed = Map(table.span, table.via)
         for name, value in table.items():
-            renamed.put(self.rename(name), value, table.key_spans[name], table.value_spans[name])
+            renamed.put(self.simulated(name), value, table.key_spans[name], table.value_spans[name])
         return renamed
 
     def _simulated(self, entry: Any) -> Any:
         entry = self._named(entry)
         return _with(entry, self._mirrored_pose(entry)) if isinstance(entry, Map) else entry
 
-    actuators = tendons = constraints = mjcf_sensors = contact_pairs = _simulated
+    actuators = tendons = constraints = mjcf_sensors = _simulated
 
     def joints(self, entry: Any) -> Any:
         if not isinstance(entry, Map):

@@ -36,8 +36,8 @@ RULES = (
 )
 
 
-# The key of elements of XML: a value that comes to stand in one has to be spelt as XML spells it.
-_XML = "urdf_elements"
+# The keys of elements of XML: a value that comes to stand in one has to be spelt as XML spells it.
+_XML = ("urdf_elements", "mjcf_elements")
 MAX_NODES = 1_500_000
 _OF_XACRO = re.compile(r"\$\((find|arg|env|optenv|eval|dirname|anon)\b([^)]*)\)")
 # Steps of all expressions together (some ten seconds); one of them may take a seventh of it.
@@ -181,7 +181,7 @@ class Scope:
                 if controlled or named:
                     self._entries_of(made, value, key, item, via)
                     continue
-                resolved = item if constant else self._value(item, span, via, key == _XML)
+                resolved = item if constant else self._value(item, span, via, key in _XML)
                 if resolved is None and not constant:
                     continue
                 made[key] = resolved

@@ -62,7 +62,7 @@ def _elements(node: Any) -> Iterator[str]:
     """Yield every element that is kept, in the order of the tree."""
     if isinstance(node, Map):
         for key, value in node.items():
-            if key == "urdf_elements" and isinstance(value, Seq):
+            if key in ("urdf_elements", "mjcf_elements") and isinstance(value, Seq):
                 yield from value
             else:
                 yield from _elements(value)

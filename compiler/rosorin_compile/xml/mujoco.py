@@ -1,0 +1,102 @@
+"""References in elements of MJCF: the names that they give, the names that they use, each with what it is the name of.
+
+An element stands in a body of MuJoCo (``top`` is false), or is a whole section of the file, such as ``<tendon>``. The
+tags of an element are those that lead to it from there.
+"""
+
+from __future__ import annotations
+
+import posixpath
+from collections.abc import Callable, Iterator, Mapping
+
+from .elements import Found, found_in
+from .references import Reference, renamed
+
+BODY, JOINT, SITE, GEOM, CAMERA, LIGHT = "body", "joint", "site", "geom", "camera", "light"
+TENDON, ACTUATOR, SENSOR, EQUALITY, KEY = "tendon", "actuator", "sensor", "equality", "key"
+CLASS, MATERIAL, TEXTURE, MESH, HEIGHTS = "class", "material", "texture", "mesh", "hfield"
+
+SECTIONS = (
+    *("actuator", "asset", "contact", "custom", "default", "deformable", "equality", "extension", "keyframe"),
+    *("option", "sensor", "size", "statistic", "tendon", "visual", "worldbody"),
+)
+"""The sections of a file that elements may be; what ``<compiler>`` says would hold for the whole file."""
+
+# Attributes that name something, whatever the element; with several names in some.
+_ATTRIBUTES: Mapping[str, str] = {
+    **dict.fromkeys(("joint", "joint1", "joint2", "jointinparent"), JOINT),
+    **dict.fromkeys(("body", "body1", "body2", "target", "subtree1", "subtree2", "node"), BODY),
+    **dict.fromkeys(("site", "site1", "site2", "sidesite", "refsite", "slidersite", "cranksite"), SITE),
+    **dict.fromkeys(("geom", "geom1", "geom2"), GEOM),
+    **dict.fromkeys(("tendon", "tendon1", "tendon2"), TENDON),
+    **dict.fromkeys(("class", "childclass"), CLASS),
+    **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
+}
+_KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
+# What the elements of a section are, where it is not said by their tag.
+_OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
+
+
+def kind_of(found: Found, top: bool) -> str:
+    """Return what an element is the name of when it has one; empty of what has no name of its own."""
+    tag, *around = reversed(found.tags)
+    if tag == "default":
+        return CLASS
+    if found.tags[0] == "default" and top:  # what stands in a class has no name
+        return ""
+    if not top or found.tags[0] == "worldbody":
+        return {"flexcomp": "flex", "freejoint": JOINT}.get(tag, tag)
+    if len(around) == 1:
+        return _OF_SECTION.get(around[0], tag)
+    return tag if tag == "instance" else ""
+
+
+def given(found: Found, top: bool) -> Iterator[Reference]:
+    """Yield the name that an element gives to itself: in MuJoCo a file has its own where nothing else is said."""
+    kind = kind_of(found, top)
+    attribute = "class" if kind == CLASS else "name"
+    name = found.attributes.get(attribute, "").strip()
+    if kind and name:
+        yield Reference(name, kind, attribute, f"the {attribute} of <{found.tags[-1]}>")
+    elif kind in (MESH, HEIGHTS, TEXTURE) and found.attributes.get("file"):
+        stem = posixpath.splitext(posixpath.basename(found.attributes["file"]))[0]
+        yield Reference(stem, kind, "", f"the file of <{found.tags[-1]}>")
+
+
+def used(found: Found, top: bool) -> Iterator[Reference]:
+    """Yield the names in an element that are those of something else."""
+    tag, attributes = found.tags[-1], found.attributes
+    inside = f" in <{found.tags[0]}>" if len(found.tags) > 1 else ""
+    for attribute, value in attributes.items():
+        kind = _kind_of_name(attribute, attributes)
+        if not kind or (attribute == "class" and kind_of(found, top) == CLASS) or tag in ("attach", "config"):
+            continue
+        for name in value.split():
+            yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
+
+
+def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
+    """Return what an attribute is the name of; empty where it is no name."""
+    if attribute in ("objname", "refname"):
+        kind = attributes.get(f"{attribute[:3]}type", "")
+        return _KINDS.get(kind, kind)
+    return _ATTRIBUTES.get(attribute, "")
+
+
+def names_given(text: str, top: bool) -> Iterator[str]:
+    """Yield the names that some elements give; none of what is no XML."""
+    for found in found_in(text):
+        for one in given(found, top):
+            if one.attribute:
+                yield one.name
+
+
+def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
+    """Return elements in which each name, given or used, is what ``rename`` makes of it; all else is as it was."""
+
+    def all_names(tags: tuple[str, ...], attributes: Mapping[str, str], _: str) -> Iterator[Reference]:
+        found = Found(tags, dict(attributes), "", 0)
+        yield from (one for one in given(found, top) if one.attribute)
+        yield from used(found, top)
+
+    return renamed(text, rename, all_names)

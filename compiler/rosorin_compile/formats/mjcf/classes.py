@@ -20,7 +20,7 @@ from ..templating import attributes
 
 VISUAL, COLLISION = "visual", "collision"
 # Visuals that nobody described: they show the collision shapes of a robot that has nothing else to be seen by.
-SHOWN = "visual_of_collision"
+SHOWN = "visual_of_shapes"
 
 VISUAL_GROUP, COLLISION_GROUP = 2, 3
 
@@ -80,7 +80,7 @@ class Classes:
         self.shared = self._share()
 
     def geom(self, purpose: str) -> str:
-        """Return the name of the class of geoms: ``visual``, ``collision``, or of visuals that show collisions."""
+        """Return the name of the class of geoms: ``visual``, ``collision``, or of visuals that show shapes that collide."""
         return f"{self._prefix}{purpose}"
 
     def values(self, place: int) -> Texts:

@@ -120,11 +120,11 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
     elements = elements_of(robot, templates, number)
-    frames = list(walk(robot))
+    seen = _seen(robot, output)
+    frames = list(walk(seen))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
-    seen = _seen(robot, output)
     shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
     printer = _Printer(seen, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]

@@ -1,11 +1,11 @@
 """Default classes: what geoms, joints and actuators of an MJCF of ours have in common, said once.
 
-All stand in one class with the name of the robot, and begin with it: two robots that are included in one scene have one
-space of names. Each element names its class itself, and no body has a ``childclass``: what stands verbatim in a body, or
-is attached to it, keeps MuJoCo's own defaults.
+All stand in one class with the name of the robot, and begin with it: two robots that are included in one scene share
+one space of names. Each element names its class itself, and no body has a ``childclass``: what stands verbatim in a
+body, or is attached to it, keeps MuJoCo's own defaults.
 
-Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a class
-is called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
+Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a
+class is called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
 """
 
 from __future__ import annotations
@@ -17,12 +17,7 @@ from typing import NamedTuple
 from markupsafe import Markup
 
 from ..templating import attributes
-
-VISUAL, COLLISION = "visual", "collision"
-# Visuals that nobody described: they show the collision shapes of a robot that has nothing else to be seen by.
-SHOWN = "visual_of_shapes"
-
-VISUAL_GROUP, COLLISION_GROUP = 2, 3
+from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
 
 # What each joint has for itself, and what many have in common that move otherwise.
 _OWN = ("name", "class", "type")
@@ -79,8 +74,8 @@ class Classes:
         self._names: dict[int, str] = {}
         self.shared = self._share()
 
-    def geom(self, purpose: str) -> str:
-        """Return the name of the class of geoms: ``visual``, ``collision``, or of visuals that show shapes that collide."""
+    def named(self, purpose: str) -> str:
+        """Return the name of the class of geoms (``visual``, ``collision``, ``visual_of_shapes``) or of frames."""
         return f"{self._prefix}{purpose}"
 
     def values(self, place: int) -> Texts:
@@ -92,13 +87,14 @@ class Classes:
         first = {"name": element.values["name"], "class": name}
         return first | {key: text for key, text in element.values.items() if key not in said.values}
 
-    def tree(self, collision_group: int, shown: bool) -> Class:
-        """Return the classes as the file has them; ``shown`` says that visuals are there that show collisions."""
-        seen = {"group": str(VISUAL_GROUP), "contype": "0", "conaffinity": "0", "density": "0"}
-        solid = {"group": str(collision_group), "density": "0"}
-        inner = [Class(self.geom(SHOWN))] if shown else []
-        made = [Class(self.geom(VISUAL), [_part("geom", seen)], inner)]
-        made.append(Class(self.geom(COLLISION), [_part("geom", solid)]))
+    def tree(self, seen: bool, shown: bool) -> Class:
+        """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides."""
+        visual = {"group": str(VISUAL_GROUP), "contype": "0", "conaffinity": "0", "density": "0"}
+        solid = {"group": str(COLLISION_GROUP if seen else 0), "density": "0"}
+        inner = [Class(self.named(SHOWN))] if shown else []
+        made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
+        made.append(Class(self.named(COLLISION), [_part("geom", solid)]))
+        made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
         made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
         return Class(self.outer, (), made)
 
@@ -110,7 +106,7 @@ class Classes:
 
     def _share(self) -> dict[str, list[_Shared]]:
         """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
-        self._taken |= {self.geom(purpose) for purpose in (VISUAL, COLLISION, SHOWN)}
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, SHOWN, FRAME)}
         made: dict[str, list[_Shared]] = {}
         for shared in self._groups():
             name = self._with_joints(shared, made) or self._called(shared)
@@ -166,7 +162,7 @@ class Classes:
 
 
 def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
-    """Return the attributes by which elements share a class; of an actuator of another kind its name, which is alone."""
+    """Return the attributes by which elements share a class; of an actuator of another kind its name."""
     if element.tag != "joint" and element.tag not in _KINDS:
         return [("name", element.values["name"])]
     own = _OWN if element.tag == "joint" else _TARGETS

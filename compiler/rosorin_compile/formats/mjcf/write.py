@@ -18,8 +18,9 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 - MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
   one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. The excluded contacts say it for
   every joint, so that the base makes no difference; those in ``disabled_contacts`` of the description come after them.
-- Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0 if
-  there is nothing else to look at. A robot without visuals is seen as its collision shapes, in one colour a link.
+- Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0
+  if there is nothing else to look at. A robot without visuals is seen as its collision shapes, in one colour a link.
+- The sites of frames are in group 4, which viewers hide.
 - What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
 """
 
@@ -58,8 +59,8 @@ from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
-from .classes import COLLISION_GROUP, SHOWN, VISUAL, Classes, Named, Part
+from .bodies import FLOATING, FRAME, PLANAR, SHOWN, VISUAL, body_name, excluded_contacts
+from .classes import Classes, Named, Part
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import Drive
 from .servos import drives as drives_of
@@ -134,7 +135,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "classes": printer.classes.tree(COLLISION_GROUP if any(link.visual for link in seen.links) else 0, bool(shown)),
+        "classes": printer.classes.tree(any(link.visual for link in seen.links), bool(shown)),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "bodies": bodies,
@@ -209,6 +210,7 @@ class _Printer:
         made = [Named("joint", _single(joint, self.robot, self.number), joint.name) for joint in single]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
+        self.frame = self.classes.named(FRAME)
         self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(single)}
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:
@@ -240,7 +242,7 @@ class _Printer:
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
-            attributes(name=frame.name),
+            attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
             link.mjcf_elements,
@@ -280,7 +282,7 @@ class _Printer:
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
         shown = purpose == VISUAL and link.name in self.shown
-        called = self.classes.geom(SHOWN if shown else purpose)
+        called = self.classes.named(SHOWN if shown else purpose)
         for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
             geometry = solid.geometry
             if not has_volume(geometry):
@@ -305,7 +307,6 @@ class _Printer:
             if purpose == "collision":
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
-
 
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""

@@ -173,6 +173,11 @@ FORMAT = Format(
             "properties": SETTINGS,
             "additionalProperties": False,
         },
+        "visuals": {
+            "enum": ["own", "from_collision"],
+            "description": "What is seen of links without visuals: nothing (own), or their collision shapes, in one"
+            " colour a link. Default: from_collision, if no link has a visual.",
+        },
         "mesh_inertia": {
             "enum": ["convex", "exact", "legacy", "shell"],
             "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."

@@ -11,6 +11,16 @@ WORLD = "world"
 PLANAR = ("_TX", "_TY", "_RZ")
 FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
+# The ends of the names of default classes (``classes``), and the groups by which viewers show and hide.
+VISUAL, COLLISION = "visual", "collision"
+# Visuals that nobody described: they show the collision shapes of a robot that has nothing else to be seen by.
+SHOWN = "visual_of_shapes"
+
+# The sites that mark where frames are: dots that a viewer shows when it is asked for group 4.
+FRAME = "frame"
+
+VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
+
 
 def body_name(robot: Robot, link: str) -> str:
     """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""

@@ -43,6 +43,7 @@ def read(text: str) -> Facts:
     worldbody = sheet.root.find("worldbody")
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
+    _fill(sheet.root)
     scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
     joints: dict[str, Element] = {}
     owners: dict[str, str] = {}
@@ -71,6 +72,25 @@ def read(text: str) -> Facts:
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
     return sheet.facts
+
+
+def _fill(root: Element) -> None:
+    """Give each element the attributes of its class, and visuals the colour of their material, where it has no own."""
+    classes: dict[str, dict[str, dict[str, str]]] = {}
+    waiting: list[tuple[Element, dict[str, dict[str, str]]]] = [(one, {}) for one in root.iterfind("default")]
+    while waiting:
+        default, above = waiting.pop()
+        own = {part.tag: above.get(part.tag, {}) | part.attrib for part in default if part.tag != "default"}
+        classes[default.get("class", "main")] = above | own
+        waiting += [(inner, above | own) for inner in default.iterfind("default")]
+    colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
+    for section in ("worldbody", "actuator"):
+        for element in (inner for top in root.iterfind(section) for inner in top.iter()):
+            for key, text in classes.get(element.get("class", ""), {}).get(element.tag, {}).items():
+                element.attrib.setdefault(key, text)
+            colour = colours.get(element.get("material", ""))
+            if colour is not None:
+                element.attrib.setdefault("rgba", colour)
 
 
 def _bodies(
@@ -147,7 +167,7 @@ def _entry(sheet: FactSheet, kind: str, element: Element) -> None:
 
 def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
     """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
-    attributes = {name: text for name, text in element.items() if name != "name"}
+    attributes = {name: text for name, text in element.items() if name not in ("name", "class")}
     if not attributes:
         sheet.add(fact, element.tag)
     for name, text in attributes.items():

@@ -78,6 +78,7 @@ class Reading:
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
+        self.is_ours = any(geom["class"] == f"{facts['name']}_collision" for geom in facts["geoms"])
 
     def lost(self, what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> None:
         """Say that something of the robot is not in the tree; ``many`` if ``what`` is a plural."""

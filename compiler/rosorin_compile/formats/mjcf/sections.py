@@ -8,6 +8,7 @@ from typing import Any
 from ...diagnostics import Span
 from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
+from ...model.standing import HOME
 from ...xml.markup import Element
 from . import SETTINGS
 from .reading import (
@@ -93,11 +94,24 @@ def add_poses(reading: Reading) -> None:
             for name, value in _positions(reading, index, joint, key["qpos"]):
                 if value and "mimic" not in reading.joints[name]:
                     put_number(positions, name, value, element)
+        if number == 0 and key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
+            continue
         pose = Map(element.span)
         put(pose, "positions", positions)
         put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
     if poses:
         put(reading.tree, "poses", poses)
+
+
+def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
+    """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
+    for name, joint in reading.joints.items():
+        limit = joint.get("limit") or {}
+        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
+        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
+        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
+            return False
+    return True
 
 
 def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: list[float]) -> list[tuple[str, float]]:

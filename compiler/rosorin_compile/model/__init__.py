@@ -2,9 +2,10 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``simulated``, ``frame_tree``.
+``drive`` and ``driving``, ``simulated``, ``frame_tree``.
 """
 
+from .drive import Drive
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (
     MOVING_TYPES,
@@ -57,6 +58,7 @@ __all__ = [
     "Calibration",
     "Capsule",
     "Cylinder",
+    "Drive",
     "Dynamics",
     "Edge",
     "GazeboSensor",

@@ -56,6 +56,7 @@ _JOINED = (
     "publishers",
     "servos",
     "poses",
+    "drive",
     "modes",
     "outputs",
     "args",

@@ -48,6 +48,7 @@ from .entries import (
     Problem,
     actuator_of,
     calibration_of,
+    drive_of,
     dynamics_of,
     limit_of,
     material_of,
@@ -182,6 +183,7 @@ class _Lowering:
             source=source_of(tree.get("source")),
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
+            drive=drive_of(tree.get("drive"), self.problem),
         )
 
     def top_elements(self) -> tuple[str, ...]:

@@ -27,6 +27,7 @@ _NOT_IN_URDF = (
     "poses",
     "modes",
     "disabled_contacts",
+    "drive",
     "publisher",
     "actuator",
     "simulation",

@@ -2,9 +2,10 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
+``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
 """
 
+from .drive import Drive
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (
     AXLELESS,
@@ -92,6 +93,7 @@ __all__ = [
     "Contact",
     "ContactPair",
     "Cylinder",
+    "Drive",
     "Dynamics",
     "Edge",
     "Ellipsoid",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from .drive import Drive
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
 from .link import NO_SOURCE, Link, Source
@@ -149,6 +150,7 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
+    drive: Drive | None = None
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 

@@ -348,7 +348,7 @@ FORMAT = Format(
     names=names,
     lacks=frozenset(
         {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "actuator", "calibration", "safety"}
-        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes"}
+        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
     ),
     leaves_out=_leaves_out,
     why="a driver's model has only the joints that it was asked for",

@@ -119,8 +119,10 @@ FORMAT = Format(
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,
     all_solids=True,
-    lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
     cannot_say=_cannot_say,
+    lacks=frozenset(
+        ("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule", "drive")
+    ),
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",

@@ -50,6 +50,7 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
+    drive_of,
     dynamics_of,
     limit_of,
     material_of,
@@ -187,6 +188,7 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
+            drive=drive_of(tree.get("drive"), self.problem),
         )
 
     def top_elements(self) -> tuple[str, ...]:

@@ -7,7 +7,7 @@ Written by ``write``; ``facts`` reads such a file back for comparison. Foreign f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
@@ -16,7 +16,8 @@ from ..format import NUMBER_FORMAT, Asked, Facts, Format, Opened
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
-    from ...model import Output, Robot, Shape
+    from ...model import Inertial, Output, Robot, Shape
+    from ...rules.case import Case
     from ..imported import Imported
     from ..templating import Templates
 
@@ -45,6 +46,31 @@ def _syntax(text: str) -> object:
     from ...xml.elements import canonical, tree_of
 
     return canonical(tree_of(text))
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .masses import check
+
+    return check(case, output)
+
+
+def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
+    from .masses import inertials
+
+    return inertials(robot, output)
+
+
+def _for_simulators(output: Output) -> bool:
+    return output.options.get("frames") == "all"
+
+
+def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
+    if _for_simulators(output):
+        from ..templating import attributes
+
+        for joint in robot.joints:
+            if f"<child{attributes(link=joint.child)}/>" not in text:
+                yield f"it does not carry the frame {joint.child}, which it should"
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:
@@ -91,6 +117,15 @@ FORMAT = Format(
             "description": "Which elements of links and joints to carry beside the kinematics; default all.",
             "items": {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]},
         },
+        "frames": {
+            "enum": ["published", "all"],
+            "description": "published (default): the joints that robot_state_publisher publishes; all: every joint, for"
+            " simulators, and robot_state_publisher is not given it.",
+        },
+        "visuals": {
+            "enum": ["from_collision"],
+            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+        },
         "version": {
             "enum": ["1.0", "1.2", 1.0, 1.2],
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
@@ -103,18 +138,22 @@ FORMAT = Format(
     file="{}.urdf",
     endings=(".urdf",),
     roots=("robot",),
+    check=_check,
     write=_write,
     read=_read,
     facts=_facts,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,
+    inertials=_inertials,
+    disagreements=_disagreements,
     all_solids=True,
     lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",
     feeds=(ROBOT_STATE_PUBLISHER,),
+    withheld=_for_simulators,
     folder="urdf",
     deploys=True,
     meshes=True,

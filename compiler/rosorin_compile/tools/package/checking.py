@@ -174,7 +174,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or feeds(artifact.backend, ROBOT_STATE_PUBLISHER):
+        if place or feeds(artifact, ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

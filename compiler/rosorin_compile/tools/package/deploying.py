@@ -152,7 +152,7 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
+    return feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:

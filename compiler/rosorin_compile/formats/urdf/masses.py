@@ -1,0 +1,100 @@
+"""Masses of a URDF: of which joints and links it is, what each of them weighs, and who will not read one without.
+
+robot_state_publisher and planners need no masses. libsdformat drops every link without one, and so Gazebo reads a URDF
+without any as an empty model (run with libsdformat 12); other simulators invent masses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING
+
+from ...diagnostics import NOTE, Diagnostic, error
+from ...diagnostics.registry import FORMATS, Rule
+from ...diagnostics.wording import counted, quoted
+from ...model import Inertial, Joint, Output, Robot
+
+if TYPE_CHECKING:
+    from ...rules.case import Case
+
+RULES = (
+    Rule(
+        "urdf-without-mass",
+        "A note: `elements` leaves the inertials of links out of the URDF, and no other output is a URDF that has them:"
+        " Gazebo reads it as an empty model, other simulators invent masses.",
+        "[A second URDF for simulators](artifacts.md#a-urdf-for-simulators), or `accept` it with its reason.",
+        FORMATS,
+    ),
+    Rule(
+        "urdf-mass-sum",
+        "Masses that move to one link of the URDF are together no number.",
+        "Correct them.",
+        FORMATS,
+    ),
+)
+
+INERTIAL = "inertial"
+
+
+def for_all(output: Output) -> bool:
+    """Say whether an output has every joint, and not only those that robot_state_publisher publishes."""
+    return output.options.get("frames") == "all"
+
+
+def joints_of(robot: Robot, output: Output) -> tuple[Joint, ...]:
+    """Return the joints that an output has, in the order of the description."""
+    return robot.joints if for_all(output) else robot.in_urdf()
+
+
+def links_of(robot: Robot, output: Output) -> frozenset[str]:
+    """Return the links that an output has; of a robot without joints its root."""
+    return frozenset(name for joint in joints_of(robot, output) for name in (joint.parent, joint.child)) or frozenset(
+        [robot.root]
+    )
+
+
+def has_inertials(output: Output) -> bool:
+    """Say whether an output has the inertials of links."""
+    return INERTIAL in output.options.get("elements", (INERTIAL,))
+
+
+def inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
+    """Return what the links of an output weigh, with what each carries. Raises ValueError as ``inertials_at``."""
+    return robot.inertials_at(links_of(robot, output)) if has_inertials(output) else {}
+
+
+def too_much(problem: ValueError) -> Diagnostic:
+    """Return the error about masses that are together no number."""
+    return error("urdf-mass-sum", f"in the URDF some masses move to one link: {problem}", None, "correct them")
+
+
+def standing_still(robot: Robot, carried: frozenset[str]) -> Iterator[Diagnostic]:
+    """Yield a note on links whose mass is in the URDF, but not the joints that move it."""
+    names = []
+    for name, (carrier, _) in robot.carriers(carried).items():
+        if name != carrier and robot.link[name].inertial is not None and _moves(robot, name, carrier):
+            names.append(name)
+    if names:
+        which = f"{'link' if len(names) == 1 else 'links'} {quoted(names, 3)}"
+        message = f"the mass of {which} stands still in the URDF, where the joints at zero put it:"
+        message += " robot_state_publisher does not publish what moves it"
+        yield Diagnostic("urdf-cannot-say", NOTE, message, help='"frames: all" has these joints, for simulators')
+
+
+def _moves(robot: Robot, link: str, carrier: str) -> bool:
+    """Say whether a joint between a link and what carries it moves."""
+    ways = ({joint.name for joint in robot.chain(name)} for name in (link, carrier))
+    return any(not robot.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find an output without inertials, of a robot that has them and no other URDF."""
+    others = (one for one in case.robot.outputs if one.backend == output.backend)
+    if has_inertials(output) or any(map(has_inertials, others)):
+        return
+    heavy = sum(link.inertial is not None and link.inertial.mass > 0 for link in case.robot.links)
+    if heavy:
+        message = f"{output.file} leaves out {counted(heavy, 'inertial')}: Gazebo reads it as an empty model, and other"
+        message += " simulators invent masses"
+        help = "give simulators a second URDF, or accept urdf-without-mass with its reason"
+        yield case.problem("urdf-without-mass", message, ("outputs", output.name, "elements"), help, severity=NOTE)

@@ -153,7 +153,11 @@ def _wrong(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Rea
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each frame that an artifact should carry and does not."""
-    for frame in reading.format.frames(robot) if reading.format.frames else ():
+    has_to_carry = reading.format.frames
+    # What publishers are not to read has other frames: its format itself says which are missing.
+    if has_to_carry is None or reading.artifact.withheld:
+        return
+    for frame in has_to_carry(robot):
         if not reading.view.parent(frame):
             message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
             yield error(_RULE, message, None, _HELP)

@@ -61,14 +61,15 @@ def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
 
 
 def _for_simulators(output: Output) -> bool:
-    return output.options.get("frames") == "all"
+    return "frames" in output.options and output.options["frames"] != "published"
 
 
 def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
     if _for_simulators(output):
         from ..templating import attributes
+        from .masses import joints_of
 
-        for joint in robot.joints:
+        for joint in joints_of(robot, output):
             if f"<child{attributes(link=joint.child)}/>" not in text:
                 yield f"it does not carry the frame {joint.child}, which it should"
 
@@ -118,9 +119,10 @@ FORMAT = Format(
             "items": {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]},
         },
         "frames": {
-            "enum": ["published", "all"],
-            "description": "published (default): the joints that robot_state_publisher publishes; all: every joint, for"
-            " simulators, and robot_state_publisher is not given it.",
+            "enum": ["published", "all", "bodies"],
+            "description": "published (default): the joints that robot_state_publisher publishes; all: every joint;"
+            " bodies: every joint that moves and every link with a mass, for simulators. Only the first is given to"
+            " robot_state_publisher.",
         },
         "visuals": {
             "enum": ["from_collision"],

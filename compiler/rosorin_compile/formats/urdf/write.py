@@ -2,7 +2,7 @@
 
 It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
 floating joints, which robot_state_publisher cannot move: other readers of URDF can. For simulators it carries all of
-them (``frames: all``). Elements that only a URDF has (``urdf_elements``) stand where the description has them, letter
+them (``frames``). Elements that only a URDF has (``urdf_elements``) stand where the description has them, letter
 by letter.
 Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 """
@@ -21,14 +21,14 @@ from ...model import Box, Capsule, Cylinder, Inertial, Joint, Mesh, Output, Pose
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .masses import INERTIAL, for_all, inertials, joints_of, links_of, standing_still, too_much
+from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 
 RULES = (
     Rule(
         "urdf-cannot-say",
         "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
         "URDF, and whose mass stands still in it.",
-        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: all` has every link.',
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
         FORMATS,
     ),
 )
@@ -58,7 +58,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``frames`` (published, or all), ``visuals`` (from_collision, where a link has none), ``version`` (1.0
+    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none), ``version`` (1.0
     or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
     """
     form = _form(output)
@@ -270,9 +270,8 @@ def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
 
 def _left_out(robot: Robot, output: Output, elements: Sequence[str]) -> list[Diagnostic]:
     """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
-    if for_all(output):
-        return []
-    carried, lost = links_of(robot, output), []
+    carried, ours = links_of(robot, output), {joint.name for joint in joints_of(robot, output)}
+    lost = []
     for link in robot.walk():
         if link.name in carried:
             continue
@@ -280,11 +279,11 @@ def _left_out(robot: Robot, output: Output, elements: Sequence[str]) -> list[Dia
         shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]
         kept = ["urdf_elements"] if "urdf_elements" in elements and link.urdf_elements else []
         lost += [f"{link.name} ({', '.join(shapes + kept)})"] if shapes or kept else []
-    ours = robot.in_urdf()
-    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j not in ours]
+    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in ours]
     if not lost:
         return []
-    message = f"not in the URDF, because robot_state_publisher does not publish them: {', '.join(lost)}"
+    why = "they have no mass" if frames_of(output) == BODIES else "robot_state_publisher does not publish them"
+    message = f"not in the URDF, because {why}: {', '.join(lost)}"
     return [Diagnostic("urdf-cannot-say", NOTE, message)]
 
 

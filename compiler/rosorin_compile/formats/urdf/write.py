@@ -58,8 +58,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none), ``version`` (1.0
-    or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
+    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
+    ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
     """
     form = _form(output)
     number, elements = form.number, form.elements

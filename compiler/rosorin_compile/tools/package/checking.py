@@ -129,7 +129,7 @@ def _by_place(
     by_place: dict[str, list[Artifact]] = {}
     for artifact in artifacts:
         place = told.get(artifact.output, "")
-        for one in [place] if place in files else copies(folder, files, robot.name, artifact):
+        for one in [place] if place in files else copies(folder, files, robot.name, artifact, artifacts):
             by_place.setdefault(one, []).append(artifact)
     return by_place
 

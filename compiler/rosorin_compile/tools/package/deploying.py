@@ -126,7 +126,7 @@ def plan(
     for artifact in artifacts:
         place = told.get(artifact.output)
         if place is None:
-            there = copies(folder, files, robot.name, artifact)
+            there = copies(folder, files, robot.name, artifact, artifacts)
             place = _only(artifact, there, diagnostics)
             diagnostics += _others(robot, artifact, folder, place)
         if place != NOWHERE:
@@ -159,7 +159,8 @@ def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnosti
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not places:
-        return f"{folder_of(artifact)}/{name}" if FORMATS[artifact.backend].deploys else NOWHERE
+        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
+        return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
     if len(places) > 1:
         message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"

@@ -198,7 +198,7 @@ def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
         ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
         ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
     ]
-    said = f"joint camera_joint renamed to camera_mount: urdf, robot_model, {PICTURES}"
+    said = f"joint camera_joint renamed to camera_mount: urdf, urdf_sim, robot_model, {PICTURES}"
     assert meaning(described(tmp_path, *edits)) == [said]
 
 

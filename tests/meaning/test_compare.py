@@ -20,7 +20,10 @@ CHANGES = [
     ),
     pytest.param(
         ("arm.yaml", "lower: -2.09", "lower: -1.57"),
-        [f"joint{n} limit lower -2.09 -> -1.57 rad (+29.8 deg): urdf, urdf_sim, mjcf, robot_model" for n in range(1, 6)],
+        [
+            f"joint{n} limit lower -2.09 -> -1.57 rad (+29.8 deg): urdf, urdf_sim, mjcf, robot_model"
+            for n in range(1, 6)
+        ],
         id="limit",
     ),
     pytest.param(
@@ -204,7 +207,8 @@ def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
 
 def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
     assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
-        f"removed: link r_out_link (revolute on r_in_link, r_out_joint, published by nobody): urdf_sim, mjcf, frames, {PICTURES}"
+        "removed: link r_out_link (revolute on r_in_link, r_out_joint, published by nobody):"
+        f" urdf_sim, mjcf, frames, {PICTURES}"
     ]
 
 

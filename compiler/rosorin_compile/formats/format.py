@@ -190,10 +190,10 @@ class Format:
     - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
     - ``complete``: it carries every frame, with the shapes of each.
 
-    When two robots are compared: ``lacks`` (topics that it has no word for, see ``meaning.unsaid``), ``leaves_out``
-    and ``why`` (links that its files lack by nature), ``adds`` (links of its files that stand for something else in a
-    description), ``brings`` (the elements of XML that it makes of what a description says in words), ``names_robot``
-    (its files say what the robot is called).
+    When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
+    ``meaning.unsaid``), ``leaves_out`` and ``why`` (links that its files lack by nature), ``adds`` (links of its
+    files that stand for something else in a description), ``brings`` (the elements of XML that it makes of what a
+    description says in words), ``names_robot`` (its files say what the robot is called).
 
     In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read),
     ``folder`` (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there
@@ -242,6 +242,7 @@ class Format:
     disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
     names: Callable[[Output], Mapping[str, str]] | None = None
     complete: bool = False
+    links: Callable[[Robot, Output], Collection[str]] | None = None
     lacks: frozenset[str] = frozenset()
     leaves_out: Callable[[Robot, str], bool] | None = None
     brings: Callable[[Robot, Output], Sequence[str]] | None = None

@@ -253,6 +253,7 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "solids": _shapes,
     "cannot_say": bool,
     "inertials": _inertials,
+    "links": _texts,
     "withheld": bool,
     "names": _text_by_text,
     "leaves_out": bool,

@@ -362,6 +362,11 @@ class Robot:
     def _at_zero(self, joint: Joint) -> Transform:
         return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
 
+    def moves_between(self, one: str, other: str) -> bool:
+        """Say whether a joint between two links moves."""
+        ways = ({joint.name for joint in self.chain(name)} for name in (one, other))
+        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+
     def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
         """Return the inertials of the links that are ``carried``, with those of what each carries (see ``carriers``).
 

@@ -60,6 +60,12 @@ def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
     return inertials(robot, output)
 
 
+def _links(robot: Robot, output: Output) -> frozenset[str]:
+    from .masses import links_of
+
+    return links_of(robot, output)
+
+
 def _for_simulators(output: Output) -> bool:
     return "frames" in output.options and output.options["frames"] != "published"
 
@@ -151,6 +157,7 @@ FORMAT = Format(
     disagreements=_disagreements,
     all_solids=True,
     lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
+    links=_links,
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",

@@ -103,19 +103,13 @@ def standing_still(robot: Robot, carried: frozenset[str]) -> Iterator[Diagnostic
     """Yield a note on links whose mass is in the URDF, but not the joints that move it."""
     names = []
     for name, (carrier, _) in robot.carriers(carried).items():
-        if name != carrier and robot.link[name].inertial is not None and _moves(robot, name, carrier):
+        if name != carrier and robot.link[name].inertial is not None and robot.moves_between(name, carrier):
             names.append(name)
     if names:
         which = f"{'link' if len(names) == 1 else 'links'} {quoted(names, 3)}"
         message = f"the mass of {which} stands still in the URDF, where the joints at zero put it:"
         message += " robot_state_publisher does not publish what moves it"
         yield Diagnostic("urdf-cannot-say", NOTE, message, help='"frames: bodies" has these joints, for simulators')
-
-
-def _moves(robot: Robot, link: str, carrier: str) -> bool:
-    """Say whether a joint between a link and what carries it moves."""
-    ways = ({joint.name for joint in robot.chain(name)} for name in (link, carrier))
-    return any(not robot.joint[name].is_fixed for name in set.symmetric_difference(*ways))
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

@@ -121,11 +121,6 @@ SPOILED = [
         id="mass-for-simulators",
     ),
     pytest.param(
-        *("rosorin_sim.urdf", '<child link="r_out_link"/>', '<child link="r_end_link"/>'),
-        "rosorin_sim.urdf: it does not carry the frame r_out_link, which it should",
-        id="frame-missing-for-simulators",
-    ),
-    pytest.param(
         *("rosorin.xml", "</mujoco>", ""),
         "rosorin.xml cannot be read back: no element found: line 297, column 0",
         id="damaged",

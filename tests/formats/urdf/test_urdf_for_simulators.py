@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import re
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
@@ -16,9 +17,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+import rosorin_compile
 from rosorin_compile.diagnostics.report import text as report
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
+from rosorin_compile.meaning.agreement import agreement
 from rosorin_compile.model import (
     ROBOT_STATE_PUBLISHER,
     UNPUBLISHED,
@@ -389,8 +392,6 @@ outputs: {urdf: {file: r.urdf, frames: bodies, visuals: from_collision}}
 
 def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     """A mass that is carried is held against the sum, not against that of the link alone."""
-    from rosorin_compile.meaning.agreement import agreement
-
     text = HELD.replace("elements: [collision]}", "number_format: exact}")
     made = compiled_text(tmp_path, text)
     robot, _, _ = sound(made)
@@ -401,8 +402,29 @@ def test_frames_in_the_urdf_of_simulators_are_proved(tmp_path: Path) -> None:
     ]
 
 
+@pytest.mark.parametrize("file", ["sim.urdf", "held.urdf"])
+def test_what_it_carries_is_no_difference(tmp_path: Path, file: str) -> None:
+    made = compiled_text(tmp_path, HELD.replace("elements: [collision]}", "number_format: exact}"))
+    path = tmp_path / file
+    path.write_text(texts(made)[file], "utf-8")
+    assert rosorin_compile.diff(tmp_path / "robot.yaml", path).same
+    assert rosorin_compile.diff(path, tmp_path / "robot.yaml").same
+    path.write_text(path.read_text("utf-8").replace('<mass value="1"/>', '<mass value="1.1"/>'), "utf-8")
+    assert not rosorin_compile.diff(tmp_path / "robot.yaml", path).same
+
+
 def of(robot: Model) -> Mapping[str, float]:
     return {name: one.mass for name, one in robot.inertials_at({robot.root}).items()}
+
+
+def test_a_joint_that_simulators_miss_is_told(tmp_path: Path) -> None:
+    made = compiled_text(tmp_path, HELD)
+    robot, _, _ = sound(made)
+    lost = re.compile(r'  <joint name="fan_joint".*?</joint>\n', re.DOTALL)
+    spoilt = [artifact._replace(text=lost.sub("", artifact.text)) for artifact in made.artifacts]
+    assert [d.message for d in agreement(robot, spoilt)] == [
+        "sim.urdf: it does not carry the frame fan, which it should"
+    ]
 
 
 def test_masses_above_the_urdf_are_carried_by_its_root() -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 from .drive import Drive
 from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
-from .link import NO_SOURCE, Link, Source
+from .link import NO_SOURCE, Inertial, Link, Source
+from .mass import together
 from .motion import motion
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
@@ -347,6 +348,47 @@ class Robot:
             waiting += reversed(steps)
         own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)]
         return [*moved, *own], seen - {link}
+
+    def carriers(self, carried: Set[str]) -> Mapping[str, tuple[str, Transform]]:
+        """Return who carries each link where only some frames are ``carried``, and where it sits in that one.
+
+        A link that is not carried itself is carried by the next one above it that is; what hangs on none, by the
+        topmost of those that are. Joints between are at zero, those that mimic another where that puts them.
+        """
+        top = next(link.name for link in self.walk() if link.name in carried)
+        found, here = {top: (top, Transform())}, Transform()
+        for joint in reversed(self.chain(top)):
+            here = here.then(self._at_zero(joint).inverse())
+            found[joint.parent] = (top, here)
+        for link in self.walk():
+            above = self.joint_to.get(link.name)
+            if link.name in carried:
+                found[link.name] = (link.name, Transform())
+            elif link.name not in found and above is not None:
+                carrier, transform = found[above.parent]
+                found[link.name] = (carrier, transform.then(self._at_zero(above)))
+        return found
+
+    def _at_zero(self, joint: Joint) -> Transform:
+        return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
+
+    def moves_between(self, one: str, other: str) -> bool:
+        """Say whether a joint between two links moves."""
+        ways = ({joint.name for joint in self.chain(name)} for name in (one, other))
+        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+
+    def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
+        """Return the inertials of the links that are ``carried``, with those of what each carries (see ``carriers``).
+
+        Raises ValueError where the sum of some is no number.
+        """
+        parts: dict[str, list[tuple[Inertial, Transform]]] = {}
+        for name, (carrier, transform) in self.carriers(carried).items():
+            inertial = self.link[name].inertial
+            if inertial is not None:
+                parts.setdefault(carrier, []).append((inertial, transform))
+        own = {name: self.link[name].inertial for name in parts}
+        return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""

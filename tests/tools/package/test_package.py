@@ -56,6 +56,7 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "rviz/rosorin.rviz",
         "test/test_urdf.py",
         "urdf/rosorin.urdf",
+        "urdf/rosorin_sim.urdf",
     ]
 
 

@@ -126,7 +126,7 @@ def plan(
     for artifact in artifacts:
         place = told.get(artifact.output)
         if place is None:
-            there = copies(folder, files, robot.name, artifact)
+            there = copies(folder, files, robot.name, artifact, artifacts)
             place = _only(artifact, there, diagnostics)
             diagnostics += _others(robot, artifact, folder, place)
         if place != NOWHERE:
@@ -152,14 +152,15 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
+    return feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not places:
-        return f"{folder_of(artifact)}/{name}" if FORMATS[artifact.backend].deploys else NOWHERE
+        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
+        return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
     if len(places) > 1:
         message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"

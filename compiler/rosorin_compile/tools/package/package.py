@@ -82,7 +82,7 @@ def make(
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
     """
-    main = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {published().name}"
         return Package(

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .drive import Drive
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
 from .link import NO_SOURCE, Inertial, Link, Source
 from .mass import together
 from .motion import motion
@@ -314,6 +314,22 @@ class Robot:
             if edge.joint:
                 by_joint.setdefault(edge.joint, []).append(edge)
         return {name: tuple(edges) for name, edges in by_joint.items()}
+
+    @cached_property
+    def simulated_frames(self) -> Mapping[str, str]:
+        """The links that only simulations have, in the order of the tree, each with the reason."""
+        found: dict[str, str] = {}
+        for joint in self.joints_down():
+            if joint.publisher.simulated:
+                found[joint.child] = joint.publisher.about
+            elif joint.parent in found and joint.publisher.kind == UNPUBLISHED:
+                found[joint.child] = found[joint.parent]
+        return found
+
+    @property
+    def frames(self) -> list[str]:
+        """The links that are frames of the robot: all but those of simulations alone."""
+        return [link.name for link in self.links if link.name not in self.simulated_frames]
 
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""

@@ -291,7 +291,7 @@ def _left_out(robot: Robot, output: Output, elements: Sequence[str]) -> list[Dia
     carried, ours = links_of(robot, output), {joint.name for joint in joints_of(robot, output)}
     lost = []
     for link in robot.walk():
-        if link.name in carried:
+        if link.name in carried or link.name in robot.simulated_frames:
             continue
         fixed = _reaches_by_fixed_joints(robot, link.name, carried)
         shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]

@@ -112,9 +112,7 @@ async function materials(files = {}, manager) {
 
 /** Return the scene of a COLLADA file without its turn to another axis that is up, which ROS does not make either. */
 function collada(text, manager) {
-  const { scene } = new ColladaLoader(manager).parse(text, "");
-  scene.rotation.set(0, 0, 0);
-  return scene;
+  return new ColladaLoader(manager).parse(text.replace(/<up_axis>[^<]*<\/up_axis>/, ""), "").scene;
 }
 
 function flattened(scene, isTold) {

@@ -232,7 +232,7 @@ export class RobotView {
     if (this.marks.touching.has(piece.link)) return new THREE.Color(TOUCHING);
     const base = veiled ? new THREE.Color(COLLISION) : piece.colour.clone();
     if (piece.was && !veiled) base.lerp(piece.was, this.faded);
-    if (piece.link === this.marks.selected) return base.lerp(new THREE.Color(SELECTED), 0.6);
+    if (piece.link === this.marks.selected) return base.lerp(new THREE.Color(SELECTED), piece.was ? 0.1 : 0.6); // a colour that is another one is seen
     if (piece.link === this.marks.hovered) return base.lerp(new THREE.Color(0xffffff), 0.35);
     return base;
   }

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Box, Camera
-from .light import FloorShadow, Shadows, Theme, floor_shadow, linear, on_screen, shaded, shadows, toned
+from .light import THEMES, FloorShadow, Shadows, Theme, floor_shadow, linear, on_screen, shaded, shadows, toned
 from .raster import Layer, Scene, Whole, first_seen, next_seen, scene, turns_left
 from .soup import Piece
 
@@ -71,7 +71,7 @@ def ground_of(box: Box) -> float:
     return box.lower[2] - 1e-4 * max(box.diagonal, 0.05)
 
 
-def modelled(pieces: Sequence[Piece], box: Box, theme: Theme) -> Model:
+def modelled(pieces: Sequence[Piece], box: Box, theme: Theme = THEMES["light"]) -> Model:
     """Return pieces as they are drawn, with their shadows; translucent ones throw none."""
     made = surfaces(pieces)
     opacity = np.array([piece.opacity for piece in pieces] or [1.0])

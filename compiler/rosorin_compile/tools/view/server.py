@@ -170,6 +170,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._json(page.explain(parse_qs(asked.query).get("frame", [""])[0]))
         elif asked.path == "/events":
             self._events()
+        elif asked.path == "/favicon.ico":  # browsers ask for it by themselves
+            self._send(b"", "image/x-icon")
         elif asked.path.startswith("/mesh/"):
             self._mesh(asked.path.removeprefix("/mesh/"))
         else:

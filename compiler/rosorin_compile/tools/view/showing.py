@@ -169,7 +169,8 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     data = dict(shown.data)
     if embedding is not None:
         embedding.take(data, shown.robot, {**shown.images, **shown.meshes})
-    files = {str(path): _said(path) for path in shown.understood.expanded.files if path.is_absolute()}
+    named = map(Path, (*shown.understood.expanded.files, *shown.meshes, *shown.images))
+    files = {str(path): _said(path) for path in named if path.is_absolute()}
     links = []
     for link in data["links"]:
         place = {key: value for key, value in link.get("where", {}).items() if key != "path"}  # of this machine

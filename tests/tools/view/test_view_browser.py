@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import main
 from rosorin_compile.formats.page import html
 from rosorin_compile.formats.page.data import robot_data
 from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
@@ -293,7 +294,8 @@ def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, cap
 def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
     (home / "old.yaml").write_text(FREE)
     (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
-    ask(capsys, "diff", "old.yaml", "new.yaml", "--html", "page.html", code=1)
+    assert main(["diff", "old.yaml", "new.yaml", "--html", "page.html"]) == 1
+    capsys.readouterr()
     browser.open(f"file://{home}/page.html")
     spots = "[...document.querySelectorAll('.changes .dot')].map((dot) => getComputedStyle(dot).backgroundColor)"
     assert browser.evaluate(spots) == ["rgb(204, 26, 26)", "rgb(26, 179, 26)"]

@@ -183,7 +183,7 @@ links:
 """
 
 
-def test_a_dark_picture_is_dark_around_the_same_robot(capsys):
+def test_a_dark_picture_is_dark_around_the_same_robot():
     light, dark = (drawn_by("arm", "--size", "160x120", "--frames", "--theme", name) for name in ("light", "dark"))
     corner = (slice(0, 10), slice(0, 10))
     assert light[corner].min() > 200
@@ -204,7 +204,7 @@ joints: {j: {type: fixed, parent: a, child: b, xyz: [0, 3, 0]}}
 MATERIALS = "newmtl blue\nKd 0 0 1\nnewmtl image\nKd 0 0 0\nmap_Kd skin.png\n"
 
 
-def test_colours_of_materials_are_drawn_where_the_visual_has_none(capsys):
+def test_colours_of_materials_are_drawn_where_the_visual_has_none():
     trimesh = pytest.importorskip("trimesh")
     folder = Path("descriptions/coloured")
     folder.mkdir()
@@ -225,7 +225,7 @@ def test_colours_of_materials_are_drawn_where_the_visual_has_none(capsys):
     assert "green" in hues()
 
 
-def test_colours_of_a_dae_are_drawn(capsys):
+def test_colours_of_a_dae_are_drawn():
     trimesh = pytest.importorskip("trimesh")
     pytest.importorskip("collada")
     folder = Path("descriptions/coloured")

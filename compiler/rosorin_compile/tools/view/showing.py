@@ -169,7 +169,7 @@ def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
     data = dict(shown.data)
     if embedding is not None:
         embedding.take(data, shown.robot, {**shown.images, **shown.meshes})
-    named = map(Path, (*shown.understood.expanded.files, *shown.meshes, *shown.images))
+    named = [*shown.understood.expanded.files, *map(Path, (*shown.meshes, *shown.images))]
     files = {str(path): _said(path) for path in named if path.is_absolute()}
     links = []
     for link in data["links"]:

@@ -15,7 +15,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.formats.page import MAX_MEGABYTES, data_of
+from rosorin_compile.formats.page import MAX_MEGABYTES, data_of, html
 from rosorin_compile.tools.options import PAGE_MEGABYTES
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -279,6 +279,9 @@ def test_a_page_of_what_does_not_compile_any_more_is_removed(committed: Path, ca
     assert main(["check", "--html", "page.html"]) == 1
     assert "no page, because no robot compiles; the old one is removed" in "".join(capsys.readouterr())
     assert not Path("page.html").exists()
+    Path("page.html").write_text(html({"robot": {"name": "r"}}), "utf-8")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert Path("page.html").exists(), "the page of a robot is an artifact"
     Path("page.html").write_text("<p>of somebody else")
     assert main(["check", "--html", "page.html"]) == 1
     assert Path("page.html").read_text() == "<p>of somebody else"

@@ -110,9 +110,10 @@ class Pictures:
 
 
 def _removed(page: Path) -> bool:
-    """Remove a page that an earlier run has written: it shows what is no more. Say whether there was one."""
+    """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
     try:
-        data_of(page.read_text("utf-8"))
+        if not page.is_file() or "changes" not in data_of(page.read_text("utf-8")):  # an artifact is not ours
+            return False
         page.unlink()
     except (OSError, ValueError):
         return False

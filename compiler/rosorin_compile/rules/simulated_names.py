@@ -91,8 +91,9 @@ class Names:
             for purpose in ("collision", "visual"):
                 solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
                 for index, solid in enumerate(solids, start=1):
-                    counts[f"{link.name}_{purpose}_{index}"] = 1
-                    if solid.name:
+                    made = f"{link.name}_{purpose}_{index}"
+                    counts[made] = 1
+                    if solid.name and solid.name != made:
                         counts[solid.name] = counts.get(solid.name, 0) + 1
         for named in self.given:
             if named.kind == GEOM:

@@ -149,6 +149,52 @@ def layers(case: Case) -> Iterator[Diagnostic]:
         yield case.problem("contact-layer", message, next(iter(named.values())), "use fewer layers")
 
 
+# What a joint of each kind counts among the speeds.
+_SPEEDS = {"planar": 3, "floating": 6}
+_FREE = 6
+
+
+@rule(
+    "key-length",
+    "A pose lists speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
+    "Give one for each, in MuJoCo's order.",
+    SIMULATION,
+)
+def keys(case: Case) -> Iterator[Diagnostic]:
+    """Find lists of poses whose length MuJoCo would refuse."""
+    if not any(pose.mjcf for pose in case.robot.poses):
+        return
+    moving = sum(_SPEEDS.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
+    captured = sum(link.mjcf.get("mocap") is True for link in case.robot.links)
+    bases = [output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"]
+    lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
+    lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
+    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.simulation.elements:
+        lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
+    for pose in case.robot.poses:
+        for word, allowed in lengths.items():
+            given = pose.mjcf.get(word)
+            if isinstance(given, tuple) and allowed != {len(given)}:
+                there = " or ".join(map(str, sorted(allowed)))
+                message = f'pose "{pose.name}" has {len(given)} numbers of {word}, and the robot {there}'
+                path: Path = ("poses", pose.name, "mjcf", word)
+                yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
+
+
+_STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
+
+
+@Check
+def springs(case: Case) -> Iterator[Diagnostic]:
+    """Springs that MuJoCo makes of a time and a ratio (dynamics-negative)."""
+    for joint in case.robot.joints:
+        pair = joint.mjcf.get("springdamper")
+        if isinstance(pair, tuple) and any(float(one) <= 0 for one in pair) and any(pair):
+            message = f'the springdamper of joint "{joint.name}" is not above zero'
+            path = case.joint(joint, "mjcf", "springdamper")
+            yield case.problem("dynamics-negative", message, path, "write a time in s and a ratio above zero")
+
+
 @Check
 def bases(case: Case) -> Iterator[Diagnostic]:
     """Poses of the base of a robot whose base stands still in every MJCF (ignored-key)."""

@@ -55,6 +55,7 @@ from ...model import (
 from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
+from ...xml.mujoco import MATERIAL, used_in
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
@@ -128,6 +129,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
+        "materials": _materials(robot, printer),
         "bodies": bodies,
         "followers": followers(robot, joints, number),
         "simulated": simulated,
@@ -146,6 +148,20 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
     return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
+
+
+def _materials(robot: Robot, printer: _Printer) -> list[Markup]:
+    """Return the attributes of the materials that sites, tendons and elements of MJCF ask for by name."""
+    named = [mark.values for link in robot.links for mark in link.marked]
+    asked = {values.get("material") for values in (*named, *(tendon.values for tendon in robot.simulation.tendons))}
+    texts = [*robot.simulation.elements, *(text for link in robot.links for text in link.mjcf_elements)]
+    asked |= {one.name for text in texts if "material=" in text for one in used_in(text) if one.kind == MATERIAL}
+    made = []
+    for material in robot.materials:
+        if material.name in asked:
+            colour = {"rgba": material.rgba} if material.rgba else {}
+            made.append(printer.simulated.printed({"name": material.name, **colour, **material.mjcf}))
+    return made
 
 
 def walk(robot: Robot) -> Iterator[Frame]:
@@ -253,8 +269,9 @@ class _Printer:
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            name = f"{link.name}_{purpose}_{index}"
-            name = solid.name if self.names.get(solid.name) == (link.name, purpose) else name
+            made = f"{link.name}_{purpose}_{index}"
+            name = solid.name if self.names.get(solid.name) == (link.name, purpose) else made
+            self.simulated.own_names[made] = name
             values = {"class": f"{self.robot.name}_{purpose}", "name": name}
             values["type"] = type(geometry).__name__.lower()
             if isinstance(geometry, Mesh):

@@ -171,7 +171,8 @@ def _run(words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PROBLEMS
     except Exception as problem:
-        return _stopped(problem)
+        # Python 3.11 wraps what comes while a class is made.
+        return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem)
     finally:
         hide()
     return code

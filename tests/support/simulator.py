@@ -18,9 +18,9 @@ from support.robots import compiled
 BASES = ("fixed", "free")
 
 
-def emit(robot: Robot, base: str = "fixed", number_format: str = "exact") -> str:
-    """Return the MJCF of a robot."""
-    options = {"base": base, "number_format": number_format}
+def emit(robot: Robot, base: str = "fixed", number_format: str = "exact", **more: object) -> str:
+    """Return the MJCF of a robot; ``more`` are options of the output."""
+    options = {"base": base, "number_format": number_format, **more}
     return mjcf.write(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())[0]
 
 

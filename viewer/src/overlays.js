@@ -218,7 +218,7 @@ export class JointAxis {
 
   /** Show the axis of a joint whose child is at a place; none for a joint without one. */
   show(joint, child) {
-    this.arrow.visible = Boolean(joint?.axis && child && !["fixed", "floating"].includes(joint.type));
+    this.arrow.visible = Boolean(joint?.axis && child && !["fixed", "floating", "ball"].includes(joint.type));
     if (!this.arrow.visible) return;
     const { r, p } = child;
     const [x, y, z] = joint.axis;

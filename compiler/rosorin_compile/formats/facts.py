@@ -41,6 +41,7 @@ SIZES = {
     "cylinder": ("radius", "length"),
     "capsule": ("radius", "length"),
     "sphere": ("radius",),
+    "ellipsoid": ("size x", "size y", "size z"),
     "mesh": ("scale x", "scale y", "scale z"),
 }
 # What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.

@@ -54,6 +54,8 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     entry = entry.get(name) if isinstance(entry, dict) else None
     if section == "links":
         return (str(name),)
+    if section == "drive":
+        return _text_at(tree, path)
     if section == "poses":
         return tuple(str(step) for step in path[3:4])
     if not isinstance(entry, dict):
@@ -65,6 +67,17 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     inner: Any = entry.get("optical") if path[2:3] == ("optical",) else entry
     frame = inner.get("frame") if isinstance(inner, dict) else None
     return () if frame is None else (str(inner.get("joint", f"{frame}_joint")), str(frame))
+
+
+def _text_at(tree: Map, path: Path) -> tuple[str, ...]:
+    """Return the text at a path, the name of a joint of the drive; nothing if something else is there."""
+    node: Any = tree
+    for step in path:
+        try:
+            node = node[step]
+        except (KeyError, IndexError, TypeError):
+            return ()
+    return (str(node),) if isinstance(node, str) else ()
 
 
 def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:

@@ -80,7 +80,7 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("rosparameters", "parameters of nodes are no part of a description"),
     },
     "link": {
-        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule mesh", _IN_SHAPES),
+        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule ellipsoid mesh", _IN_SHAPES),
         **_all("collider colliders collisions", "collision"),
         **_all("visuals visualization appearance", "visual"),
         **_all("mass com cog cg density inertia centerofmass diaginertia weight", _IN_INERTIAL),
@@ -229,6 +229,7 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("wheel spin spinning endless rolling roller unlimited", "continuous"),
         **_all("weld welded rigid static none glue locked mounted", "fixed"),
         **_all("free 6dof freejoint float base", "floating"),
+        **_all("spherical socket", "ball"),
         **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints and links"),
     },
     "which gazebo": {

@@ -35,7 +35,8 @@ _QUANTITIES = (
     *("effort", "velocity", "damping", "friction", "armature", "mimic", "kp", "kv", "ctrl", "cells", "cell", "base"),
     *("mass", "centre", "inertia", "collision", "visual", "site", "contact"),
 )
-_CONTACT = "contact with "
+# What is said of two links, and what a change of it is called.
+_BETWEEN = {"contact with ": "excluded contacts", "pairs with ": "contact pairs"}
 # Numbers that say one thing together.
 _GROUPS: Mapping[str, Sequence[str]] = {
     "origin": AXES,
@@ -106,7 +107,7 @@ def _things(pair: Pair) -> Iterator[Fact]:
 def _entries(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
     for thing in _things(pair):
         before, after = _numbers(pair.old, thing), _numbers(pair.new, thing)
-        if thing.quantity.startswith(_CONTACT):
+        if thing.quantity.startswith(tuple(_BETWEEN)):
             continue
         if thing.quantity in _REPEATED:
             twin = thing._replace(quantity=_REPEATED[thing.quantity])
@@ -238,19 +239,20 @@ def _grid(cells: Mapping[tuple[int, int], float]) -> str:
 
 
 def _contact_changes(pairs: Sequence[Pair], entities: Entities) -> Iterator[Change]:
-    """Yield one change for all pairs of links that are excluded from contact now, or no more."""
+    """Yield one change for all pairs of links that are excluded from contact now, or no more, and one for pairs."""
     for pair in pairs:
         facts = [(old, new) for old, new in ((pair.old.plain, pair.new.plain), (pair.new.plain, pair.old.plain))]
-        removed, new = (
-            [
-                f"{fact.name} {fact.quantity.removeprefix(_CONTACT)}"
-                for fact in here
-                if fact.quantity.startswith(_CONTACT) and fact not in there and not entities.hides(pair, fact)
-            ]
-            for here, there in facts
-        )
-        if removed or new:
-            yield Change("contact", "contact", "", *contacts_change(new, removed), (pair.output,))
+        for begin, title in _BETWEEN.items():
+            removed, new = (
+                [
+                    f"{fact.name} {fact.quantity.removeprefix(begin)}"
+                    for fact in here
+                    if fact.quantity.startswith(begin) and fact not in there and not entities.hides(pair, fact)
+                ]
+                for here, there in facts
+            )
+            if removed or new:
+                yield Change("contact", "contact", "", *contacts_change(new, removed, title), (pair.output,))
 
 
 def _shape_changes(

@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
+from ..model.drive import ROLES
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
 from .bodies import Bodies
@@ -36,6 +37,8 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
         yield from _servos(pairing, all(side.format is YAML for side in sides))
     if "sensor" not in unsaid:
         yield from _sensors(pairing.a.robot, pairing.b.robot)
+    if "drive" not in unsaid:
+        yield from _drives(pairing)
     if "contact" not in unsaid:
         yield from _contacts(pairing.a.robot, pairing.b.robot)
     if "urdf_elements" not in unsaid:
@@ -161,6 +164,29 @@ def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
             if before != after:
                 text = f"sensor {name} {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
                 yield Item(OTHER, name, quantity, text, before, after)
+
+
+def _drives(pairing: Pairing) -> Iterator[Item]:
+    a, b = pairing.a.robot.drive, pairing.b.robot.drive
+    if a is None or b is None or a.kind != b.kind:
+        before, after = a.kind if a else None, b.kind if b else None
+        if before != after:
+            text = f"drive {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", "kind", text, before, after)
+        return
+    pairs = [("frame", a.frame or pairing.a.robot.root, b.frame or pairing.b.robot.root)]
+    for role in ROLES[a.kind]:
+        pairs.append((role, ", ".join(a.joints.get(role, ())), ", ".join(b.joints.get(role, ()))))
+    for quantity, before, after in pairs:
+        if before != after:
+            text = f"drive {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", quantity, text, before, after)
+    if a.radius is not None and b.radius is not None:
+        if differ(pairing.a, pairing.b, "radius", (a.radius, b.radius), pairing.tolerance):
+            yield changed(OTHER, "drive", "radius", (a.radius, b.radius), "m")
+    elif a.radius != b.radius:
+        said = ["from its shapes" if one is None else f"{one:.6g} m" for one in (a.radius, b.radius)]
+        yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
 
 
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:

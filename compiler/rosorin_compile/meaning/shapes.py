@@ -6,12 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format, published
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
+from ..model import IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
 from .pairing import Pairing
-from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, seen
+from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
 from .wording import About, cells_change, colour_change, row, several, shapes_change
@@ -77,9 +77,9 @@ def _same_body(pairing: Pairing, top: str, name: str) -> bool:
 
 
 def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> bool:
-    """Say whether capsules are compared as such: not where a URDF has none and the other side has some."""
+    """Say whether capsules and ellipsoids are compared as such: not where a URDF has none, the other side some."""
     has = [
-        any(isinstance(s.geometry, Capsule) for link in bodies.robot.links for s in _of(link, purpose))
+        any(isinstance(s.geometry, (Capsule, Ellipsoid)) for link in bodies.robot.links for s in _of(link, purpose))
         for bodies in (pairing.a, pairing.b)
     ]
     rows = zip(has, has[::-1], sides, strict=True)
@@ -123,9 +123,35 @@ class _Shapes:
             rest = self._across(old, new, frame)
             pairs += rest
         self._pairs(pairs)
+        self._cut_otherwise(old, new, "" if self.purpose.simple else frame)
         for name in shared:
             if old[name] or new[name]:
                 self.items.append(self._item(name, counts[name], old[name], new[name]))
+
+    def _cut_otherwise(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
+        """Take out the boxes of a body that fill the same space: those of a height map are cut in one way or another.
+
+        They are held against each other link by link, then all together, seen from ``frame``, if there is one.
+        """
+        a, b = self.pairing.a, self.pairing.b
+        both = (old, a), (new, b)
+        steps = [[name] for name in old if name in new] + ([list({**old, **new})] if frame else [])
+        for names in steps:
+            boxes: list[list[Piece]] = []
+            for some, bodies in both:
+                pieces = [piece for name in names for piece in some.get(name, ())]
+                if len(names) > 1:
+                    pieces = [seen(piece, bodies.relative(frame, piece.link, {})) for piece in pieces]
+                boxes.append([piece for piece in pieces if piece.solid.box])
+            first, second = ([piece.solid for piece in pieces] for pieces in boxes)
+            if not first or not second or not same_space(first, second, self.pairing.tolerance):
+                continue
+            for (some, _), pieces in zip(both, boxes, strict=True):
+                taken = {(piece.link, piece.number) for piece in pieces}
+                for name in names:
+                    some[name] = [piece for piece in some.get(name, ()) if (name, piece.number) not in taken]
+            links = several(sorted({piece.link for pieces in boxes for piece in pieces}))
+            self.notes.append(f"{self.purpose.name} boxes are cut otherwise, and fill the same space: {links}")
 
     def _pieces(self, bodies: Bodies, name: str) -> list[Piece]:
         shapes = _of(bodies.robot.link[name], self.purpose.name)
@@ -249,4 +275,23 @@ def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: 
     if steps:
         text = cells_change(name, steps, (sizes[0], sizes[1])).text
         items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
-    return items
+    return items if simple else [*items, *_bottoms(pairing, name, old, new)]
+
+
+def _bottoms(pairing: Pairing, name: str, old: HeightMap, new: HeightMap) -> list[Item]:
+    """Return what differs in where two height maps of one size begin."""
+    lows = [
+        [grid.bottom_of(i, j) for i, row in enumerate(grid.heights) for j, height in enumerate(row) if height > 0]
+        for grid in (old, new)
+    ]
+    ends = [(min(low, default=0.0), max(low, default=0.0)) for low in lows]
+    if all(low == high for low, high in ends):
+        before, after = ends[0][0], ends[1][0]
+        same = abs(after - before) <= pairing.tolerance
+        return [] if same else [changed(SHAPE, name, "height map bottom", (before, after), "m")]
+    steps = [abs(b - a) for a, b in zip(*lows, strict=False)]
+    largest = max(steps, default=0.0)
+    if len(lows[0]) != len(lows[1]) or largest <= pairing.tolerance:
+        return []
+    text = f"{name} height map: the bottom changed, by up to {1000 * largest:.1f} mm"
+    return [Item(SHAPE, name, "height map bottom", text, None, None, "m", largest)]

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES
-from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
+from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
 from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
@@ -26,6 +26,7 @@ _UPRIGHT = Transform().rows
 # What the way through another frame costs a length (m) or a rotation entry.
 _NOISE = 1e-9
 _MANY = 500
+_MOST_COLUMNS = 200_000
 
 
 class Solid(NamedTuple):
@@ -101,6 +102,9 @@ def shape_of(solid: Solid) -> Shape | None:
     if solid.kind in ("cylinder", "capsule") and len(solid.sizes) == 2:
         radius, length = solid.sizes
         return Shape(Cylinder(radius, length) if solid.kind == "cylinder" else Capsule(radius, length), place)
+    if solid.kind == "ellipsoid" and len(solid.sizes) == 3:
+        x, y, z = (size / 2 for size in solid.sizes)
+        return Shape(Ellipsoid((x, y, z)), place)
     return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
 
 
@@ -119,6 +123,9 @@ def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
         sizes = (geometry.radius, geometry.length)
     elif isinstance(geometry, Sphere):
         sizes = (geometry.radius,)
+    elif isinstance(geometry, Ellipsoid):
+        x, y, z = geometry.radii
+        sizes = (2 * x, 2 * y, 2 * z)
     elif isinstance(geometry, Mesh):
         sizes = geometry.scale
     rows = rotation_of_rpy(pose.rpy)
@@ -184,6 +191,62 @@ def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
     return remainder(one, other) == Delta((), ())
 
 
+def same_bodies(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
+    """Say whether two writers mean the same solids, though boxes may be cut otherwise."""
+    if same_set(one, other):
+        return True
+    rest = remainder(one, other)
+    return bool(rest.removed and rest.added) and same_space(rest.removed, rest.added, _NOISE)
+
+
+def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float) -> bool:
+    """Say whether two sets of boxes along the axes of one frame fill the same space, cut as they may be."""
+    boxes = [[solid.box for solid in solids] for solids in (one, other)]
+    known = [[box for box in found if box is not None] for found in boxes]
+    if known != boxes or not all(known):
+        return False
+    tolerances = (max(solid.tolerance for solid in solids) for solids in (one, other))
+    near = noise + _NOISE + joined(*tolerances)
+    every = [box for found in known for box in found]
+    xs, ys = (_marks((corner[axis] for box in every for corner in (box.lower, box.upper)), near) for axis in (0, 1))
+    if len(xs) * len(ys) > _MOST_COLUMNS:
+        return False
+    first, second = (_columns(found, xs, ys, near) for found in known)
+    return first.keys() == second.keys() and all(_same_column(first[at], second[at], near) for at in first)
+
+
+def _same_column(one: Sequence[tuple[float, float]], other: Sequence[tuple[float, float]], near: float) -> bool:
+    pairs = zip(one, other, strict=False)
+    return len(one) == len(other) and all(abs(a - c) <= near and abs(b - d) <= near for (a, b), (c, d) in pairs)
+
+
+def _marks(numbers: Iterable[float], near: float) -> list[float]:
+    """Return where boxes begin and end along an axis; what is as good as the same once."""
+    marks: list[float] = []
+    for number in sorted(numbers):
+        if not marks or number - marks[-1] > near:
+            marks.append(number)
+    return marks
+
+
+def _columns(
+    boxes: Sequence[Box], xs: Sequence[float], ys: Sequence[float], near: float
+) -> dict[tuple[int, int], list[tuple[float, float]]]:
+    """Return from where to where boxes fill the columns between the marks along x and y."""
+    filled: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for box in sorted(boxes, key=lambda box: box.lower[2]):
+        (a, b, low), (c, d, high) = box.lower, box.upper
+        across = range(bisect_right(ys, b) - 1, bisect_right(ys, d) - 1)
+        for i in range(bisect_right(xs, a) - 1, bisect_right(xs, c) - 1):
+            for j in across:
+                column = filled.setdefault((i, j), [])
+                if column and low - column[-1][1] <= near:
+                    column[-1] = (column[-1][0], max(column[-1][1], high))
+                else:
+                    column.append((low, high))
+    return filled
+
+
 def largest_step(difference: Delta) -> float | None:
     """Return by how much solids changed at most (m), each new one held against the nearest old one.
 
@@ -227,20 +290,13 @@ class Piece(NamedTuple):
 
 
 def pieces_of(link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True) -> list[Piece]:
-    """Return the solids of a link in its own frame; without ``capsules`` they are cylinders of the same full length."""
+    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them."""
     found: list[Piece] = []
     for whole in shapes:
         for shape in whole.solids():
-            made = shape if capsules else _without_capsule(shape)
+            made = shape if capsules else replace(shape, geometry=plain(shape.geometry))
             found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
     return found
-
-
-def _without_capsule(shape: Shape) -> Shape:
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return replace(shape, geometry=Cylinder(geometry.radius, geometry.length + 2 * geometry.radius))
 
 
 def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:

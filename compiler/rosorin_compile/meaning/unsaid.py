@@ -42,6 +42,7 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
     "pose": ("named pose", lambda robot: len(robot.poses)),
     "servo": ("servo group", lambda robot: len(robot.servos)),
     "sensor": ("sensor", lambda robot: len(robot.sensors)),
+    "drive": ("drive", lambda robot: int(robot.drive is not None)),
     "contact": ("disabled contact", lambda robot: len(robot.disabled_contacts)),
     "publisher": (
         "publisher",

@@ -2,11 +2,13 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
+``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
 """
 
+from .drive import Drive
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (
+    AXLELESS,
     MOVING_TYPES,
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -25,7 +27,22 @@ from .link import Inertial, Link, Source
 from .mass import inertial_of, principal_moments, volume_of
 from .motion import plane_axes
 from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Material, Mesh, Shape, Sphere
+from .shape import (
+    GROUNDED,
+    MERGED,
+    ROWS,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Material,
+    Mesh,
+    Shape,
+    Sphere,
+    plain,
+)
 from .simulated import (
     AT_JOINT,
     BODY_ELEMENT,
@@ -53,12 +70,16 @@ from .simulation import (
 
 __all__ = [
     "AT_JOINT",
+    "AXLELESS",
     "BODY_ELEMENT",
+    "GROUNDED",
     "IDENTITY",
+    "MERGED",
     "MOVING_TYPES",
     "NODE",
     "NO_SIMULATION",
     "ROBOT_STATE_PUBLISHER",
+    "ROWS",
     "SENSOR_ELEMENT",
     "SEVERAL_COORDINATES",
     "STATIC_TRANSFORM_PUBLISHER",
@@ -72,8 +93,10 @@ __all__ = [
     "Contact",
     "ContactPair",
     "Cylinder",
+    "Drive",
     "Dynamics",
     "Edge",
+    "Ellipsoid",
     "Entry",
     "GazeboSensor",
     "Geometry",
@@ -108,6 +131,7 @@ __all__ = [
     "Values",
     "Vector",
     "inertial_of",
+    "plain",
     "plane_axes",
     "pose_of",
     "principal_moments",

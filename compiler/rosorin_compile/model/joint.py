@@ -16,7 +16,9 @@ UNPUBLISHED = "none"
 NODE = "node"
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
-SEVERAL_COORDINATES = ("planar", "floating")
+SEVERAL_COORDINATES = ("planar", "floating", "ball")
+# Joints that turn every way, and so have no axis.
+AXLELESS = ("floating", "ball")
 
 
 @dataclass(frozen=True)
@@ -131,7 +133,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a position: one number. A planar and a floating joint have more than one."""
+        """Whether the joint has a position: one number. Those of SEVERAL_COORDINATES have more than one."""
         return self.type in MOVING_TYPES
 
     @property
@@ -152,7 +154,7 @@ class Joint:
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
         """Return the child in the parent at a position (radians or metres).
 
-        Of a planar and a floating joint the position is one number for each of its ``coordinates``; 0 is at its origin.
+        Of one of SEVERAL_COORDINATES the position is one number for each of its ``coordinates``; 0 is at its origin.
         Raises ValueError for another number of them.
         """
         origin = self.origin.transform()

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from .geometry import Pose, Transform, Vector, dot
 from .link import Inertial
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape, Sphere
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 
 class _Solid(NamedTuple):
@@ -82,6 +82,9 @@ def _volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         return math.pi * r * r * length, (across, across, r * r / 2)
     if isinstance(geometry, Capsule):
         return _capsule(geometry.radius, geometry.length)
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = (radius * radius for radius in geometry.radii)
+        return 4 / 3 * math.pi * math.prod(geometry.radii), ((y + z) / 5, (x + z) / 5, (x + y) / 5)
     what = "a mesh" if isinstance(geometry, Mesh) else type(geometry).__name__
     raise ValueError(f"the volume of {what} is not known")
 

@@ -100,11 +100,15 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class Root:
-    """How the root link stands in the world, and what a free joint there is called and does."""
+    """How the root link stands in the world, and what a free joint there is called and does.
+
+    ``placed`` says that the description says its pose: a free base that has none stands on the floor (``standing``).
+    """
 
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
+    placed: bool = False
 
 
 _AT_ORIGIN = Root()

@@ -16,6 +16,7 @@ from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
 from ..model import Actuator, Cylinder, Joint, Sphere
 from .case import Case, number
+from .simulated_names import BALL, several
 
 AFTER = "simulated_names"
 
@@ -88,13 +89,13 @@ def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
     for actuator in case.robot.simulation.actuators:
         path: Path = ("actuators", actuator.name)
-        wrong = _target(actuator)
+        wrong = _target(actuator, several(case))
         if wrong:
             message, help = wrong
             yield case.problem("actuator-target", f'actuator "{actuator.name}" {message}', path, help, key=True)
 
 
-def _target(actuator: Actuator) -> tuple[str, str] | None:
+def _target(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
     """Return what is wrong with what an actuator acts on, and the way out."""
     given, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not given:
@@ -115,17 +116,17 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
     if actuator.type == "orientation" and given == {"site"}:
         return "turns a site against nothing", "add reference_site: NAME"
     if actuator.type == "orientation" and "joint" in given and not given & {"site"}:
-        return _ball(actuator)
+        return _ball(actuator, turning)
     if "cranksite" in given and not (_number(actuator, "cranklength") or 0.0) > 0:
         return "has a crank without a length", "write mjcf: {cranklength: ...}, in m"
     return None
 
 
-def _ball(actuator: Actuator) -> tuple[str, str] | None:
+def _ball(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
     name = actuator.targets["joint"]
-    if name.endswith("_R"):  # what a floating joint has for its turns
+    if turning.get(name) == BALL:
         return None
-    return f'turns joint "{name}", which is no ball', "name the ball of a floating joint, JOINT_R, or a site"
+    return f'turns joint "{name}", which is no ball', "name a ball joint, or a site"
 
 
 def _number(actuator: Actuator, word: str) -> float | None:
@@ -240,9 +241,9 @@ def _unfit_general(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
     smooth = values.get("tausmooth")
     if isinstance(smooth, float) and smooth < 0:
         yield "tausmooth", "is smoothed over a time below zero", "write a time"
-    if actuator.type == "general" and "dcmotor" in (values.get("dyntype"), values.get("gaintype")):
-        if values.get("actearly") is not True:
-            yield "dyntype" if "dyntype" in values else "gaintype", "is a dcmotor in parts", "take the type dcmotor"
+    parts = [word for word in ("dyntype", "gaintype") if values.get(word) == "dcmotor"]
+    if actuator.type == "general" and parts and values.get("actearly") is not True:
+        yield parts[0], "is a dcmotor in parts", "take the type dcmotor"
     low, high = (values.get(word, other) for word, other in (("lmin", 0.5), ("lmax", 1.6)))
     if isinstance(low, float) and isinstance(high, float) and not low < 1 < high:
         yield ("lmin" if "lmin" in values else "lmax"), "has lengths that are not around 1", "write lmin < 1 < lmax"
@@ -310,7 +311,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
 )
 def tendons(case: Case) -> Iterator[Diagnostic]:
     """Tendons that MuJoCo would not build."""
-    section = case.tree.get("tendons") or {}
+    section, turning = case.tree.get("tendons") or {}, several(case)
     for tendon in case.robot.simulation.tendons:
         path: Path = ("tendons", tendon.name)
         called = f'tendon "{tendon.name}"'
@@ -319,6 +320,10 @@ def tendons(case: Case) -> Iterator[Diagnostic]:
             help = "leave one of them out" if tendon.joints else "write joints: {NAME: 1}, or path: [{site: NAME}, ...]"
             yield case.problem("tendon-path", f"{called} has {what}", path, help, key=True)
             continue
+        for joint in tendon.joints:
+            if joint in turning:
+                message = f'{called} goes along joint "{joint}", which is {turning[joint]} and has no single position'
+                yield case.problem("tendon-path", message, (*path, "joints", joint), "name a joint with one", key=True)
         yield from _springs(case, called, path, section[tendon.name])
         drawn = [word for word in ("width", "rgba", "material") if tendon.joints and word in section[tendon.name]]
         for word in drawn:
@@ -409,8 +414,13 @@ def _path(case: Case, called: str, path: Path, stops: Sequence[Mapping[str, obje
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
-    section = case.tree.get("constraints") or {}
+    section, turning = case.tree.get("constraints") or {}, several(case)
     for name, entry in section.items():
+        for index, joint in enumerate(entry.get("joints") or ()):
+            if joint in turning:
+                message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
+                help = "name joints with one position each"
+                yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
         path: Path = ("constraints", name)
         wrong = _constraint(entry)
         if wrong:
@@ -459,6 +469,7 @@ def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
 )
 def sensors(case: Case) -> Iterator[Diagnostic]:
     """Sensors that MuJoCo would not build."""
+    turning = several(case)
     for name, entry in (case.tree.get("mjcf_sensors") or {}).items():
         path: Path = ("mjcf_sensors", name)
         kind = entry["kind"]
@@ -477,6 +488,11 @@ def sensors(case: Case) -> Iterator[Diagnostic]:
                 help = "leave one of them out" if said else f"write {choice[0]}: ..."
                 message = f'sensor "{name}" is of kind {kind} and {what}'
                 yield case.problem("sensor-measures", message, path, help, key=True)
+        joint = entry.get("joint")
+        if joint is not None and "joint" in known.words and (turning.get(joint) == BALL) != kind.startswith("ball"):
+            what = f"is {turning[joint]}" if joint in turning else "is no ball"
+            message = f'sensor "{name}" is of kind {kind}, and joint "{joint}" {what}'
+            yield case.problem("sensor-measures", message, (*path, "joint"), "take another kind, or another joint")
         for key in ("object", "reference"):
             if key in entry and len(entry[key]) != 1:
                 message = f'the {key} of sensor "{name}" is {len(entry[key])} things'

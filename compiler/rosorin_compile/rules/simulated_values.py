@@ -188,6 +188,11 @@ _STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
 def springs(case: Case) -> Iterator[Diagnostic]:
     """Springs that MuJoCo makes of a time and a ratio (dynamics-negative)."""
     for joint in case.robot.joints:
+        yields = joint.mjcf.get("springyield")
+        if isinstance(yields, float) and yields < 0:
+            message = f'the springyield of joint "{joint.name}" is {number(yields)}, below zero'
+            path = case.joint(joint, "mjcf", "springyield")
+            yield case.problem("dynamics-negative", message, path, "write it without the sign")
         pair = joint.mjcf.get("springdamper")
         if isinstance(pair, tuple) and any(float(one) <= 0 for one in pair) and any(pair):
             message = f'the springdamper of joint "{joint.name}" is not above zero'

@@ -11,7 +11,19 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 pinocchio = pytest.importorskip("pinocchio")
 
 from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
-from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere  # noqa: E402
+from rosorin_compile.model import (  # noqa: E402
+    Box,
+    Capsule,
+    Cylinder,
+    HeightMap,
+    Link,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    Transform,
+)
+from rosorin_compile.model.standing import stands_at  # noqa: E402
 from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
 from support.simulator import BASES, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
@@ -180,8 +192,9 @@ def test_keyframes_hold_every_pose_with_its_followers(base):
             assert data.joint(joint.name).qpos[0] == robot.position(joint, named.positions)
             if joint.actuator:
                 assert data.actuator(joint.name).ctrl[0] == robot.position(joint, named.positions)
+        root = stands_at(robot, named).transform() if base == "free" else Transform()
         for link in robot.links:
-            ours = matrix(robot.pose_in_root(link.name, named.positions))
+            ours = matrix(root.then(robot.pose_in_root(link.name, named.positions)))
             np.testing.assert_allclose(frame(data, "body", link.name), ours, atol=1e-12)
         equality = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
         np.testing.assert_allclose(equality, 0, atol=1e-15)
@@ -224,7 +237,7 @@ def test_excluded_contacts_are_the_jointed_groups_then_the_named_pairs():
 def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
     box = Shape(Box((-1, -1, -1), (1, 1, 1)), rgba=(1, 0.5, 0.25, 1))
     robot = overlapping()
-    model, _ = load(emit(robot))
+    model, _ = load(emit(robot, visuals="own"))
     assert set(model.geom_group) == {0}
     robot = replace(robot, links=tuple(replace(link, visual=(box,)) for link in robot.links))
     model, data = load(emit(robot))
@@ -232,7 +245,7 @@ def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
     for index in range(model.ngeom):
         geom = model.geom(index)
         visual = geom.name.endswith("_visual_1")
-        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((1, 0, 0) if visual else (3, 1, 1))
+        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((2, 0, 0) if visual else (3, 1, 1))
         assert not visual or tuple(geom.rgba) == (1, 0.5, 0.25, 1)
 
 

@@ -7,10 +7,11 @@ import { UNITS, kindOf } from "../units.js";
 const FREE_RANGE = { angle: [-Math.PI, Math.PI], length: [-0.5, 0.5] };
 const STEPS = 1000;
 
-/** Return the coordinates of a joint as people move them; the turn of a floating joint as three angles. */
+/** Return the coordinates of a joint as people move them; the turn of a floating or ball joint as three angles. */
 function coordinates({ type }) {
   if (type === "planar") return ["x", "y", "angle"];
   if (type === "floating") return ["x", "y", "z", "roll", "pitch", "yaw"];
+  if (type === "ball") return ["roll", "pitch", "yaw"];
   return ["position"];
 }
 
@@ -64,6 +65,7 @@ class Mover {
   /** The position as the kinematics take it. */
   get position() {
     if (this.joint.type === "floating") return [...this.values.slice(0, 3), ...turned(this.values.slice(3))];
+    if (this.joint.type === "ball") return turned(this.values);
     return this.joint.type === "planar" ? [...this.values] : this.values[0];
   }
 
@@ -71,8 +73,8 @@ class Mover {
   show(state) {
     const at = state[this.joint.name] ?? zero(this.joint);
     if (this.joint.type === "planar") this.values = [...at];
-    else if (this.joint.type !== "floating") this.values = [at];
-    else if (state[this.joint.name] === undefined) this.values = [0, 0, 0, 0, 0, 0];
+    else if (!["floating", "ball"].includes(this.joint.type)) this.values = [at];
+    else if (state[this.joint.name] === undefined) this.values = this.values.map(() => 0);
     this.sliders.forEach(({ kind, range, number, unit }, index) => {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];

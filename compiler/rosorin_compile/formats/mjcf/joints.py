@@ -38,6 +38,7 @@ from .reading import (
     put,
     put_number,
     put_pose,
+    rpy_of,
     shift,
     source,
     tidy,
@@ -100,7 +101,13 @@ def tell_of_base(reading: Reading) -> None:
     body = reading.facts["bodies"][reading.tops[0]]
     element = reading.places.body(reading.tops[0])
     _tell_of_held(reading)
-    if any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
+    if reading.free_base:  # which would stand on the floor, if nothing were said
+        place = transform(body["pos"], body["quat"])
+        root = Map(element.span)
+        put(root, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
+        put(root, "rpy", numbers(rpy_of(place.rows), element))
+        put(reading.tree, "root", root)
+    elif any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
         where = " ".join(f"{value:g}" for value in body["pos"])
         reading.ignored(f"the body stands at {where} in the world: where the robot is, is no part of it", element.span)
 

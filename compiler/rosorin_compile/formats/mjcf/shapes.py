@@ -16,11 +16,12 @@ from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...xml.markup import Element
+from .bodies import COLLISION_GROUP, SHOWN, VISUAL_GROUP
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
-_CARRIED = (SPHERE, CAPSULE, CYLINDER, BOX, MESH)
+_CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
 _FIRST_HIDDEN_GROUP = 3
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
 
@@ -55,7 +56,8 @@ def add_shapes(reading: Reading) -> None:
 
 
 def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of
+    made_up = geom["class"] == f"{reading.facts['name']}_{SHOWN}"  # ours: it shows what collides, and is nothing else
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not made_up
 
 
 def _collides(geom: Mapping[str, Any]) -> bool:
@@ -105,6 +107,9 @@ def _sizes(kind: int, size: list[float], element: Element) -> Map:
     if kind == BOX:
         put(made, "size", numbers([tidy(2 * half) for half in size], element))
         return made
+    if kind == ELLIPSOID:
+        put(made, "radii", numbers([tidy(radius) for radius in size], element, "size"))
+        return made
     put_number(made, "radius", tidy(size[0]), element, "size")
     if kind != SPHERE:
         put_number(made, "length", tidy(2 * size[1]), element)
@@ -152,7 +157,8 @@ def _material(reading: Reading, index: int, materials: Map) -> str:
     material = reading.facts["materials"][index]
     known = reading.material_of.get(index)
     if known is None:
-        known = reading.material_of[index] = reading.material_names.give(material["name"])
+        own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "")
+        known = reading.material_of[index] = reading.material_names.give(own or material["name"])
         element = reading.markup.named("asset", material["name"]) or reading.markup.root
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
@@ -173,10 +179,12 @@ def _tell(reading: Reading) -> None:
         elif geom["type"] not in _CARRIED or inline:
             kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
     groups = {(_collides(g), g["group"]) for g in reading.facts["geoms"] if _is_carried(reading, g)}
-    strange = sorted({group for collides, group in groups if group not in ((0, 3) if collides else (1,))})
+    ours = {True: (0, COLLISION_GROUP), False: (VISUAL_GROUP,)}
+    strange = sorted({group for collides, group in groups if group not in ours[collides]})
     if strange:
         first = next(at for at, g in enumerate(reading.facts["geoms"]) if g["group"] in strange)
-        message = f"groups of geoms ({', '.join(map(str, strange))}): ours has visuals in 1 and collisions in 0 or 3"
+        message = f"groups of geoms ({', '.join(map(str, strange))}): ours has visuals in {VISUAL_GROUP} and collisions"
+        message += f" in {COLLISION_GROUP}"
         reading.changed(message, reading.places.of("geoms", first).span)
     for word, geoms in kinds.items():
         links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in geoms})

@@ -6,13 +6,14 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ...model import (
     MOVING_TYPES,
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Inertial,
     Joint,
     JointPose,
@@ -65,7 +66,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
         "root": robot.root,
         "at": placed(at),
         "links": [
-            {"name": link.name} | {key: [_shape(one) for one in shapes.get((link.name, key), ())] for key in _PURPOSES}
+            {"name": link.name} | {key: _shapes(shapes.get((link.name, key), ())) for key in _PURPOSES}
             for link in robot.links
         ],
         "joints": [_joint(robot, joint) for joint in robot.joints],
@@ -78,14 +79,18 @@ def _link(robot: Robot, link: Link) -> Data:
     made: Data = {"name": link.name}
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
-    made["visual"] = [_shape(shape) | _colour(robot, shape) for shape in link.visual]
-    made["collision"] = [_shape(shape) for shape in link.collision]
+    made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
+    made["collision"] = _shapes(link.collision)
     return made
 
 
 def _inertial(inertial: Inertial) -> Data:
     moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
     return {"mass": inertial.mass, **placed(inertial.pose), **moments}
+
+
+def _shapes(shapes: Iterable[Shape]) -> list[Data]:
+    return [_shape(one) for shape in shapes for one in shape.drawn()]
 
 
 def _shape(shape: Shape) -> Data:
@@ -98,6 +103,8 @@ def _shape(shape: Shape) -> Data:
     if isinstance(geometry, Cylinder | Capsule):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
+    if isinstance(geometry, Ellipsoid):
+        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
     if isinstance(geometry, Sphere):
         return made | {"kind": "sphere", "radius": geometry.radius}
     if isinstance(geometry, Mesh):

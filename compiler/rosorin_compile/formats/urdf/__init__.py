@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
-from ..format import NUMBER_FORMAT, Asked, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -59,6 +59,11 @@ def _brings(robot: Robot, output: Output) -> Sequence[str]:
     return brought(robot, output)
 
 
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is the type of a ball joint, which a URDF has as floating."""
+    return (fact.kind, fact.quantity) == ("joint", "type") and robot.joint[fact.name].type == "ball"
+
+
 def _leaves_out(robot: Robot, link: str) -> bool:
     carried = {name for joint in robot.in_urdf() for name in (joint.parent, joint.child)}
     return bool(carried) and link not in carried
@@ -91,6 +96,10 @@ FORMAT = Format(
             "description": "Which elements of links and joints to carry beside the kinematics; default all.",
             "items": {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]},
         },
+        "height_maps": {
+            "enum": FORMS_OF_BOXES,
+            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+        },
         "version": {
             "enum": ["1.0", "1.2", 1.0, 1.2],
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
@@ -110,7 +119,10 @@ FORMAT = Format(
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,
     all_solids=True,
-    lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
+    cannot_say=_cannot_say,
+    lacks=frozenset(
+        ("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule", "drive")
+    ),
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",

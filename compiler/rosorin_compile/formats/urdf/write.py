@@ -8,15 +8,32 @@ Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted
-from ...model import Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Robot, Shape, Sphere
+from ...diagnostics.wording import counted, first_of, plural
+from ...model import (
+    AXLELESS,
+    ROWS,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Joint,
+    Link,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    plain,
+)
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
@@ -35,11 +52,12 @@ ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
 
 
 class _Format(NamedTuple):
-    """How the URDF is asked for: how numbers are printed, which elements it has, its version."""
+    """How the URDF is asked for: how numbers are printed, its elements, its version, the boxes of height maps."""
 
     number: NumberFormat
     elements: Sequence[str]
     version: str
+    boxes: str
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -55,13 +73,14 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
+    default all), ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo``
+    (true, or which Gazebo; default no sensors).
     """
     form = _form(output)
     number, elements = form.number, form.elements
     groups = link_groups(robot, robot.in_urdf())
     carried = frozenset(name for names, _ in groups for name in names)
-    capsules: dict[str, int] = {}
+    unsaid: dict[str, Counter[type]] = {}
     stand_ins: set[str] = set()
     steps = []
     for names, joint in groups:
@@ -69,16 +88,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         for name in names:
             link = robot.link[name]
             visual, collision = (
-                robot.shapes_at(name, carried, purpose)[0] if purpose in elements else []
+                robot.shapes_at(name, carried, purpose, form.boxes)[0] if purpose in elements else []
                 for purpose in ("visual", "collision")
             )
-            capsules[name] = sum(isinstance(solid.geometry, Capsule) for solid in (*visual, *collision))
+            unsaid[name] = Counter(type(solid.geometry) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
             inertial = _inertial(link, number) if "inertial" in elements else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics = [*_without_capsules(capsules, form), *_left_out(robot, carried, elements)]
+    diagnostics = [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, carried, elements)]
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
@@ -98,7 +117,7 @@ def _gazebo(
     from .gazebo import Carried, distribution, kept_joints, sensors
 
     def collisions(link: str) -> list[str]:
-        shapes = robot.shapes_at(link, carried, "collision")[0] if "collision" in form.elements else []
+        shapes = robot.shapes_at(link, carried, "collision", form.boxes)[0] if "collision" in form.elements else []
         return [shape.name for shape in shapes]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
@@ -116,7 +135,7 @@ def brought(robot: Robot, output: Output) -> list[str]:
 
 def _form(output: Output) -> _Format:
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    return _Format(number, output.options.get("elements", ELEMENTS), _version(output))
+    return _Format(number, output.options.get("elements", ELEMENTS), _version(output), _boxes(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -132,6 +151,11 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
     return groups
 
 
+def _boxes(output: Output) -> str:
+    """Return the form of the boxes that height maps are in an output."""
+    return str(output.options.get("height_maps", ROWS))
+
+
 def _version(output: Output) -> str:
     """Return the version of the format that an output asks for; 1.2 is a number in YAML, and a name all the same."""
     return str(output.options.get("version", "1.0"))
@@ -139,16 +163,9 @@ def _version(output: Output) -> str:
 
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
-    shapes = robot.shapes_at(link, carried, "collision")[0]
-    return shapes if _version(output) != "1.0" else [_cylinder(shape) for shape in shapes]
-
-
-def _cylinder(shape: Shape) -> Shape:
-    """Return a capsule as the cylinder that stands for it, any other shape as it is."""
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return Shape(Cylinder(geometry.radius, geometry.length + 2 * geometry.radius), shape.pose)
+    shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
+    unsaid = Ellipsoid if _version(output) != "1.0" else Capsule | Ellipsoid
+    return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
@@ -190,14 +207,14 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
 def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
     shape, number = solid.geometry, form.number
+    if form.version == "1.0" or isinstance(shape, Ellipsoid):
+        shape = plain(shape)
     if isinstance(shape, Box):
         return "box", {"size": vector(shape.size, number)}
     if isinstance(shape, Cylinder):
         return "cylinder", {"radius": number(shape.radius), "length": number(shape.length)}
-    if isinstance(shape, Capsule) and form.version != "1.0":
-        return "capsule", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Capsule):
-        return "cylinder", {"radius": number(shape.radius), "length": number(shape.length + 2 * shape.radius)}
+        return "capsule", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Sphere):
         return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
@@ -218,7 +235,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
     number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
     inner: list[tuple[str, Markup]] = []
-    along = joint.type not in ("fixed", "floating")
+    along = not joint.is_fixed and joint.type not in AXLELESS
     if along:
         inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
     if joint.calibration is not None:
@@ -233,7 +250,8 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if joint.safety is not None:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
-    names = attributes(name=joint.name, type=joint.type)
+    # The nearest that URDF has, and robot_state_publisher leaves it alone as well.
+    names = attributes(name=joint.name, type="floating" if joint.type == "ball" else joint.type)
     ends = attributes(link=joint.parent), attributes(link=joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
 
@@ -275,14 +293,32 @@ def _reaches_by_fixed_joints(robot: Robot, link: str, carried: frozenset[str]) -
     return False
 
 
-def _without_capsules(capsules: dict[str, int], form: _Format) -> list[Diagnostic]:
-    """Return the warning about capsules, counted by link: URDF 1.0 has no word for them."""
-    links = [link for link, count in capsules.items() if count]
-    if form.version != "1.0" or not links:
+def _stood_in(shapes: Mapping[str, Counter[type]], form: _Format) -> list[Diagnostic]:
+    """Return the warnings about shapes, counted by link, that others stand for: URDF has no word for them."""
+    made = []
+    if form.version == "1.0":
+        help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+        made += _of_kind(shapes, Capsule, "URDF 1.0", "cylinder", "full length", help)
+    return made + _of_kind(shapes, Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
+
+
+def _balls(robot: Robot) -> list[Diagnostic]:
+    """Return the note about ball joints: URDF has no word for them."""
+    names = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
+    if not names:
         return []
-    count, others = sum(capsules.values()), len(links) - 1
-    where = f"link {links[0]}" + (f" and {counted(others, 'other link')}" if others else "")
-    become = "are written as cylinders" if count > 1 else "is written as a cylinder"
-    message = f"URDF 1.0 has no capsule: {count} on {where} {become} of the same full length"
-    help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+    what = f"joint {names[0]} is" if len(names) == 1 else f"{counted(len(names), 'joint')} ({first_of(names, 3)}) are"
+    return [Diagnostic("urdf-cannot-say", NOTE, f"URDF has no ball joint: {what} written as floating")]
+
+
+def _of_kind(
+    shapes: Mapping[str, Counter[type]], kind: type, version: str, other: str, same: str, help: str
+) -> list[Diagnostic]:
+    counts = {link: found[kind] for link, found in shapes.items() if found[kind]}
+    if not counts:
+        return []
+    count, others = sum(counts.values()), len(counts) - 1
+    where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
+    become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
+    message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
     return [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]

@@ -16,6 +16,7 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     HeightMap,
     Inertial,
@@ -259,7 +260,8 @@ def of_shapes(frames: Frames, link: Link) -> Iterator[Shape]:
             where, _ = frames.origins.at(here)
             kind, words = _in_words(shape.geometry)
             if isinstance(shape.geometry, HeightMap):
-                keys = [(*here, "height_map", key) for key in ("origin", "cell", "step")]
+                single = ("bottom",) if isinstance(shape.geometry.bottom, (int, float)) else ()
+                keys = [(*here, "height_map", key) for key in ("origin", "cell", "step", *single)]
                 numbers = [number for key in keys for number in frames.numbers(key)]
             else:
                 numbers = [number._replace(name=_short(number.name)) for number in frames.numbers(here)]
@@ -280,6 +282,8 @@ def _in_words(geometry: Geometry) -> tuple[str, str]:
         return kind, f"radius {exact(geometry.radius)} m, length {exact(geometry.length)} m"
     if isinstance(geometry, Sphere):
         return "sphere", f"radius {exact(geometry.radius)} m"
+    if isinstance(geometry, Ellipsoid):
+        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
     if isinstance(geometry, Mesh):
         return "mesh", geometry.file
     rows, columns = len(geometry.heights), len(geometry.heights[0])

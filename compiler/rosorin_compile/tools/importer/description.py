@@ -35,9 +35,9 @@ _NAMED_SECTIONS = ("positions", "pulses")  # of a pose: their keys are names of 
 
 # The order in which a person says things; what is not here comes after, in the order of the source.
 _ORDER = (
-    "name type parent child frame box cylinder capsule sphere mesh height_map file mass size radius length xyz "
-    "rpy inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit lower upper effort velocity mimic "
-    "joint multiplier offset dynamics damping friction armature calibration safety_controller material rgba "
+    "name type parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size radius length "
+    "radii xyz rpy inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit lower upper effort velocity "
+    "mimic joint multiplier offset dynamics damping friction armature calibration safety_controller material rgba "
     "texture actuator publisher optical source urdf_elements"
 )
 _RANK = {key: rank for rank, key in enumerate(_ORDER.split())}

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model import Box as BoxShape
-from ...model import Capsule, Cylinder, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform, Vector
+from ...model import Capsule, Cylinder, Ellipsoid, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform, Vector
 from .camera import Box
 
 Floats = NDArray[np.float64]
@@ -88,8 +88,8 @@ def _shapes(link: Link, triangles: Triangles, visual: bool, collision: bool) -> 
     """
     lost = any(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
     instead = visual and lost
-    yield from (("visual", visual, shape) for shape in link.visual)
-    yield from (("collision", collision or instead, shape) for shape in link.collision)
+    yield from (("visual", visual, one) for shape in link.visual for one in shape.drawn())
+    yield from (("collision", collision or instead, one) for shape in link.collision for one in shape.drawn())
 
 
 def _piece(
@@ -137,7 +137,7 @@ def _placed(patch: Patch, at: Transform) -> Patch:
     return Patch(turned(patch.corners) + np.array(xyz), turned(patch.normals))
 
 
-def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> tuple[Vector, Vector]:
+def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> tuple[Vector, Vector]:
     """Return the lower and the upper corner around a solid in its own frame."""
     if isinstance(geometry, HeightMap):
         x, y = geometry.origin
@@ -149,6 +149,8 @@ def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> tup
         half = tuple(side / 2 for side in geometry.size)
     elif isinstance(geometry, Sphere):
         half = (geometry.radius,) * 3
+    elif isinstance(geometry, Ellipsoid):
+        half = geometry.radii
     else:
         more = geometry.radius if isinstance(geometry, Capsule) else 0.0
         half = (geometry.radius, geometry.radius, geometry.length / 2 + more)
@@ -156,19 +158,27 @@ def _extent(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> tup
     return (-x, -y, -z), (x, y, z)
 
 
-def _solid(geometry: BoxShape | Cylinder | Capsule | Sphere | HeightMap) -> Iterator[Patch]:
+def _solid(geometry: BoxShape | Cylinder | Capsule | Sphere | Ellipsoid | HeightMap) -> Iterator[Patch]:
     if isinstance(geometry, BoxShape):
         yield _box(geometry.size)
     elif isinstance(geometry, HeightMap):
         yield _quads(_steps(geometry))
     elif isinstance(geometry, Sphere):
         yield from _ball(geometry.radius, 0.0)
+    elif isinstance(geometry, Ellipsoid):
+        yield from (_stretched(patch, geometry.radii) for patch in _ball(1.0, 0.0))
     elif isinstance(geometry, Capsule):
         yield _side(geometry.radius, geometry.length)
         yield from _ball(geometry.radius, geometry.length)
     else:
         yield _side(geometry.radius, geometry.length)
         yield from _caps(geometry.radius, geometry.length)
+
+
+def _stretched(patch: Patch, factors: Vector) -> Patch:
+    """Return polygons stretched along x, y and z; their normals turn the other way."""
+    normals = patch.normals / np.array(factors)
+    return Patch(patch.corners * np.array(factors), normals / np.linalg.norm(normals, axis=-1, keepdims=True))
 
 
 def _quads(quads: Sequence[Sequence[Vector]]) -> Patch:

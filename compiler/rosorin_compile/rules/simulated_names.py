@@ -64,7 +64,8 @@ def several(case: Case) -> Mapping[str, str]:
 
 def free_joint(robot: Robot) -> str:
     """Return the name of the joint of a base that moves."""
-    return robot.simulation.root.joint or f"{robot.root}_free"
+    root = next((link.name for link in robot.links if link.name not in robot.joint_to), "")
+    return robot.simulation.root.joint or f"{root}_free"
 
 
 class Names:

@@ -121,7 +121,20 @@ FORMAT = Format(
     all_solids=True,
     cannot_say=_cannot_say,
     lacks=frozenset(
-        ("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule", "drive")
+        (
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "pose",
+            "servo",
+            "sensor",
+            "contact",
+            "publisher",
+            "edge",
+            "capsule",
+            "drive",
+        )
     ),
     leaves_out=_leaves_out,
     brings=_brings,

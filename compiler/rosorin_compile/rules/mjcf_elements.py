@@ -89,7 +89,10 @@ def known(case: Case) -> Iterator[Diagnostic]:
     seen: set[tuple[str, str]] = set()
     flexible = any("<flexcomp" in text for _, text, _ in kept(case))
     for path, text, top in kept(case):
-        for found in found_in(text):
+        elements = found_in(text)
+        if any(_misplaced(case, found, top) for found in elements):
+            continue
+        for found in elements:
             for one in mujoco.used(found, top):
                 if (one.kind, one.name) in seen or (flexible and one.kind == BODY):
                     continue

@@ -352,7 +352,7 @@ def _springs(case: Case, called: str, path: Path, entry: Mapping[str, Any]) -> I
     for index in wraps:
         name = entry["path"][index]["shape"]
         if not _is_round(case, name):
-            message = f'{called} goes around "{name}", which is no sphere, cylinder or capsule'
+            message = f'{called} goes around "{name}", which is no sphere and no cylinder'
             yield case.problem("tendon-path", message, (*path, "path", index, "shape"), "name a shape that is round")
 
 

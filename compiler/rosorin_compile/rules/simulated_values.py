@@ -7,6 +7,7 @@ from typing import Any
 
 from ..diagnostics import NOTE, Diagnostic
 from ..diagnostics.registry import SIMULATION, Check, rule
+from ..diagnostics.wording import counted
 from ..frontend.tree import Path
 from ..model.simulation import SHARED_LAYER
 from .case import Case, at, number, suggest
@@ -143,7 +144,7 @@ def layers(case: Case) -> Iterator[Diagnostic]:
     for name, path in named.items() if listed else ():
         if name not in listed:
             message = f'there is no layer "{name}" of contacts'
-            yield case.problem("contact-layer", message, path, suggest(name, listed, "add it to contact_layers"))
+            yield case.problem("contact-layer", message, path, suggest(name, set(listed), "add it to contact_layers"))
     if not listed and len({*named, SHARED_LAYER}) > MOST_LAYERS:
         message = f"shapes name {len({*named, SHARED_LAYER})} layers of contacts: MuJoCo has bits for {MOST_LAYERS}"
         yield case.problem("contact-layer", message, next(iter(named.values())), "use fewer layers")
@@ -176,7 +177,7 @@ def keys(case: Case) -> Iterator[Diagnostic]:
             given = pose.mjcf.get(word)
             if isinstance(given, tuple) and allowed != {len(given)}:
                 there = " or ".join(map(str, sorted(allowed)))
-                message = f'pose "{pose.name}" has {len(given)} numbers of {word}, and the robot {there}'
+                message = f'pose "{pose.name}" has {counted(len(given), "number")} of {word}, and the robot {there}'
                 path: Path = ("poses", pose.name, "mjcf", word)
                 yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
 

@@ -49,6 +49,7 @@ _SMALLEST = 0.1
 _LIGHT = (-0.35, 0.25, -1.0)
 _LAMP = 1.5
 
+_INCLUDED = re.compile(r'<include file="([^"]*)"')
 _NAMED = re.compile(r'\bname="([^"]*)"')
 
 
@@ -189,4 +190,5 @@ FORMAT = Format(
     write=write,
     syntax=_syntax,
     folder="mjcf",
+    beside=_INCLUDED.findall,
 )

@@ -162,7 +162,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with the entry of a scene: which MJCF is in it."""
     of, (message, _, help) = _included(case.robot, output)
     if of is None:
-        key = "of" if "of" in output.options else "file"
+        wrong = output.options.get("of", MJCF) not in {one.name for one in case.robot.outputs if one.backend == MJCF}
+        key = "of" if wrong and "of" in output.options else "file"
         yield case.problem("scene-without-robot", message, ("outputs", output.name, key), help)
 
 

@@ -108,16 +108,16 @@ class Classes:
         """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
         self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, SHOWN, FRAME)}
         made: dict[str, list[_Shared]] = {}
-        for shared in self._groups():
+        for shared in self._groups(made):
             name = self._with_joints(shared, made) or self._called(shared)
-            if self._saved(shared, name) > 0:
+            if self._saved(shared, made) > 0:
                 if name not in made:
                     self._free(name)
                 made.setdefault(name, []).append(shared)
                 self._names |= dict.fromkeys(shared.members, name)
         return made
 
-    def _groups(self) -> Iterator[_Shared]:
+    def _groups(self, made: Mapping[str, Sequence[_Shared]]) -> Iterator[_Shared]:
         """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
 
         Hips and knees of many legs are two classes, though they may have the same damping.
@@ -125,10 +125,10 @@ class Classes:
         for tag, members in self._cut(range(len(self._elements)), _SIDE):
             whole = self._shared(tag, members)
             parts = [self._shared(tag, inner) for _, inner in self._cut(members, ())]
-            saved = [self._saved(one, self._called(one)) for one in parts]
+            saved = [self._saved(one, made) for one in parts]
             words = {self._words(one) for one in parts} - {"", "joint"}
             told_apart = len(words) == len(parts) and min(saved) > 0
-            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, self._called(whole))
+            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
             yield from parts if told_apart or shorter else [whole]
 
     def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
@@ -163,10 +163,13 @@ class Classes:
     def _words(self, shared: _Shared) -> str:
         return _words_of([self._elements[place].joint for place in shared.members])
 
-    def _saved(self, shared: _Shared, name: str) -> int:
-        """Return by how many characters the file gets shorter by a class."""
+    def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
+        """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
+        joined = self._with_joints(shared, made)
+        name = joined or self._called(shared)
         said, named = len(attributes(**shared.values)), len(f' class="{name}"')
-        around = len(f'      <default class="{name}">\n      </default>\n        <{shared.tag}/>\n')
+        around = len(f"        <{shared.tag}/>\n")
+        around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
         return len(shared.members) * (said - named) - said - around if said else 0
 
 

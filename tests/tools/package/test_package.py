@@ -52,6 +52,7 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "launch/description.launch.yaml",
         "launch/robot_state_publisher.launch.py",
         "mjcf/rosorin.xml",
+        "mjcf/scene.xml",
         "package.xml",
         "rviz/rosorin.rviz",
         "test/test_urdf.py",

@@ -19,7 +19,7 @@ from ...xml.markup import Element, MarkupError, parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
-from .meshes import beside, settle
+from .meshes import beside, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 from .views import topics_of
@@ -141,7 +141,8 @@ def plan(
         going = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in going]
     for artifact in going:
         names = FORMATS[artifact.backend].beside
-        diagnostics += beside(artifact.file, names(artifact.text), folder) if names else ()
+        wanted = not_placed(artifact.file, names(artifact.text), {one.file for one in going}) if names else ()
+        diagnostics += beside(artifact.file, wanted, folder)
     left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"

@@ -103,7 +103,8 @@ def make(
             diagnostics += settled.diagnostics
             files.update({name: path.read_bytes() for name, path in settled.files.items()})
         elif beside is not None:
-            diagnostics += meshes.beside(place, _left(place, artifact, beside, searched, sources, files), target)
+            left = _left(place, artifact, beside, searched, sources, files)
+            diagnostics += meshes.beside(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)

@@ -32,7 +32,8 @@ RULES = (
     ),
     Rule(
         "base-drifts",
-        "A warning: on a floor, the robot does not stay where it stands, or its height does not come to rest.",
+        "A warning: on a floor, the robot falls over, does not stay where it stands, or its height does not "
+        "come to rest.",
         "Give its wheels actuators or damping; look for shapes that start inside each other.",
         SIMULATION,
     ),
@@ -65,7 +66,9 @@ RULES = (
     ),
 )
 
+TIPPED = 0.2  # rad
 _FEW = 3
+_SPOKEN = 5e-3  # m/s or rad/s: less is not spoken of
 
 
 class Limit(NamedTuple):
@@ -100,7 +103,7 @@ class Judge:
         if self.world.own and trials.drives:
             yield self._own(self.world.own)
         for driven in trials.drives:
-            yield from self._driven(driven)
+            yield from self._driven(driven, trials.poses[0].stands_on)
         for swept in trials.sweeps:
             yield from self._swept(swept)
         if trials.swung is not None:
@@ -126,7 +129,11 @@ class Judge:
         by_touch = {name: self._in_the_way(joint[name], held.touches) for name in off}
         for name, error in sorted(off.items(), key=lambda item: -item[1]):
             yield self._not_held(held, joint[name], error, by_touch[name], where)
-        if held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]:
+        if held.leans > TIPPED:
+            message = f"{where}, the robot falls over: after a while it leans by {held.leans:.2g} rad"
+            help = "look where its centre of mass is, and what it stands on"
+            yield self.case.problem("base-drifts", message, path, help, severity=WARNING, key=True)
+        elif held.drift > self.limits["drift"] or held.turned > 2 * self.limits["drift"]:
             message = (
                 f"{where}, the robot moves {1000 * held.drift:.3g} mm over the floor and turns by {held.turned:.2g}"
                 " rad, though nothing drives it"
@@ -140,7 +147,7 @@ class Judge:
 
     def _not_held(self, held: Held, joint: Joint, error: float, touch: Touch | None, where: str) -> Diagnostic:
         unit = "m" if joint.type == "prismatic" else "rad"
-        message = f'{where}, joint "{joint.name}" is {error:.3g} {unit} away'
+        message = f'{where}, joint "{joint.name}" ends {error:.3g} {unit} from where it is told to be'
         named = self._pose(held.pose)
         path = named if named[0] == "poses" else self.case.joint(joint)
         if touch is not None:
@@ -176,21 +183,29 @@ class Judge:
             of=tuple(names)
         )
 
-    def _driven(self, driven: Driven) -> Iterator[Diagnostic]:
+    def _driven(self, driven: Driven, stands_on: Sequence[str]) -> Iterator[Diagnostic]:
         if driven.broken is not None:
             yield self._breaks(f"driving {driven.command}", driven.broken, ("drive",))
             return
         wrong = []
         if driven.off > self.limits["drive"]:
-            wrong.append(f"{_twist(driven.measured)} where {_twist(driven.asked)} is asked for ({driven.off:.1%} off)")
+            wrong.append(f"{_twist(driven.measured)} where {_twist(driven.asked)} is asked for ({driven.off:.0%} off)")
         if driven.cross > self.limits["cross"]:
             wrong.append(f"{driven.cross:.2g} of a velocity that nobody asked for")
         if driven.ripple > self.limits["ripple"]:
             wrong.append(f"{1000 * driven.ripple:.2g} mm up and down")
         if wrong:
-            message = f"driving {driven.command}: {'; '.join(wrong)}"
+            message = f"driving {driven.command}: {'; '.join(wrong)}{self._beside_wheels(stands_on)}"
             help = "check radius, places and axes of the wheels, kv against damping, and what else touches the floor"
             yield self.case.problem("drive-not-followed", message, ("drive",), help, severity=WARNING, key=True)
+
+    def _beside_wheels(self, stands_on: Sequence[str]) -> str:
+        """Return the end of a sentence about links on the floor that are no wheels; empty if there are none."""
+        drive, joint = self.case.robot.drive, self.case.robot.joint
+        names = (*drive.wheels, *drive.steering, *drive.joints.get("rolling", ())) if drive else ()
+        wheels = set().union(*(self._below(joint[name].child) for name in names))
+        others = [name for name in stands_on if name not in wheels]
+        return f"; beside its wheels, {', '.join(others[:_FEW])} is on the floor" if others else ""
 
     def _swept(self, swept: Swept) -> Iterator[Diagnostic]:
         joint = self.case.robot.joint[swept.joint]
@@ -209,7 +224,8 @@ class Judge:
             path = self.case.joint(joint, "limit", side)
             touch = end.touches[0] if end.touches else None
             if touch is not None:
-                message += f": {_touching(touch)}, from {number(round(end.begins, 2))} {unit} on"
+                message += f": {_touching(touch)}"
+                message += f", from {number(round(end.begins, 2))} {unit} on" if end.first else ""
                 help = "a planner has to know; narrower limits, or disabled_contacts for a pair that is meant to touch"
                 yield self.case.problem("limit-not-reached", message, path, help, severity=NOTE)
             else:
@@ -221,7 +237,7 @@ class Judge:
             yield self._breaks("swinging without damping", swung.broken, ("robot",))
         elif swung.change > self.limits["energy"]:
             message = (
-                f"without damping, friction and actuators the energy of the robot changes by {swung.change:.2%} within"
+                f"without damping, friction and actuators the energy of the robot changes by {swung.change:.0%} within"
                 " half a second"
             )
             help = "the time step is too long for its lightest parts: a shorter timestep, more mass, or armature"
@@ -235,5 +251,5 @@ def _touching(touch: Touch) -> str:
 def _twist(twist: Sequence[float]) -> str:
     """Return the parts of a velocity that are not zero: 0.3 m/s forward."""
     words = ("m/s forward", "m/s to the left", "rad/s")
-    said = [f"{value:.3g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > 5e-4]
+    said = [f"{value:.2g} {word}" for value, word in zip(twist, words, strict=True) if abs(value) > _SPOKEN]
     return ", ".join(said) or "rest"

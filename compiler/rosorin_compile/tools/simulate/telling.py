@@ -28,8 +28,12 @@ def tables(world: World, trials: Trials) -> list[tuple[str, ...] | str]:
         made += [_sweep(world, swept) for swept in trials.sweeps]
     if trials.swung is not None:
         swung = trials.swung
-        said = f"broke: {swung.broken.why}" if swung.broken else f"changes by {_percent(swung.change)} in half a second"
-        made += ["energy", (f"energy without damping, friction and actuators {said}",)]
+        said = (
+            f"broke after {swung.broken.time:.3g} s"
+            if swung.broken
+            else f"it changes by {_percent(swung.change)} in half a second"
+        )
+        made += ["energy", (f"energy without damping, friction and actuators: {said}",)]
     return made
 
 
@@ -43,7 +47,7 @@ def _unit(world: World, joint: str) -> str:
 
 def _pose(world: World, held: Held, free: bool) -> tuple[str, ...]:
     if held.broken is not None:
-        return (held.pose, f"broke after {held.broken.time:.3g} s", held.broken.why)
+        return (held.pose, f"broke after {held.broken.time:.3g} s")
     worst = held.worst
     said = (f"{worst[1]:.4f} {_unit(world, worst[0])}", worst[0]) if worst else ("-", "no actuator holds one")
     row = (held.pose, *said, _touches(held.touches))
@@ -63,7 +67,7 @@ def _touches(touches: Sequence[Touch]) -> str:
 
 def _drive(driven: Driven) -> tuple[str, ...]:
     if driven.broken is not None:
-        return (driven.command, f"broke after {driven.broken.time:.3g} s", driven.broken.why)
+        return (driven.command, f"broke after {driven.broken.time:.3g} s")
     return (
         driven.command,
         _parts(driven.asked, driven.asked),
@@ -81,7 +85,7 @@ def _parts(asked: Sequence[float], values: Sequence[float]) -> str:
 
 def _sweep(world: World, swept: Swept) -> tuple[str, ...]:
     if swept.broken is not None:
-        return (swept.joint, f"broke after {swept.broken.time:.3g} s", swept.broken.why)
+        return (swept.joint, f"broke after {swept.broken.time:.3g} s")
     unit = _unit(world, swept.joint)
     ends = [text for end in swept.ends for text in (f"{end.asked:.3f}", f"{end.error:.4f}")]
     met = [f"{end.first.one} - {end.first.other} from {end.begins:.2f} {unit}" for end in swept.ends if end.first]
@@ -160,6 +164,7 @@ def _held_json(held: Held) -> dict[str, Any]:
         "swings": held.swings,
         "drift": held.drift,
         "turned": held.turned,
+        "leans": held.leans,
         "ripple": held.ripple,
         "touches": _pairs(held.touches),
         "stands_on": held.stands_on,

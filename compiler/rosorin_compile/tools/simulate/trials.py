@@ -10,11 +10,14 @@ import copy
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import Joint
 from ...model.driving import Driving, Twist, driving_of
 from .world import FREE, POSITION, SAMPLE, Broken, Touch, World, moving
+
+if TYPE_CHECKING:
+    from .world import Floats
 
 HOME = "home"
 LAST = 0.25  # s at the end of a trial over which is averaged
@@ -56,8 +59,9 @@ class Held:
     """A pose that was held.
 
     ``errors`` are the mean errors at the end (rad or m) by joint, ``swings`` how far each still moves. ``drift`` (m)
-    and ``turned`` (rad) say how far the base moved over the floor, ``ripple`` (m) how much its height changes at the
-    end. ``touches`` are the links that touch there, ``stands_on`` those that touch the floor.
+    and ``turned`` (rad) say how far the base moved over the floor, ``leans`` (rad) how far it leans over, ``ripple``
+    (m) how much its height changes at the end. ``touches`` are the links that touch there, ``stands_on`` those that
+    touch the floor.
     """
 
     pose: str
@@ -66,6 +70,7 @@ class Held:
     swings: dict[str, float] = field(default_factory=dict)
     drift: float = 0.0
     turned: float = 0.0
+    leans: float = 0.0
     ripple: float = 0.0
     touches: list[Touch] = field(default_factory=list)
     stands_on: list[str] = field(default_factory=list)
@@ -184,6 +189,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
     world.reset(positions)
     targets = {joint.name: world.robot.position(joint, positions) for joint in _held(world)}
     start = _flat(world) if world.base == FREE else None
+    before = world.place(world.robot.root)[0]
     try:
         for time in world.run(seconds):
             values = {(name, _unit(world, name)): world.position(name) - aim for name, aim in targets.items()}
@@ -203,6 +209,7 @@ def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float
         if start is not None:
             x, y, yaw = _flat(world)
             made.drift, made.turned = math.hypot(x - start[0], y - start[1]), abs(_wrapped(yaw - start[2]))
+            made.leans = _lean(before, world.place(world.robot.root)[0])
             height = seen.last(("height", "m"), LAST)
             made.ripple = max(height) - min(height)
     return made
@@ -229,6 +236,11 @@ def _flat(world: World) -> tuple[float, float, float]:
     """Return where the root is on the floor: x, y (m) and yaw (rad)."""
     rows, place = world.place(world.robot.root)
     return float(place[0]), float(place[1]), math.atan2(rows[1][0], rows[0][0])
+
+
+def _lean(one: Floats, other: Floats) -> float:
+    """Return the angle (rad) between what was up in a rotation (3, 3), and what is up in another one."""
+    return math.acos(max(-1.0, min(1.0, float(one[2] @ other[2]))))
 
 
 def _wrapped(angle: float) -> float:
@@ -350,15 +362,16 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
         for end in ends:
             seconds = _seconds(joint, abs(end - here))
             tail: list[float] = []
-            first, begins = None, 0.0
+            first, begins, there = None, 0.0, began | _pairs(world.touches())
             for time in world.run(seconds + _AT_END, _leading(world, joint.name, here, end, seconds)):
                 now = world.position(joint.name)
                 aim = world.aims[joint.name]
                 seen.put(clock + time, {(joint.name, unit): now, ("asked for", unit): aim})
                 tail = [*tail, abs(now - end)][-round(LAST / SAMPLE / 2) :]
                 new = [one for one in world.touches() if (one.one, one.other) not in began]
-                if new and first is None:
-                    first, begins = new[0], now
+                fresh = [one for one in new if (one.one, one.other) not in there]
+                if fresh and first is None:
+                    first, begins = fresh[0], now
             made.ends.append(End(end, sum(tail) / len(tail), new, first, begins))
             clock, here = clock + seconds + _AT_END, end
     except Broken as problem:

@@ -25,9 +25,9 @@ if TYPE_CHECKING:
 SAMPLE = 0.005  # s between two looks at the robot
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
-_SPEED_UP = 0.02  # s in which a servo of ours brings the robot to speed
-_OVER_DAMPING = 50  # how much stiffer than the damping of its joint such a servo is at least
-_STEER = 50.0  # N*m/rad for each kg of the robot: what a steering servo of ours holds with
+_SPEED_UP = 0.002  # s in which a servo of ours brings the robot to speed: stiff, so that what is off is the robot's
+_OVER_DAMPING = 500  # how much stiffer than the damping of its joint such a servo is at least
+_STEER = 200.0  # rad/s: how fast a steering servo of ours would swing with the inertia at its joint, were it not damped
 
 
 class Refused(Exception):
@@ -177,8 +177,9 @@ class World:
             if any(one.joint == name and one.kind in (POSITION, *(() if steers else (VELOCITY,))) for one in known):
                 continue
             if steers:
-                gain = _STEER * mass * 0.01
-                bias = [0.0, -gain, -gain * _SPEED_UP]
+                inertia = float(self.model.dof_M0[self.model.joint(name).dofadr[0]])
+                gain = inertia * _STEER**2
+                bias = [0.0, -gain, -2 * inertia * _STEER]
             else:
                 gain = self._speed_gain(name, mass / len(drive.wheels))
                 bias = [0.0, 0.0, -gain]

@@ -56,7 +56,7 @@ ACTUATORS = """
 <general joint="general" gaintype="fixed" gainprm="4" biastype="affine" biasprm="1 -2 -0.1"/>
 <general joint="damper" gaintype="fixed" gainprm="4" biastype="affine" biasprm="0 0 -2" gear="5" ctrlrange="-10 20"/>
 <position joint="geared" kp="10" gear="2" ctrlrange="-1 3"/>
-<position joint="unlimited" kp="10"/>
+<position joint="unlimited" kp="10" kv="1"/>
 <adhesion body="base" gain="1" ctrlrange="0 1"/>
 """
 

@@ -32,7 +32,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile.tools.importer.description import outputs, write
-from rosorin_compile.tools.importer.round_trip import files_of
+from rosorin_compile.tools.importer.round_trip import in_engine
 
 NICE = 10
 
@@ -102,11 +102,11 @@ def _judge(path: Path, row: dict[str, Any]) -> None:
         compiled = compile_robot(Path(folder, ROOT_FILE))
     format = FORMATS[imported.format]
     text = next((one.text for one in compiled.artifacts if one.backend == format.name), None)
-    if text is None or has_errors(compiled.diagnostics) or format.prove is None:
+    if text is None or has_errors(compiled.diagnostics):
         problems = [f"{d.rule}: {d.message}" for d in compiled.diagnostics if d.severity == ERROR]
         row |= {"end": "not written", "reason": problems[0] if problems else "no MJCF"}
         return
-    proof = format.prove(imported, text, files_of(imported.tree, None, path.parent, format))
+    proof = in_engine(imported, text)
     row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "motion": proof.said, "reason": proof.unknown}
     row["end"] = "unknown" if proof.unknown else "lost" if proof.wrong else "listed" if proof.known else "same"
 

@@ -170,7 +170,7 @@ def _pair(model: Model, index: int, maps: Maps | None) -> Any:
 
 
 def _equality(model: Model, index: int, maps: Maps | None) -> Any:
-    kind = kind_of_object(model, int(model.mj.eq_objtype[index]))
+    kind = kind_of_joined(model, index)
     ids = (model.mj.eq_obj1id[index], model.mj.eq_obj2id[index])
     return (int(model.mj.eq_type[index]), *(_to(maps, kind, one) if kind else int(one) for one in ids))
 
@@ -209,6 +209,17 @@ def kind_of_object(model: Model, number: int) -> str:
             word = name.removeprefix("mjOBJ_").replace("XBODY", "BODY")
             return next((kind for kind, entry in KINDS.items() if entry.obj == word), "")
     return ""
+
+
+def kind_of_joined(model: Model, equality: int) -> str:
+    """Return the kind of object that an equality joins; empty for those that have no names."""
+    kinds = model.mujoco.mjtEq
+    number = int(model.mj.eq_type[equality])
+    if number in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+        return kind_of_object(model, int(model.mj.eq_objtype[equality]))
+    if number == kinds.mjEQ_DISTANCE:
+        return "geom"
+    return {int(kinds.mjEQ_JOINT): "joint", int(kinds.mjEQ_TENDON): "tendon"}.get(number, "flex")
 
 
 def kind_of_target(model: Model, actuator: int) -> str:

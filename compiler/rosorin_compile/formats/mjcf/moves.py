@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .matched import BALL, FREE
-from .same import Comparison, slice_of
+from .same import Comparison
+from .same_drives import shift_of_control
+from .same_values import slice_of
 
 SECONDS = 0.5
 MOST_STEPS = 2000
@@ -154,7 +156,7 @@ def _controls(comparison: Comparison, itself: bool) -> Iterator[tuple[int, int, 
     """Yield each control: its index in both, the middle and the reach of its sine, and how ours counts it."""
     source, ours = comparison.source.mj, comparison.ours.mj
     for one, other in comparison.maps["actuator"].items():
-        shift = 0.0 if itself else comparison.shift_of_control(one, other)
+        shift = 0.0 if itself else shift_of_control(comparison, one, other)
         here = slice_of(source, "actuator_ctrlrange", one)
         there = here if itself else slice_of(ours, "actuator_ctrlrange", other)
         for at, to in zip(range(here.start, here.stop), range(there.start, there.stop), strict=False):

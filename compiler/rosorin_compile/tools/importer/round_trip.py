@@ -136,7 +136,7 @@ def in_engine(imported: Imported, text: str) -> Proof:
 
 
 def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:
-    """Return the proof of a robot as it was read; with other names of meshes it is compiled with those of the source."""
+    """Return the proof of a robot as it was read: with the names of meshes that its source has."""
     if not any(one.backend == read.format for one in compiled.artifacts):
         return Proof()
     step("proving the import in its engine")

@@ -284,7 +284,8 @@ def test_a_chain_of_links_is_a_body_with_several_joints() -> None:
     """The anchor of a joint becomes a link; its joints move links without mass."""
     one = """<mujoco><worldbody><body name="base"><geom size="0.1" mass="1"/>
     <body name="arm" pos="0 0 1" euler="0 30 0"><joint name="a" axis="1 0 0"/>
-    <joint name="b" axis="0 1 0" pos="0.1 0 0"/><inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
+    <joint name="b" axis="0 1 0" pos="0.1 0 0"/>
+    <inertial pos="0 0 0" mass="1" diaginertia="1 1 1"/></body></body></worldbody></mujoco>"""
     least = '<inertial pos="0 0 0" mass="1e-15" diaginertia="1e-15 1e-15 1e-15"/>'
     other = f"""<mujoco><worldbody><body name="base"><geom size="0.1" mass="1"/>
     <body name="a_link" pos="0 0 1" euler="0 30 0"><joint name="a" axis="1 0 0"/>{least}

@@ -97,9 +97,10 @@ def _read(reading: Reading, path: Path) -> None:
 
 
 def _names(reading: Reading) -> dict[str, dict[int, str]]:
-    """Return the names that bodies, joints and materials got."""
+    """Return the names that bodies, joints, sites and materials got."""
     bodies = {index: name for index, name in reading.link_of.items() if index}
-    return {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
+    joints, sites, materials = map(dict, (reading.joint_of, reading.site_of, reading.material_of))
+    return {"body": bodies, "joint": joints, "site": sites, "material": materials}
 
 
 def _outputs(reading: Reading) -> Map:

@@ -83,9 +83,6 @@ KINDS: Mapping[str, Kind] = {
     ),
     "flex": Kind("FLEX", "flex", "nflex", {}),
     "skin": Kind("SKIN", "skin", "nskin", {}),
-    "equality": Kind(
-        "EQUALITY", "eq", "neq", {"equalities": "type objtype active0 data", "tuning of equalities": "solref solimp"}
-    ),
     "tendon": Kind(
         "TENDON",
         "tendon",
@@ -95,6 +92,9 @@ KINDS: Mapping[str, Kind] = {
             " stiffness stiffnesspoly damping dampingpoly armature frictionloss springyield rgba group",
             "user data": "user",
         },
+    ),
+    "equality": Kind(
+        "EQUALITY", "eq", "neq", {"equalities": "type objtype active0 data", "tuning of equalities": "solref solimp"}
     ),
     "actuator": Kind(
         "ACTUATOR",

@@ -470,3 +470,15 @@ def test_the_corners_are_themselves() -> None:
     for path in sorted(Path(DATA, "mjcf", "corners").glob("*.xml")):
         model = mujoco.MjModel.from_xml_path(str(path))
         assert same.compare(mujoco, model, copy.copy(model), {}) == []
+
+
+@pytest.mark.parametrize("path", sorted(Path(DATA, "mjcf", "public").glob("*.xml")), ids=lambda path: path.stem)
+def test_what_mujoco_saves_is_the_same(path: Path) -> None:
+    """The same robot in other words: MuJoCo writes it anew, with its own defaults, frames and order of attributes."""
+    spec = mujoco.MjSpec.from_file(str(path))
+    spec.compile()
+    spec.compiler.savecompiled = False
+    text = spec.to_xml()
+    assert text != path.read_text("utf-8")
+    assert told(path.read_text("utf-8"), text) == []
+    assert _moved(path.read_text("utf-8"), text).verdict == "same"

@@ -472,6 +472,7 @@ def test_the_corners_are_themselves() -> None:
         assert same.compare(mujoco, model, copy.copy(model), {}) == []
 
 
+@pytest.mark.filterwarnings("ignore:compiler attribute")
 @pytest.mark.parametrize("path", sorted(Path(DATA, "mjcf", "public").glob("*.xml")), ids=lambda path: path.stem)
 def test_what_mujoco_saves_is_the_same(path: Path) -> None:
     """The same robot in other words: MuJoCo writes it anew, with its own defaults, frames and order of attributes."""

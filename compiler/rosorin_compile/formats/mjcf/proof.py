@@ -102,7 +102,7 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     motion = answer.get("motion")
     if motion and motion["verdict"] == "differs":
         wrong["motion"] = [_moved(motion)]
-    return Proof(wrong, known, _in_words(wrong, known, motion))
+    return Proof(wrong, known, _in_words(wrong, known, motion), counts=answer.get("counts", {}))
 
 
 def is_listed(feature: str, said: Sequence[str]) -> bool:

@@ -8,6 +8,10 @@ Foreign files are read by MuJoCo itself in a child process; the text is read for
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
 known so far); then ``links``, ``joints``, ``actuators``, ``shapes`` and ``sections``, which fill the tree; last
 ``left_out``, which lists what is not carried.
+
+What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
+MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fields, ``same_values`` and
+``same_drives`` help), and ``moves`` lets both move.
 """
 
 from __future__ import annotations

@@ -150,7 +150,9 @@ Sort = Callable[[Model, int, "Maps | None"], Any]
 
 
 def _to(maps: Maps | None, kind: str, index: Any) -> int:
-    return int(index) if maps is None else maps[kind].get(int(index), -2 - int(index)) if index >= 0 else -1
+    if maps is None or index < 0:
+        return int(index)
+    return maps.get(kind, {}).get(int(index), -2 - int(index))
 
 
 def _any(*_: Any) -> Any:

@@ -60,8 +60,14 @@ def close(one: Any, other: Any) -> bool:
         return True
     if a.dtype.kind != "f" and b.dtype.kind != "f":
         return bool((a == b).all())
-    single = np.float32 in (a.dtype, b.dtype)
-    return bool(np.allclose(a, b, SINGLE if single else RELATIVE, SINGLE if single else ABSOLUTE, equal_nan=True))
+    return bool(np.allclose(a, b, *tolerances(a, b), equal_nan=True))
+
+
+def tolerances(one: Any, other: Any) -> tuple[float, float]:
+    """Return how far two numbers may be apart that only rounding has moved: of the larger one, and at all."""
+    if np.float32 in (one.dtype, other.dtype):
+        return SINGLE, SINGLE
+    return (RELATIVE, ABSOLUTE) if one.dtype.kind == "f" or other.dtype.kind == "f" else (0.0, 0.0)
 
 
 def near(one: Any, other: Any) -> bool:
@@ -188,8 +194,9 @@ def both(one: Any, other: Any) -> str:
     """Return two values in words; of long ones how many differ, and the first of those."""
     a, b = np.asarray(one), np.asarray(other)
     if a.shape == b.shape and a.size > _FEW:
-        differ = [at for at in range(a.size) if not close(a.ravel()[at], b.ravel()[at])]
-        first = differ[0] if differ else 0
+        relative, absolute = tolerances(a, b)
+        differ = np.flatnonzero(~np.isclose(a.ravel(), b.ravel(), relative, absolute, equal_nan=True))
+        first = int(differ[0]) if len(differ) else 0
         return f"differs in {len(differ)} of {a.size} numbers: {both(a.ravel()[first], b.ravel()[first])}"
     if a.size > _FEW or b.size > _FEW:
         return f"has {a.size} numbers in the source, {b.size} in ours"

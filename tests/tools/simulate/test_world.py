@@ -104,7 +104,9 @@ def test_an_actuator_brings_its_joint_where_it_is_told(mujoco: Any) -> None:
         assert world.position(name) == pytest.approx(position, abs=1e-3)
     world.reset({})
     world.hold("general", 0.4)
-    for _ in world.run(4.0, lambda _: [world.turn(name, 1.5, 0.005) for name in ("velocity", "damper", "unlimited")]):
+    for _ in world.run(
+        4.0, lambda _: [world.turn(name, 1.5, world.sample) for name in ("velocity", "damper", "unlimited")]
+    ):
         pass
     assert world.position("general") == pytest.approx(0.4, abs=0.01)
     for name in ("velocity", "damper"):

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...model import Joint
 from ...model.driving import Driving, Twist, driving_of
-from .world import FREE, POSITION, SAMPLE, Broken, Touch, World, moving
+from .world import FREE, POSITION, Broken, Touch, World, moving
 
 if TYPE_CHECKING:
     from .world import Floats
@@ -162,9 +162,10 @@ def nearest(joint: Joint) -> float:
 
 
 class _Seen:
-    """What is seen of a trial, sample by sample."""
+    """What is seen of a trial, a sample every ``sample`` s."""
 
-    def __init__(self) -> None:
+    def __init__(self, sample: float) -> None:
+        self.sample = sample
         self.times: list[float] = []
         self.rows: dict[tuple[str, str], list[float]] = {}
 
@@ -180,12 +181,12 @@ class _Seen:
         return [Curve(name, unit, self.times, values) for (name, unit), values in self.rows.items()]
 
     def last(self, key: tuple[str, str], seconds: float) -> list[float]:
-        return self.rows.get(key, [])[-max(1, round(seconds / SAMPLE)) :]
+        return self.rows.get(key, [])[-max(1, round(seconds / self.sample)) :]
 
 
 def hold(world: World, pose: str, positions: Mapping[str, float], seconds: float) -> Held:
     """Leave the robot to its actuators in a pose for some seconds (at least twice ``LAST``)."""
-    made, seen = Held(pose, positions), _Seen()
+    made, seen = Held(pose, positions), _Seen(world.sample)
     world.reset(positions)
     targets = {joint.name: world.robot.position(joint, positions) for joint in _held(world)}
     start = _flat(world) if world.base == FREE else None
@@ -261,7 +262,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
     driving = driving_of(world.robot)
     scale = _scale(world, driving, asked)
     asked = Twist(*(scale * part for part in asked))
-    made, seen = Driven(command, asked, scale=scale), _Seen()
+    made, seen = Driven(command, asked, scale=scale), _Seen(world.sample)
     angles = driving.angles(asked)
     world.reset({**positions, **angles})
     centre = (*driving.centre, 0.0)
@@ -270,7 +271,7 @@ def drive(world: World, positions: Mapping[str, float], command: str, asked: Twi
 
     def tell(now: float) -> None:
         for name, speed in speeds.items():
-            world.turn(name, speed * min(1.0, now / RAMP), SAMPLE)
+            world.turn(name, speed * min(1.0, now / RAMP), world.sample)
         for name, angle in angles.items():
             world.hold(name, angle)
 
@@ -308,7 +309,7 @@ class _Track:
 
     def mean(self, seconds: float) -> Twist:
         """Return the mean velocity of the last seconds."""
-        count = max(1, round(seconds / SAMPLE))
+        count = max(1, round(seconds / self.world.sample))
         pairs = list(zip(self.states, self.states[1:], strict=False))[-count:]
         found = [self._velocity(*pair) for pair in pairs]
         vx, vy, wz = (sum(parts) / len(found) for parts in zip(*found, strict=True))
@@ -354,7 +355,7 @@ def swept_joints(world: World) -> list[tuple[Joint, tuple[float, float]]]:
 
 def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tuple[float, float]) -> Swept:
     """Lead a joint from a pose to its lower end, and from there to its upper one."""
-    made, seen = Swept(joint.name), _Seen()
+    made, seen = Swept(joint.name), _Seen(world.sample)
     world.reset(positions)
     unit, began = _unit(world, joint.name), _pairs(world.touches())
     here, clock = world.position(joint.name), 0.0
@@ -367,7 +368,7 @@ def sweep(world: World, positions: Mapping[str, float], joint: Joint, ends: tupl
                 now = world.position(joint.name)
                 aim = world.aims[joint.name]
                 seen.put(clock + time, {(joint.name, unit): now, ("asked for", unit): aim})
-                tail = [*tail, abs(now - end)][-round(LAST / SAMPLE / 2) :]
+                tail = [*tail, abs(now - end)][-max(1, round(LAST / world.sample / 2)) :]
                 new = [one for one in world.touches() if (one.one, one.other) not in began]
                 fresh = [one for one in new if (one.one, one.other) not in there]
                 if fresh and first is None:
@@ -411,7 +412,7 @@ def swing(world: World, positions: Mapping[str, float]) -> Swung:
         speed = _PUSH * (0.1 if joint.type == "prismatic" else 1.0)
         free.data.joint(joint.name).qvel[0] = -speed if index % 2 else speed
     mujoco.mj_forward(free.model, free.data)
-    made, seen = Swung(), _Seen()
+    made, seen = Swung(), _Seen(world.sample)
     began = float(free.data.energy.sum())
     try:
         for time in free.run(SWING):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-SAMPLE = 0.005  # s between two looks at the robot
+SAMPLE = 0.005  # s between two looks at the robot, about: a whole number of steps
 POSITION, VELOCITY, FORCE = "position", "velocity", "force"
 FIXED, FREE = "fixed", "free"
 _SPEED_UP = 0.002  # s in which a servo of ours brings the robot to speed: stiff, so that what is off is the robot's
@@ -134,6 +134,7 @@ class World:
         self.link_of = self._links()
         self.actuators = self._actuators()
         self.chunk = max(1, round(SAMPLE / self.model.opt.timestep))
+        self.sample = self.chunk * float(self.model.opt.timestep)
         self.aims: dict[str, float] = {}
 
     def _lay_floor(self, spec: Any) -> None:
@@ -270,13 +271,13 @@ class World:
         return float(min(ends)), float(max(ends))
 
     def run(self, seconds: float, before: Callable[[float], None] | None = None) -> Iterator[float]:
-        """Let time go on; yield it (s, from the start) after every SAMPLE. ``before`` is called with it before each.
+        """Let time go on; yield it (s, from the start) after every ``sample``; ``before`` is told it before each.
 
         Raises Broken where the numbers end, or MuJoCo warns of that.
         """
         model, data, step = self.model, self.data, self.mujoco.mj_step
         start = data.time
-        for _ in range(round(seconds / (self.chunk * model.opt.timestep))):
+        for _ in range(round(seconds / self.sample)):
             now = data.time
             if before is not None:
                 before(now - start)

@@ -45,6 +45,8 @@ AZIMUTH, ELEVATION, FIELD_OF_VIEW = 120.0, -20.0, 45.0
 # What is free around the robot in a picture, and the least that a picture shows (m).
 _MARGIN = 1.15
 _SMALLEST = 0.1
+# What is free around the frames of a robot of meshes, and how large it is if it has one frame (m).
+_AROUND, _USUAL = 1.5, 0.5
 # Where the light shines to: from above, a little from the right and from the front; and from how far (extents).
 _LIGHT = (-0.35, 0.25, -1.0)
 _LAMP = 1.5
@@ -66,15 +68,16 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     of, problem = _included(robot, output)
     if of is None:
         return "", [error("scene-without-robot", *problem)]
-    bounds = _bounds(robot, of)
+    bounds, known = _bounds(robot, of)
     (a, b, c), (d, e, f) = bounds
     centre = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
-    extent = max(bounds.diagonal, _SMALLEST)
+    extent = max(bounds.diagonal, _SMALLEST) if known else max(_AROUND * bounds.diagonal, _USUAL)
     camera = _camera(centre, extent)
     values = {
         "robot": robot,
         "title": comment(robot.name),
         "file": posixpath.relpath(of.file, posixpath.dirname(output.file) or "."),
+        "known": known,
         "centre": vector(_rounded(centre), six),
         "extent": six(round(extent, 3)),
         "azimuth": six(AZIMUTH),
@@ -109,21 +112,25 @@ def _included(robot: Robot, output: Output) -> tuple[Output | None, tuple[str, N
     return one, ("", None, "")
 
 
-def _bounds(robot: Robot, of: Output) -> Bounds:
-    """Return the box around the robot at home, as it stands in the world; meshes are not in it, but their links are."""
+def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
+    """Return the box around the robot at home, as it stands in the world, and whether that is all of it.
+
+    The size of meshes is not known: with them it is the box around what else is there, and all frames.
+    """
     home = home_of(robot)
     free = of.options.get("base", "fixed") == "free"
     at: Pose = stands_at(robot, home) if free else robot.simulation.root.pose
     found = [reach(robot, home.positions, purpose, at) for purpose in ("collision", "visual")]
     boxes = [one.bounds for one in found if one.bounds is not None]
-    if not boxes or any(one.meshes for one in found):
+    known = not any(one.meshes for one in found)
+    if not boxes or not known:
         world = at.transform()
         places = (world.then(place).xyz for place in robot.poses_in_root(dict(home.positions)).values())
         boxes += [Bounds(place, place) for place in places]
     whole = boxes[0]
     for box in boxes[1:]:
         whole = whole.join(box)
-    return whole
+    return whole, known
 
 
 def _camera(centre: Vector, extent: float) -> _Camera:

@@ -24,7 +24,7 @@ from rosorin_compile.model import (  # noqa: E402
 )
 from rosorin_compile.model.standing import stands_at  # noqa: E402
 from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
-from support.simulator import BASES, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+from support.simulator import BASES, at_origin, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
 STATES = 200
 
@@ -44,7 +44,7 @@ def pinocchio_at(model: pinocchio.Model, robot: Robot, state: dict[str, float]) 
 @pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_every_frame_is_a_body_and_a_site_where_the_model_and_pinocchio_have_it(base):
-    robot = machine()
+    robot = at_origin(machine())
     model, data = load(emit(robot, base))
     judge = pinocchio.buildModelFromXML(exact_urdf(robot))
     judge_data = judge.createData()

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import did_you_mean
-from ...diagnostics.registry import POSES, Rule
+from ...diagnostics.registry import JOINTS, POSES, Rule
 from ...diagnostics.wording import listed
 from ...model import (
     IDENTITY,
@@ -38,6 +38,12 @@ RULES = (
         "No servo group has this joint, or there is no such group.",
         "Correct the name, or add it to a group.",
         POSES,
+    ),
+    Rule(
+        "drive-kind",
+        "A drive says no kind of base, or several.",
+        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
+        JOINTS,
     ),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
@@ -146,7 +152,7 @@ def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
     kinds = [kind for kind in ROLES if kind in entry]
     if len(kinds) != 1:
         message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
-        problem("missing-key", message, ("drive",), "say which kind of base it is, and its wheels")
+        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
         return None
     said = entry[kinds[0]]
     joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}

@@ -196,7 +196,7 @@ def _written(
     """Write the page; say whether that was possible."""
     from ...output import OutputError
     from ...output.one_file import write_file
-    from .page import page
+    from .telling import page
 
     inputs = {Path(span.source.path) for span in known.case.tree.value_spans.values()}
     try:

@@ -49,6 +49,7 @@ _SMALLEST = 0.1
 _LIGHT = (-0.35, 0.25, -1.0)
 _LAMP = 1.5
 
+_INCLUDED = re.compile(r'<include file="([^"]*)"')
 _NAMED = re.compile(r'\bname="([^"]*)"')
 
 
@@ -161,7 +162,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with the entry of a scene: which MJCF is in it."""
     of, (message, _, help) = _included(case.robot, output)
     if of is None:
-        key = "of" if "of" in output.options else "file"
+        wrong = output.options.get("of", MJCF) not in {one.name for one in case.robot.outputs if one.backend == MJCF}
+        key = "of" if wrong and "of" in output.options else "file"
         yield case.problem("scene-without-robot", message, ("outputs", output.name, key), help)
 
 
@@ -189,4 +191,5 @@ FORMAT = Format(
     write=write,
     syntax=_syntax,
     folder="mjcf",
+    beside=_INCLUDED.findall,
 )

@@ -10,7 +10,7 @@ from ..formats.facts import ANGLES, AXES, INERTIA
 from ..model import Pose, Robot, Vector
 from .causes import causes
 from .entities import Change, Entities, Entry, Numbers, Pair
-from .solids import Delta, Solid, delta, same_set
+from .solids import COLLISION, Delta, Solid, delta, same_set
 from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (
@@ -261,6 +261,7 @@ def _shape_changes(
     """Return the changes found so far and those of shapes, the ones that follow from another under that other."""
     found, own = list(found), []
     shapes: dict[int, _Shapes] = {}
+    solids = [one for one in solids if not _is_as_collision(*one)]
     # A link that others carry the shapes of comes first: what it says may explain the shapes of the others.
     for pair, link, purpose in solids:
         reasons = causes(robot, pair, (link, purpose), pairs, None, found)
@@ -276,6 +277,14 @@ def _shape_changes(
         else:
             _add(found, shapes, pair, link, purpose)
     return found
+
+
+def _is_as_collision(pair: Pair, link: str, purpose: str) -> bool:
+    """Say whether the visuals of a link were and are its collision shapes, which differ: those are told."""
+    seen, solid = _solids(pair, link, purpose), _solids(pair, link, COLLISION)
+    if purpose == COLLISION or not all(solid) or delta(*solid) == Delta((), ()):
+        return False
+    return all(same_set(_bare(one), _bare(other)) for one, other in zip(seen, solid, strict=True))
 
 
 def _add(found: list[Change], shapes: dict[int, _Shapes], pair: Pair, link: str, purpose: str) -> None:

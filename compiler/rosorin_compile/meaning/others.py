@@ -287,13 +287,19 @@ def _heavy(bodies: Bodies, names: Sequence[str]) -> list[str]:
 
 def _link(pairing: Pairing, name: str) -> Iterator[Item]:
     """Yield what differs in the mass of one link, seen in its own frame."""
-    old, new = pairing.a.robot.link[name].inertial, pairing.b.robot.link[name].inertial
+    old, new = (_known(bodies.robot.link[name].inertial) for bodies in (pairing.a, pairing.b))
     if old is None or new is None:
         if old is not new:
             values = (old.mass if old else None, new.mass if new else None)
             yield changed(MASS, name, "mass", values, "kg")
         return
     yield from _weights(pairing, name, _weight(pairing.a, old, HERE), _weight(pairing.b, new, HERE))
+
+
+def _known(inertial: Inertial | None) -> Inertial | None:
+    """Return an inertial that says something: one of zeros says what none says."""
+    i = inertial
+    return i if i is not None and any((i.mass, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)) else None
 
 
 def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterator[Item]:

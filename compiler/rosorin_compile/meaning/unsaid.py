@@ -121,13 +121,28 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
         if not left:
             continue
         names.update(left)
+        output = _output_without(robot, side, its)
+        if output:
+            lines.append(f"{several(left)} of {side.label}: its output {output} has no such links")
+            continue
         why = (its if side.format is YAML or its.format is not YAML else side).format.why
         lines.append(f"{several(left)} of {side.label}: {why}")
     return frozenset(names), lines
+
+
+def _output_without(robot: Robot, side: Side, other: Side) -> str:
+    """Return the output of a description that has the very links of the other file, and not all; empty if none."""
+    links = other.format.links
+    if side.format is not YAML or links is None or len(other.robot.links) == len(robot.links):
+        return ""
+    outputs = [one for one in robot.outputs if one.backend == other.format.name and other.format.is_withheld(one)]
+    return next((one.name for one in outputs if set(links(robot, one)) == set(other.robot.link)), "")
 
 
 def _left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
     """Say whether it is no surprise that the other file lacks a link of this robot."""
     if other.format is YAML:
         return side.format.adds is not None and side.format.adds(robot, link, other.robot)
+    if _output_without(robot, side, other):
+        return True
     return other.format.leaves_out is not None and other.format.leaves_out(robot, link)

@@ -93,7 +93,8 @@ class Publisher:
 
     ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
     name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it. ``stamps`` are
-    frames that the node writes into the headers of messages.
+    frames that the node writes into the headers of messages. ``simulated``: the edge is one of simulations alone, and
+    what hangs on it no frame of the robot's.
     """
 
     kind: str
@@ -101,6 +102,7 @@ class Publisher:
     package: str = ""
     about: str = ""
     stamps: tuple[str, ...] = ()
+    simulated: bool = False
 
 
 @dataclass(frozen=True, repr=False)

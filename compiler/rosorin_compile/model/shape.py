@@ -114,7 +114,7 @@ class HeightMap:
 
     def _boxes(self, form: str) -> tuple[Box, ...]:
         layers = [
-            [self._layer(i, j, height, form) if height > 0 else None for j, height in enumerate(row)]
+            [self._layer(i, j, height, form) if self._is_body(i, j, form) else None for j, height in enumerate(row)]
             for i, row in enumerate(self.heights)
         ]
         x0, y0 = self.origin
@@ -124,6 +124,10 @@ class HeightMap:
             lower = (x0 + rectangle.top * self.cell, y0 + rectangle.left * self.cell, low)
             made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
         return tuple(made)
+
+    def _is_body(self, i: int, j: int, form: str) -> bool:
+        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
+        return self.heights[i][j] > (0.0 if form == GROUNDED else self.bottom_of(i, j))
 
     def _layer(self, i: int, j: int, height: float, form: str) -> _Layer:
         """Return from where to where the body reaches in a cell (m), as the boxes have it."""

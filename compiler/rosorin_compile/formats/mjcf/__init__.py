@@ -8,6 +8,10 @@ Foreign files are read by MuJoCo itself in a child process; the text is read for
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
 known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``sections`` and ``neighbours``, which fill the
 tree; last ``left_out``, which lists what is not carried.
+
+What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
+MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fields, ``same_values`` and
+``same_drives`` help), and ``moves`` lets both move.
 """
 
 from __future__ import annotations
@@ -25,7 +29,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
-    from ..imported import Imported
+    from ..imported import Imported, Proof
     from ..templating import Templates
 
 __all__ = ["FORMAT"]
@@ -65,6 +69,12 @@ def _refusal(text: str, folder: Path) -> str:
     from .process import refusal
 
     return refusal(text, folder, by_itself=not _FILE.search(text))
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
@@ -203,6 +213,7 @@ FORMAT = Format(
     facts=_facts,
     syntax=_syntax,
     refusal=_refusal,
+    prove=_prove,
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,

@@ -108,22 +108,28 @@ class Classes:
         """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
         self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, SHOWN, FRAME)}
         made: dict[str, list[_Shared]] = {}
-        for shared in self._groups():
+        for shared in self._groups(made):
             name = self._with_joints(shared, made) or self._called(shared)
-            if self._saved(shared, name) > 0:
+            if self._saved(shared, made) > 0:
                 if name not in made:
                     self._free(name)
                 made.setdefault(name, []).append(shared)
                 self._names |= dict.fromkeys(shared.members, name)
         return made
 
-    def _groups(self) -> Iterator[_Shared]:
-        """Yield what elements share that move alike; cut by axis and range too where that makes the file shorter."""
+    def _groups(self, made: Mapping[str, Sequence[_Shared]]) -> Iterator[_Shared]:
+        """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
+
+        Hips and knees of many legs are two classes, though they may have the same damping.
+        """
         for tag, members in self._cut(range(len(self._elements)), _SIDE):
-            whole = [self._shared(tag, members)]
+            whole = self._shared(tag, members)
             parts = [self._shared(tag, inner) for _, inner in self._cut(members, ())]
-            saved, more = (sum(max(0, self._saved(one, self._called(one))) for one in cut) for cut in (whole, parts))
-            yield from parts if more >= saved else whole
+            saved = [self._saved(one, made) for one in parts]
+            words = {self._words(one) for one in parts} - {"", "joint"}
+            told_apart = len(words) == len(parts) and min(saved) > 0
+            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
+            yield from parts if told_apart or shorter else [whole]
 
     def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
         """Return groups of elements of a kind that are alike but for their names and some attributes."""
@@ -147,17 +153,23 @@ class Classes:
 
     def _called(self, shared: _Shared) -> str:
         """Return a name that no class has, after what the names of the joints have in common."""
-        words = _words_of([self._elements[place].joint for place in shared.members]) or shared.tag
+        words = self._words(shared) or shared.tag
         name, number = f"{self._prefix}{words}", 1
         while name in self._taken:
             number += 1
             name = f"{self._prefix}{words}_{number}"
         return name
 
-    def _saved(self, shared: _Shared, name: str) -> int:
-        """Return by how many characters the file gets shorter by a class."""
+    def _words(self, shared: _Shared) -> str:
+        return _words_of([self._elements[place].joint for place in shared.members])
+
+    def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
+        """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
+        joined = self._with_joints(shared, made)
+        name = joined or self._called(shared)
         said, named = len(attributes(**shared.values)), len(f' class="{name}"')
-        around = len(f'      <default class="{name}">\n      </default>\n        <{shared.tag}/>\n')
+        around = len(f"        <{shared.tag}/>\n")
+        around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
         return len(shared.members) * (said - named) - said - around if said else 0
 
 

@@ -129,11 +129,12 @@ def add_frames(reading: Reading) -> None:
                 name = thing["name"] or "without a name"
                 reading.lost(f'the camera {name}, which turns by itself (mode="{word}"),', element.span)
             elif thing["name"] or kind == "cameras":
-                _add_frame(reading, kind, thing, element)
+                _add_frame(reading, kind, index, element)
     _tell(reading, scene)
 
 
-def _add_frame(reading: Reading, kind: str, thing: Mapping[str, Any], element: Element) -> None:
+def _add_frame(reading: Reading, kind: str, index: int, element: Element) -> None:
+    thing = reading.facts[kind][index]
     place = transform(thing["pos"], thing["quat"])
     above = reading.link_of[thing["body"]]
     is_identity = tidy_vector(thing["pos"]) == (0, 0, 0) and _is_unturned(place)
@@ -146,6 +147,8 @@ def _add_frame(reading: Reading, kind: str, thing: Mapping[str, Any], element: E
         reading.changed(f'the {word} "{name}" becomes the link "{given}": there is a link of its name', element.span)
     else:
         given = reading.link_names.give(name)
+    if kind == "sites":
+        reading.site_of[index] = given
     reading.new_link(given, element)
     joint = reading.new_joint(reading.joint_names.give(f"{given}_joint"), "fixed", above, given, element)
     put_pose(joint, place, element)

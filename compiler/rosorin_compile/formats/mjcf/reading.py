@@ -47,10 +47,10 @@ class Reading:
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
-    ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or floating joint of a body.
-    ``servos`` are the names of the servos that are carried, by joint, in the order of the file, and ``stand_ins`` the
-    limits that it does not have: joint, number and place by the key of ``limit``. ``pairs`` are the elements of pairs
-    of geoms that ours has anyway.
+    ``site_of`` the link of a site, ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or
+    floating joint of a body. ``servos`` are the names of the servos that are carried, by joint, in the order of the
+    file, and ``stand_ins`` the limits that it does not have: joint, number and place by the key of ``limit``. ``pairs``
+    are the elements of pairs of geoms that ours has anyway.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -66,6 +66,7 @@ class Reading:
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.material_of: dict[int, str] = {}
+        self.site_of: dict[int, str] = {}
         self.ball_of: dict[int, list[str]] = {}
         self.motion_of: dict[int, Motion] = {}
         self.servos: dict[int, str] = {}

@@ -1,8 +1,9 @@
 """The URDF of a robot, as text.
 
 It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
-floating joints, which robot_state_publisher cannot move: other readers of URDF can. Elements that only a URDF has
-(``urdf_elements``) stand where the description has them, letter by letter.
+floating joints, which robot_state_publisher cannot move: other readers of URDF can. For simulators it carries all of
+them (``frames``). Elements that only a URDF has (``urdf_elements``) stand where the description has them, letter
+by letter.
 Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 """
 
@@ -24,8 +25,8 @@ from ...model import (
     Capsule,
     Cylinder,
     Ellipsoid,
+    Inertial,
     Joint,
-    Link,
     Mesh,
     Output,
     Pose,
@@ -37,18 +38,20 @@ from ...model import (
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
+from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 
 RULES = (
     Rule(
         "urdf-cannot-say",
         "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
-        "URDF.",
-        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules.',
+        "URDF, and whose mass stands still in it.",
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
         FORMATS,
     ),
 )
 
-ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
+ELEMENTS = [INERTIAL, "visual", "collision", "dynamics", "urdf_elements"]
+FROM_COLLISION = "from_collision"
 
 
 class _Format(NamedTuple):
@@ -73,13 +76,20 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo``
-    (true, or which Gazebo; default no sensors).
+    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
+    ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
+    Gazebo; default no sensors).
     """
     form = _form(output)
     number, elements = form.number, form.elements
-    groups = link_groups(robot, robot.in_urdf())
-    carried = frozenset(name for names, _ in groups for name in names)
+    robot = _seen(robot, output)
+    groups = link_groups(robot, joints_of(robot, output))
+    carried = links_of(robot, output)
+    diagnostics: list[Diagnostic] = []
+    try:
+        masses = inertials(robot, output)
+    except ValueError as problem:
+        masses, diagnostics = {}, [too_much(problem)]
     unsaid: dict[str, Counter[type]] = {}
     stand_ins: set[str] = set()
     steps = []
@@ -93,35 +103,47 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             )
             unsaid[name] = Counter(type(solid.geometry) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
-            inertial = _inertial(link, number) if "inertial" in elements else []
+            inertial = _inertial(masses[name], number) if name in masses else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics = [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, carried, elements)]
+    diagnostics += [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, output, elements)]
+    diagnostics += standing_still(robot, carried) if masses else ()
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
     kept = form.kept(robot.urdf_elements, "  ")
     if output.options.get("gazebo"):
-        blocks, told = _gazebo(robot, output, form, carried)
+        blocks, told = _gazebo(robot, output, form, masses)
         kept += blocks
         diagnostics += told
     values["elements"] = kept
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
 
 
+def _seen(robot: Robot, output: Output) -> Robot:
+    """Return the robot as an output shows it: with visuals that come from collision shapes, if it asks for them."""
+    if output.options.get("visuals") != FROM_COLLISION:
+        return robot
+    from ...model.looks import with_visuals
+
+    return with_visuals(robot)
+
+
 def _gazebo(
-    robot: Robot, output: Output, form: _Format, carried: frozenset[str]
+    robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
 ) -> tuple[list[Markup], list[Diagnostic]]:
     """Return what Gazebo has of the sensors, and what it will not see of them."""
     from .gazebo import Carried, distribution, kept_joints, sensors
+
+    carried = links_of(robot, output)
 
     def collisions(link: str) -> list[str]:
         shapes = robot.shapes_at(link, carried, "collision", form.boxes)[0] if "collision" in form.elements else []
         return [shape.name for shape in shapes]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
-    there = Carried(carried, robot.in_urdf(), "inertial" in form.elements, collisions, kept)
+    there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, collisions, kept)
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
@@ -129,13 +151,18 @@ def brought(robot: Robot, output: Output) -> list[str]:
     """Return the elements that an output has for Gazebo, and the description in its own words."""
     if not output.options.get("gazebo"):
         return []
-    carried = frozenset(name for names, _ in link_groups(robot, robot.in_urdf()) for name in names)
-    return [str(block) for block in _gazebo(robot, output, _form(output), carried)[0]]
+    try:
+        masses = inertials(robot, output)
+    except ValueError:
+        masses = {}  # which is told where the output is written
+    return [str(block) for block in _gazebo(robot, output, _form(output), masses)[0]]
 
 
 def _form(output: Output) -> _Format:
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    return _Format(number, output.options.get("elements", ELEMENTS), _version(output), _boxes(output))
+    elements = output.options.get("elements", ELEMENTS)
+    visual = ["visual"] if output.options.get("visuals") == FROM_COLLISION and "visual" not in elements else []
+    return _Format(number, [*elements, *visual], _version(output), _boxes(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -222,11 +249,8 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 
-def _inertial(link: Link, number: NumberFormat) -> list[tuple[Markup, ...]]:
-    """Return the attributes of a link's inertial, as a list of one; an empty list for a mere frame."""
-    inertial = link.inertial
-    if inertial is None:
-        return []
+def _inertial(inertial: Inertial, number: NumberFormat) -> list[tuple[Markup, ...]]:
+    """Return the attributes of an inertial, as a list of one."""
     moments = {key: number(getattr(inertial, key)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
     return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), attributes(**moments))]
 
@@ -262,22 +286,22 @@ def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
     return attributes(**{key: number(value) for key, value in values.items() if value is not None})
 
 
-def _left_out(robot: Robot, carried: frozenset[str], elements: Sequence[str]) -> list[Diagnostic]:
+def _left_out(robot: Robot, output: Output, elements: Sequence[str]) -> list[Diagnostic]:
     """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
+    carried, ours = links_of(robot, output), {joint.name for joint in joints_of(robot, output)}
     lost = []
     for link in robot.walk():
-        if link.name in carried:
+        if link.name in carried or link.name in robot.simulated_frames:
             continue
         fixed = _reaches_by_fixed_joints(robot, link.name, carried)
         shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]
-        inertial = ["inertial"] if "inertial" in elements and link.inertial else []
         kept = ["urdf_elements"] if "urdf_elements" in elements and link.urdf_elements else []
-        lost += [f"{link.name} ({', '.join(shapes + inertial + kept)})"] if shapes or inertial or kept else []
-    ours = robot.in_urdf()
-    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j not in ours]
+        lost += [f"{link.name} ({', '.join(shapes + kept)})"] if shapes or kept else []
+    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in ours]
     if not lost:
         return []
-    message = f"not in the URDF, because robot_state_publisher does not publish them: {', '.join(lost)}"
+    why = "they have no mass" if frames_of(output) == BODIES else "robot_state_publisher does not publish them"
+    message = f"not in the URDF, because {why}: {', '.join(lost)}"
     return [Diagnostic("urdf-cannot-say", NOTE, message)]
 
 

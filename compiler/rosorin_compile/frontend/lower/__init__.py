@@ -417,6 +417,8 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
         if isinstance(value, dict):
             if "none" in value:
                 return Publisher(UNPUBLISHED, about=value["none"])
+            if "simulation" in value:
+                return Publisher(UNPUBLISHED, about=value["simulation"], simulated=True)
             return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
         if value == ROBOT_STATE_PUBLISHER:
             return _NOT_FLOATING if entry.get("type") in AXLELESS else OF_THE_URDF

@@ -139,13 +139,13 @@ def _rows(rows: Sequence[Sequence[float]], key: str, word: str) -> tuple[tuple[f
     for i, row in enumerate(rows):
         for j, number in enumerate(row):
             if number < 0:
-                help = "heights count up from z = 0"
+                help = f"{word}s count up from z = 0"
                 raise ShapeProblem("height-map-rows", f"a {word} is below zero", ("height_map", key, i, j), help)
     return tuple(tuple(map(float, row)) for row in rows)
 
 
 def _bottom(given: Any, heights: Sequence[Sequence[float]]) -> float | tuple[tuple[float, ...], ...]:
-    """Return where the body begins: below its top wherever there is one."""
+    """Return where the body begins; a cell whose own bottom is not below its height has no body."""
     path: tuple[str | int, ...] = ("height_map", "bottom")
     if isinstance(given, (int, float)):
         if given < 0:
@@ -161,11 +161,11 @@ def _bottom(given: Any, heights: Sequence[Sequence[float]]) -> float | tuple[tup
     if sizes[0] != sizes[1]:
         message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
         raise ShapeProblem("height-map-rows", message, path, "give each cell of heights its bottom")
-    for i, (lows, row) in enumerate(zip(rows, heights, strict=True)):
-        for j, (low, height) in enumerate(zip(lows, row, strict=True)):
-            if 0 < height <= low:
-                message = f"the bottom ({low:g} m) is not below the height of its cell ({height:g} m)"
-                raise ShapeProblem("height-map-rows", message, (*path, i, j), "lower it; height 0 is a cell of no body")
+    cells = [(low, height) for pair in zip(rows, heights, strict=True) for low, height in zip(*pair, strict=True)]
+    if cells and all(low >= height for low, height in cells):
+        low, height = cells[0]
+        message = f"the bottom ({low:g} m) is in no cell below the height ({height:g} m in the first)"
+        raise ShapeProblem("height-map-rows", message, path, "lower it; bare numbers are in metres")
     return rows
 
 

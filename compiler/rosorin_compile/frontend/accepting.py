@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics import error as problem
-from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, Rule, find
+from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
 
@@ -190,4 +190,6 @@ def _asked(id: str, acceptable: Mapping[str, Rule]) -> str:
     rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
     if rule is None or rule.topic == PHYSICS:
         return "physics" if rule else ""
+    if rule.topic == SIMULATION:
+        return "simulation"
     return rule.asked

@@ -62,6 +62,8 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
         return ()
     if section == "joints":
         return (str(name), str(entry.get("child")))
+    if section in ("actuators", "tendons", "constraints", "mjcf_sensors"):
+        return (str(name),)
     if section != "sensors":
         return ()
     inner: Any = entry.get("optical") if path[2:3] == ("optical",) else entry

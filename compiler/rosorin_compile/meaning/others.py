@@ -19,6 +19,7 @@ from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
+from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, subject, value_change
 
@@ -37,6 +38,8 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
         yield from _servos(pairing, all(side.format is YAML for side in sides))
     if "sensor" not in unsaid:
         yield from _sensors(pairing.a.robot, pairing.b.robot)
+    if "simulation" not in unsaid:
+        yield from compare_simulation(pairing.a.robot, pairing.b.robot)
     if "drive" not in unsaid:
         yield from _drives(pairing)
     if "contact" not in unsaid:

@@ -9,6 +9,7 @@ from ..diagnostics.wording import plural
 from ..model import Joint, Robot
 from .difference import YAML, Side
 from .pairing import Pairing
+from .simulation import count_of
 from .wording import several
 
 Count = Callable[[Robot], int]
@@ -36,6 +37,8 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
         _joints(lambda joint: joint.dynamics and (joint.dynamics.damping or joint.dynamics.friction)),
     ),
     "armature": ("armature", _joints(lambda joint: joint.dynamics and joint.dynamics.armature)),
+    "stiffness": ("spring", _joints(lambda joint: joint.dynamics and joint.dynamics.stiffness)),
+    "simulation": ("thing of a simulation", count_of),
     "actuator": ("actuator", _joints(lambda joint: joint.actuator)),
     "calibration": ("calibration", _joints(lambda joint: joint.calibration)),
     "safety": ("safety controller", _joints(lambda joint: joint.safety)),

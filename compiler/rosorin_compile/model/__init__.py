@@ -1,8 +1,9 @@
 """The model of a robot: frozen values in SI units. Of the rooms it knows ``diagnostics`` alone, for "did you mean".
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
-and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only a simulation has), ``frame_tree``.
+and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``bounds``,
+``touching``, ``pulses``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only a simulation
+has), ``frame_tree``.
 """
 
 from .drive import Drive

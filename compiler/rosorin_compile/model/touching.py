@@ -77,8 +77,22 @@ def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform, near: 
 
 def _balls(shapes: Sequence[Shape], way: Transform) -> list[tuple[Vector, float, Shape]]:
     """Return the solids of shapes with a ball around each: its middle and its radius (m)."""
-    solids = ((solid, ball_of(solid)) for shape in shapes for solid in shape.solids(MERGED))
-    return [(way.apply(ball.middle), ball.radius, solid) for solid, ball in solids if ball is not None]
+    solids = ((solid, around(solid)) for shape in shapes for solid in shape.solids(MERGED))
+    return [(way.apply(ball[0]), ball[1], solid) for solid, ball in solids if ball is not None]
+
+
+def around(shape: Shape) -> tuple[Vector, float] | None:
+    """Return the middle and the radius (m) of the smallest ball around a shape; None of a mesh."""
+    ball, geometry = ball_of(shape), shape.geometry
+    if ball is None:
+        return None
+    if isinstance(geometry, Sphere):
+        return ball.middle, abs(geometry.radius)
+    if isinstance(geometry, Capsule):
+        return ball.middle, abs(geometry.radius) + abs(geometry.length) / 2
+    if isinstance(geometry, Cylinder):
+        return ball.middle, math.hypot(geometry.radius, geometry.length / 2)
+    return ball.middle, ball.radius
 
 
 def _core(shape: Shape, way: Transform) -> _Core:

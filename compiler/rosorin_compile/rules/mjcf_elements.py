@@ -89,7 +89,10 @@ def known(case: Case) -> Iterator[Diagnostic]:
     seen: set[tuple[str, str]] = set()
     flexible = any("<flexcomp" in text for _, text, _ in kept(case))
     for path, text, top in kept(case):
-        for found in found_in(text):
+        elements = found_in(text)
+        if any(_misplaced(case, found, top) for found in elements):
+            continue
+        for found in elements:
             for one in mujoco.used(found, top):
                 if (one.kind, one.name) in seen or (flexible and one.kind == BODY):
                     continue
@@ -100,16 +103,22 @@ def known(case: Case) -> Iterator[Diagnostic]:
                     if one.kind == JOINT and one.name in case.robot.joint:
                         message = f'joint "{one.name}", {one.where}, is no joint in the MJCF: it is '
                         message += case.robot.joint[one.name].type
-                    help = suggest(one.name, names.of(one.kind), f"name a {word} of the robot or of these elements")
+                    known = names.of(one.kind)
+                    if one.kind == mujoco.MATERIAL:
+                        known = {f"{case.robot.name}_{name}" for name in known}
+                    help = suggest(one.name, known, f"name a {word} of the robot or of these elements")
                     yield at_name(case.problem("unknown-in-mjcf", message, path, help), one.name, found.line)
 
 
 def _is_there(case: Case, names: Names, kind: str, name: str) -> bool:
     """Say whether the MJCF has something of a kind under a name; of kinds that nobody gives here, nobody knows."""
-    ours = {f"{case.robot.name}_collision", f"{case.robot.name}_visual", "main"}
-    if kind == mujoco.CLASS and name in ours:
+    own = f"{case.robot.name}_"
+    if kind == mujoco.CLASS and (name.startswith(own) or name in ("main", case.robot.name)):
         return True
-    if kind == mujoco.MESH and name.startswith(f"{case.robot.name}_mesh_"):
+    if kind == mujoco.MATERIAL:  # in the MJCF the names of those of the robot begin with its own
+        given = {one.name for one in names.given if one.kind == kind}
+        return name in given or (name.startswith(own) and name.removeprefix(own) in names.known[kind])
+    if kind == mujoco.MESH and name.startswith(own):
         return True
     return names.has(kind, name) or _in_copies(case, kind, name)
 

@@ -6,15 +6,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import NamedTuple
+from itertools import pairwise
+from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import SIMULATION, rule
 from ..diagnostics.wording import listed
 from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
-from ..model import Actuator, Joint
-from .case import Case
+from ..model import Actuator, Cylinder, Joint, Sphere
+from .case import Case, number
+from .simulated_names import BALL, several
 
 AFTER = "simulated_names"
 
@@ -87,13 +89,13 @@ def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
     for actuator in case.robot.simulation.actuators:
         path: Path = ("actuators", actuator.name)
-        wrong = _target(actuator)
+        wrong = _target(actuator, several(case))
         if wrong:
             message, help = wrong
             yield case.problem("actuator-target", f'actuator "{actuator.name}" {message}', path, help, key=True)
 
 
-def _target(actuator: Actuator) -> tuple[str, str] | None:
+def _target(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
     """Return what is wrong with what an actuator acts on, and the way out."""
     given, words = set(actuator.targets), {word: key for key, word in TARGETS.items()}
     if not given:
@@ -113,9 +115,18 @@ def _target(actuator: Actuator) -> tuple[str, str] | None:
         return f"is of type {actuator.type}, which drives no {words[min(given - known)]}", way
     if actuator.type == "orientation" and given == {"site"}:
         return "turns a site against nothing", "add reference_site: NAME"
+    if actuator.type == "orientation" and "joint" in given and not given & {"site"}:
+        return _ball(actuator, turning)
     if "cranksite" in given and not (_number(actuator, "cranklength") or 0.0) > 0:
         return "has a crank without a length", "write mjcf: {cranklength: ...}, in m"
     return None
+
+
+def _ball(actuator: Actuator, turning: Mapping[str, str]) -> tuple[str, str] | None:
+    name = actuator.targets["joint"]
+    if turning.get(name) == BALL:
+        return None
+    return f'turns joint "{name}", which is no ball', "name a ball joint, or a site"
 
 
 def _number(actuator: Actuator, word: str) -> float | None:
@@ -159,7 +170,7 @@ def _lacking(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     actuator, called, path, _ = driver
     kind = actuator.type
     word = _LACKING.get(kind, "")
-    said = {"kp": actuator.kp is not None or "kp" in actuator.mjcf, "kv": actuator.kv or "kv" in actuator.mjcf}
+    said = {"kp": actuator.kp is not None, "kv": bool(actuator.kv)}
     if word and not said[word]:
         message = f"{called} is of type {kind} and has no {word}: MuJoCo would take 1"
         yield case.problem("actuator-word", message, path, f"write {word}: ...", key=True)
@@ -171,9 +182,105 @@ def _lacking(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     elif kind in ("damper", "adhesion") and actuator.range is None:
         message = f"{called} is of type {kind} and has no range"
         yield case.problem("actuator-word", message, path, "write range: [0, ...]", key=True)
-    elif kind == "intvelocity" and "actrange" not in actuator.mjcf:
-        message = f"{called} is of type intvelocity and has no range of positions"
-        yield case.problem("actuator-word", message, path, "write mjcf: {actrange: [..., ...]}", key=True)
+    elif kind in ("damper", "adhesion") and actuator.range is not None and actuator.range[0] < 0:
+        message = f"the range of {called} begins below zero, and it is of type {kind}"
+        yield case.problem("actuator-word", message, (*path, "range"), "write range: [0, ...]")
+    if kind == "dcmotor":
+        yield from _motor(case, driver)
+    yield from _limited(case, driver)
+    for word, message, help in _unfit(actuator):
+        yield case.problem("actuator-word", f"{called} {message}", (*path, "mjcf", word), help, key=True)
+
+
+_INPUTS = {
+    "orientation": ("expmap", "quat"),
+    "pid": ("pos", "vel", "ff"),
+    "dcmotor": ("pos", "vel", "ff", "voltage", "none"),
+    "general": ("pos", "vel", "ff", "voltage", "pressure", "none", "expmap", "quat"),
+}
+
+
+def _unfit(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
+    """Yield attributes that MuJoCo takes of its type only with others, or in another form: word, message, way out."""
+    values, targets = actuator.mjcf, set(actuator.targets)
+    if "cranklength" in values and "cranksite" not in targets:
+        yield "cranklength", "has a cranklength and no crank", "write slider_site and crank_site, or leave it out"
+    if targets and not targets & {"joint", "tendon", "jointinparent"}:
+        for word in ("damping", "armature"):
+            if word in values:
+                yield word, f"has {word}, which only joints and tendons take", "leave it out"
+    constants = values.get("timeconst")
+    count = len(constants) if isinstance(constants, tuple) else 1
+    if constants is not None and count != (2 if actuator.type == "muscle" else 1):
+        help = "write two numbers: activation, deactivation" if actuator.type == "muscle" else "write one number"
+        yield "timeconst", f"has {count} time constant{'s' if count > 1 else ''}", help
+    if isinstance(constants, float) and constants < 0:
+        yield "timeconst", "has a time constant below zero", "write a time"
+    words = str(values.get("input", "")).split()
+    legal = _INPUTS.get(actuator.type, ())
+    if words != [word for word in legal if word in words]:
+        yield "input", f'has an input "{" ".join(words)}"', f"write some of: {' '.join(legal)}, in this order"
+    yield from _unfit_general(actuator)
+
+
+def _unfit_general(actuator: Actuator) -> Iterator[tuple[str, str, str]]:
+    values = actuator.mjcf
+    if actuator.type == "general" and values.get("dyntype", "none") == "none":
+        for word in ("actdim", "actrange", "actlimited"):
+            if values.get(word):
+                yield word, f"has {word} and no activation", "say its dyntype, or leave it out"
+    if (
+        "actdim" in values
+        and values.get("dyntype") not in (None, "none", "user", "dcmotor", "pid")
+        and values["actdim"] != 1
+    ):
+        yield "actdim", f"has one activation, that of {values['dyntype']}", "leave it out"
+    if actuator.type == "general" and (values.get("gaintype") == "so3") != (values.get("biastype") == "so3"):
+        word = "gaintype" if values.get("gaintype") == "so3" else "biastype"
+        yield word, "is so3 in one of gaintype and biastype", "write both, or take the type orientation"
+    smooth = values.get("tausmooth")
+    if isinstance(smooth, float) and smooth < 0:
+        yield "tausmooth", "is smoothed over a time below zero", "write a time"
+    parts = [word for word in ("dyntype", "gaintype") if values.get(word) == "dcmotor"]
+    if actuator.type == "general" and parts and values.get("actearly") is not True:
+        yield parts[0], "is a dcmotor in parts", "take the type dcmotor"
+    low, high = (values.get(word, other) for word, other in (("lmin", 0.5), ("lmax", 1.6)))
+    if isinstance(low, float) and isinstance(high, float) and not low < 1 < high:
+        yield ("lmin" if "lmin" in values else "lmax"), "has lengths that are not around 1", "write lmin < 1 < lmax"
+
+
+def _motor(case: Case, driver: Driver) -> Iterator[Diagnostic]:
+    """Yield what a motor lacks of its constants."""
+    values = driver.actuator.mjcf
+    constants, nominal, resistance = (values.get(word) for word in ("motorconst", "nominal", "resistance"))
+    if isinstance(nominal, tuple) and len(nominal) == 3 and all(float(value) > 0 for value in nominal):
+        return
+    turns = isinstance(constants, tuple) and all(float(one) >= 0 for one in constants) and any(constants)
+    if not turns or not isinstance(resistance, float) or not resistance > 0:
+        message = f"{driver.called} is of type dcmotor and lacks the constant or the resistance of its motor"
+        help = "write mjcf: {motorconst: [...], resistance: ...}, or nominal: [VOLTAGE, STALL_TORQUE, NO_LOAD_SPEED]"
+        yield case.problem("actuator-word", message, driver.path, help, key=True)
+
+
+_LIMITED = {"ctrllimited": "range", "forcelimited": "force", "actlimited": "actrange"}
+
+
+def _limited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
+    """Yield what says that a range holds, or a delay, and has none."""
+    actuator, called, path, joint = driver
+    has = {
+        "range": actuator.range is not None or "posrange" in actuator.mjcf or "inheritrange" in actuator.mjcf
+        or (joint is not None and not actuator.unlimited and joint.limit is not None),
+        "force": actuator.force is not None,
+        "actrange": "actrange" in actuator.mjcf or "inheritrange" in actuator.mjcf,
+    }  # fmt: skip
+    for word, other in _LIMITED.items():
+        if actuator.mjcf.get(word) is True and not has[other]:
+            message = f"{called} is {word} and has no {other}"
+            yield case.problem("actuator-word", message, (*path, "mjcf", word), f"write {other}: [..., ...]", key=True)
+    if (_number(actuator, "delay") or 0.0) > 0 and not (_number(actuator, "nsample") or 0.0) > 0:
+        message = f"{called} has a delay and no samples to take it from"
+        yield case.problem("actuator-word", message, (*path, "mjcf", "delay"), "write nsample: 2, or more", key=True)
 
 
 def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
@@ -204,7 +311,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
 )
 def tendons(case: Case) -> Iterator[Diagnostic]:
     """Tendons that MuJoCo would not build."""
-    section = case.tree.get("tendons") or {}
+    section, turning = case.tree.get("tendons") or {}, several(case)
     for tendon in case.robot.simulation.tendons:
         path: Path = ("tendons", tendon.name)
         called = f'tendon "{tendon.name}"'
@@ -213,11 +320,51 @@ def tendons(case: Case) -> Iterator[Diagnostic]:
             help = "leave one of them out" if tendon.joints else "write joints: {NAME: 1}, or path: [{site: NAME}, ...]"
             yield case.problem("tendon-path", f"{called} has {what}", path, help, key=True)
             continue
+        for joint in tendon.joints:
+            if joint in turning:
+                message = f'{called} goes along joint "{joint}", which is {turning[joint]} and has no single position'
+                yield case.problem("tendon-path", message, (*path, "joints", joint), "name a joint with one", key=True)
+        yield from _springs(case, called, path, section[tendon.name])
         drawn = [word for word in ("width", "rgba", "material") if tendon.joints and word in section[tendon.name]]
         for word in drawn:
             message = f"{called} goes along joints and is not drawn: it has no {word}"
             yield case.problem("tendon-path", message, (*path, word), "leave it out", key=True)
         yield from _path(case, called, path, section[tendon.name].get("path") or ())
+
+
+def _springs(case: Case, called: str, path: Path, entry: Mapping[str, Any]) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the lengths of a tendon."""
+    lengths: list[float] = entry.get("spring_length") or []
+    if len(lengths) == 2 and lengths[0] > lengths[1]:
+        message = f"the spring_length of {called} goes from {number(lengths[0])} to {number(lengths[1])}"
+        yield case.problem("tendon-path", message, (*path, "spring_length"), "give the smaller length first")
+    if (entry.get("mjcf") or {}).get("limited") is True and "range" not in entry:
+        message = f"{called} is limited and has no range"
+        yield case.problem("tendon-path", message, (*path, "mjcf", "limited"), "write range: [..., ...]", key=True)
+    if (entry.get("mjcf") or {}).get("actuatorfrclimited") is True and "force" not in entry:
+        message = f"the force of {called} is limited and has no range"
+        place = (*path, "mjcf", "actuatorfrclimited")
+        yield case.problem("tendon-path", message, place, "write force: [..., ...]", key=True)
+    wraps = [index for index, stop in enumerate(entry.get("path") or ()) if "shape" in stop]
+    if wraps and entry.get("armature"):
+        message = f"{called} goes around a shape and has an armature, which MuJoCo does not take together"
+        yield case.problem("tendon-path", message, (*path, "armature"), "leave it out", key=True)
+    for index in wraps:
+        name = entry["path"][index]["shape"]
+        if not _is_round(case, name):
+            message = f'{called} goes around "{name}", which is no sphere and no cylinder'
+            yield case.problem("tendon-path", message, (*path, "path", index, "shape"), "name a shape that is round")
+
+
+def _is_round(case: Case, name: str) -> bool:
+    """Say whether a tendon goes around a shape; one that nobody knows here is known to elements of MJCF."""
+    for link in case.robot.links:
+        for purpose in ("collision", "visual"):
+            solids = [solid for shape in getattr(link, purpose) for solid in shape.solids()]
+            for index, solid in enumerate(solids, start=1):
+                if name in (solid.name, f"{link.name}_{purpose}_{index}"):
+                    return isinstance(solid.geometry, (Sphere, Cylinder))
+    return True
 
 
 def _path(case: Case, called: str, path: Path, stops: Sequence[Mapping[str, object]]) -> Iterator[Diagnostic]:
@@ -246,6 +393,11 @@ def _path(case: Case, called: str, path: Path, stops: Sequence[Mapping[str, obje
             message = f"{called} has a branch of {len(words)} stops" if len(branches) > 1 else f"{called} has one stop"
             yield case.problem("tendon-path", message, (*path, "path"), "write at least two sites", key=True)
             return
+        same = [one for one, other in pairwise(stops) if "site" in one and one.get("site") == other.get("site")]
+        if same:
+            message = f'{called} passes the site "{same[0]["site"]}" twice in succession'
+            yield case.problem("tendon-path", message, (*path, "path"), "leave one of them out", key=True)
+            return
         shapes = [n for n, word in enumerate(words) if word == "shape"]
         if any(n in (0, len(words) - 1) or words[n + 1] == "shape" for n in shapes):
             message = f"{called} goes around a shape that has no site before it and behind it"
@@ -262,8 +414,13 @@ def _path(case: Case, called: str, path: Path, stops: Sequence[Mapping[str, obje
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
-    section = case.tree.get("constraints") or {}
+    section, turning = case.tree.get("constraints") or {}, several(case)
     for name, entry in section.items():
+        for index, joint in enumerate(entry.get("joints") or ()):
+            if joint in turning:
+                message = f'constraint "{name}" holds joint "{joint}", which is {turning[joint]}'
+                help = "name joints with one position each"
+                yield case.problem("constraint-ends", message, ("constraints", name, "joints", index), help)
         path: Path = ("constraints", name)
         wrong = _constraint(entry)
         if wrong:
@@ -312,6 +469,7 @@ def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
 )
 def sensors(case: Case) -> Iterator[Diagnostic]:
     """Sensors that MuJoCo would not build."""
+    turning = several(case)
     for name, entry in (case.tree.get("mjcf_sensors") or {}).items():
         path: Path = ("mjcf_sensors", name)
         kind = entry["kind"]
@@ -330,6 +488,11 @@ def sensors(case: Case) -> Iterator[Diagnostic]:
                 help = "leave one of them out" if said else f"write {choice[0]}: ..."
                 message = f'sensor "{name}" is of kind {kind} and {what}'
                 yield case.problem("sensor-measures", message, path, help, key=True)
+        joint = entry.get("joint")
+        if joint is not None and "joint" in known.words and (turning.get(joint) == BALL) != kind.startswith("ball"):
+            what = f"is {turning[joint]}" if joint in turning else "is no ball"
+            message = f'sensor "{name}" is of kind {kind}, and joint "{joint}" {what}'
+            yield case.problem("sensor-measures", message, (*path, "joint"), "take another kind, or another joint")
         for key in ("object", "reference"):
             if key in entry and len(entry[key]) != 1:
                 message = f'the {key} of sensor "{name}" is {len(entry[key])} things'

@@ -23,6 +23,7 @@ from .case import Case, suggest
 AFTER = "xml_elements"
 
 # What MuJoCo makes of a joint that moves in several ways.
+BALL = "ball"
 SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
 # How a kind is called here.
 WORDS: Mapping[str, str] = {BODY: "link", GEOM: "shape", EQUALITY: "constraint", KEY: "pose", "pair": "contact pair"}
@@ -54,6 +55,19 @@ def simulates(robot: Robot) -> bool:
     return any(link.marked or link.mjcf_elements for link in robot.links)
 
 
+def several(case: Case) -> Mapping[str, str]:
+    """Return the joints of the MJCF that have several positions, and what each is: a ball, or free."""
+    found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
+    found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
+    return found | {free_joint(case.robot): "free"}
+
+
+def free_joint(robot: Robot) -> str:
+    """Return the name of the joint of a base that moves."""
+    root = next((link.name for link in robot.links if link.name not in robot.joint_to), "")
+    return robot.simulation.root.joint or f"{root}_free"
+
+
 class Names:
     """All names that the MJCF of a robot has, by kind. ``open``: templates of sensors may bring others."""
 
@@ -76,7 +90,7 @@ class Names:
         known: dict[str, set[str]] = {BODY: {*frames, "world"}, SITE: set(frames), JOINT: self._joints()}
         for named in self.given:
             known.setdefault(named.kind, set()).add(named.name)
-        known.setdefault(MATERIAL, set()).update(material.name for material in robot.materials)
+        known.setdefault(MATERIAL, set()).update(one.name for one in robot.materials if one.rgba or one.mjcf)
         known.setdefault(EQUALITY, set()).update(joint.name for joint in robot.joints if joint.mimic)
         known.setdefault(ACTUATOR, set()).update(
             joint.actuator.name or joint.name for joint in robot.joints if joint.actuator and joint.moves
@@ -91,8 +105,9 @@ class Names:
             for purpose in ("collision", "visual"):
                 solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
                 for index, solid in enumerate(solids, start=1):
-                    counts[f"{link.name}_{purpose}_{index}"] = 1
-                    if solid.name:
+                    made = f"{link.name}_{purpose}_{index}"
+                    counts[made] = 1
+                    if solid.name and solid.name != made:
                         counts[solid.name] = counts.get(solid.name, 0) + 1
         for named in self.given:
             if named.kind == GEOM:
@@ -111,10 +126,10 @@ class Names:
 
     def _joints(self) -> set[str]:
         robot = self.robot
-        names = {joint.name for joint in robot.joints if joint.moves}
+        names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
         names |= {joint.name + end for joint in robot.joints for end in SEVERAL.get(joint.type, ())}
         if any(output.options.get("base") == "free" for output in robot.outputs):
-            names.add(robot.simulation.root.joint or f"{robot.root}_free")
+            names.add(free_joint(robot))
         return names
 
     def _of_links(self) -> Iterator[Named]:
@@ -207,8 +222,7 @@ def _said(names: Names, kind: str, name: str, what: str) -> tuple[str, str, str]
     if kind == GEOM and names.shapes.get(name, 0) > 1:
         message = f'several shapes are called "{name}", {what}: in the MJCF none of them has that name'
         return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
-    free = robot.simulation.root.joint or f"{robot.root}_free"
-    if kind == JOINT and name == free:
+    if kind == JOINT and name == free_joint(robot):
         message = f'there is no joint "{name}", {what}: the base of every output is fixed'
         return "unknown-joint", message, "say base: free in the output of the MJCF"
     id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")

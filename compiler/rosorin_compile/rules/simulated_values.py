@@ -7,6 +7,7 @@ from typing import Any
 
 from ..diagnostics import NOTE, Diagnostic
 from ..diagnostics.registry import SIMULATION, Check, rule
+from ..diagnostics.wording import counted
 from ..frontend.tree import Path
 from ..model.simulation import SHARED_LAYER
 from .case import Case, at, number, suggest
@@ -143,10 +144,61 @@ def layers(case: Case) -> Iterator[Diagnostic]:
     for name, path in named.items() if listed else ():
         if name not in listed:
             message = f'there is no layer "{name}" of contacts'
-            yield case.problem("contact-layer", message, path, suggest(name, listed, "add it to contact_layers"))
+            yield case.problem("contact-layer", message, path, suggest(name, set(listed), "add it to contact_layers"))
     if not listed and len({*named, SHARED_LAYER}) > MOST_LAYERS:
         message = f"shapes name {len({*named, SHARED_LAYER})} layers of contacts: MuJoCo has bits for {MOST_LAYERS}"
         yield case.problem("contact-layer", message, next(iter(named.values())), "use fewer layers")
+
+
+# What a joint of each kind counts among the speeds.
+_SPEEDS = {"planar": 3, "floating": 6}
+_FREE = 6
+
+
+@rule(
+    "key-length",
+    "A pose lists speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
+    "Give one for each, in MuJoCo's order.",
+    SIMULATION,
+)
+def keys(case: Case) -> Iterator[Diagnostic]:
+    """Find lists of poses whose length MuJoCo would refuse."""
+    if not any(pose.mjcf for pose in case.robot.poses):
+        return
+    moving = sum(_SPEEDS.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
+    captured = sum(link.mjcf.get("mocap") is True for link in case.robot.links)
+    bases = [output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"]
+    lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
+    lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
+    if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.simulation.elements:
+        lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
+    for pose in case.robot.poses:
+        for word, allowed in lengths.items():
+            given = pose.mjcf.get(word)
+            if isinstance(given, tuple) and allowed != {len(given)}:
+                there = " or ".join(map(str, sorted(allowed)))
+                message = f'pose "{pose.name}" has {counted(len(given), "number")} of {word}, and the robot {there}'
+                path: Path = ("poses", pose.name, "mjcf", word)
+                yield case.problem("key-length", message, path, "give one for each, in MuJoCo's order", key=True)
+
+
+_STATELESS = ("position", "velocity", "motor", "damper", "adhesion")
+
+
+@Check
+def springs(case: Case) -> Iterator[Diagnostic]:
+    """Springs that MuJoCo makes of a time and a ratio (dynamics-negative)."""
+    for joint in case.robot.joints:
+        yields = joint.mjcf.get("springyield")
+        if isinstance(yields, float) and yields < 0:
+            message = f'the springyield of joint "{joint.name}" is {number(yields)}, below zero'
+            path = case.joint(joint, "mjcf", "springyield")
+            yield case.problem("dynamics-negative", message, path, "write it without the sign")
+        pair = joint.mjcf.get("springdamper")
+        if isinstance(pair, tuple) and any(float(one) <= 0 for one in pair) and any(pair):
+            message = f'the springdamper of joint "{joint.name}" is not above zero'
+            path = case.joint(joint, "mjcf", "springdamper")
+            yield case.problem("dynamics-negative", message, path, "write a time in s and a ratio above zero")
 
 
 @Check

@@ -91,6 +91,12 @@ def names_given(text: str, top: bool) -> Iterator[str]:
                 yield one.name
 
 
+def used_in(text: str) -> Iterator[Reference]:
+    """Yield the names in some elements that are those of something else."""
+    for found in found_in(text):
+        yield from used(found, True)
+
+
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:
     """Return elements in which each name, given or used, is what ``rename`` makes of it; all else is as it was."""
 

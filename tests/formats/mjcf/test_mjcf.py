@@ -10,7 +10,6 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 pinocchio = pytest.importorskip("pinocchio")
 
-from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
 from rosorin_compile.model import (  # noqa: E402
     Box,
     Capsule,
@@ -211,27 +210,6 @@ def test_followers_follow_in_simulation():
     assert at["shoulder"] == pytest.approx(0.9, abs=0.2)
     assert at["claw"] == pytest.approx(-2 * at["shoulder"] + 0.25, abs=1e-2)
     assert at["tip"] == pytest.approx(0.5 * at["claw"] - 0.1, abs=1e-2)
-
-
-@pytest.mark.parametrize("base", BASES)
-def test_jointed_links_do_not_collide_whatever_the_base(base):
-    touching = {("a", "c"), ("c", "lid"), ("b", "far")}
-    assert contacts(*load(emit(overlapping(), base))) == touching
-    fewer = overlapping(disabled_contacts=(("c", "a"), ("far", "b")))
-    assert contacts(*load(emit(fewer, base))) == {("c", "lid")}
-
-
-def test_without_the_excluded_contacts_a_fixed_base_collides_with_its_first_link():
-    """The reason for them: MuJoCo filters parent and child only where the parent can move."""
-    text = emit(overlapping())
-    start, end = text.index("<contact>"), text.index("</contact>") + len("</contact>")
-    assert ("a", "b") in contacts(*load(text[:start] + text[end:]))
-
-
-def test_excluded_contacts_are_the_jointed_groups_then_the_named_pairs():
-    robot = overlapping(disabled_contacts=(("b", "a"), ("a", "far")))
-    expected = [("a", "b"), ("lid", "b"), ("b", "c"), ("c", "far"), ("a", "far")]
-    assert mjcf.excluded_contacts(robot) == expected
 
 
 def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():

@@ -210,7 +210,7 @@ FORMAT = Format(
     complete=True,
     lacks=frozenset(
         {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements", "drive"}
+        | {"urdf_elements", "drive", "simulation"}
     ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",

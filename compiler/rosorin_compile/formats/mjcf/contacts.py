@@ -21,10 +21,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...model import MERGED, Joint, Mesh, Robot, Shape, Transform, Vector
-from ...model.bounds import ball_of
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
-from ...model.touching import NEAR, touch
+from ...model.touching import NEAR, around, touch
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .unsaid import has_volume
@@ -169,10 +168,10 @@ class _Across:
         """Yield balls around the shapes of a link that become geoms; ``place`` is where the joint sees the link."""
         shapes = (solid for shape in self.robot.link[link].collision for solid in solids(shape, self.form))
         for number, shape in enumerate(shapes, start=1):
-            ball = ball_of(shape) if has_volume(shape.geometry) else None
+            ball = around(shape) if has_volume(shape.geometry) else None
             if ball is not None:
-                first, second = self._constant(place.apply(ball.middle))
-                yield _Ball(first, second, ball.radius, Geom(link, number, shape))
+                first, second = self._constant(place.apply(ball[0]))
+                yield _Ball(first, second, ball[1], Geom(link, number, shape))
 
     def _constant(self, point: Vector) -> tuple[float, float]:
         """Return two lengths (m) of a point that the motion of the joint does not change."""

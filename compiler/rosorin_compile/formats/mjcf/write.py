@@ -313,6 +313,7 @@ class _Printer:
             if not has_volume(geometry):
                 continue
             name = self.name(link.name, purpose, index, solid)
+            self.simulated.own_names[f"{link.name}_{purpose}_{index}"] = name
             values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
             origin = solid.origin()
             if isinstance(geometry, Mesh):

@@ -17,6 +17,7 @@ from .servos import Drive, aims
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
+_GEOMS = ("geom", "geom1", "geom2", "objname", "refname")
 
 
 class Simulated(NamedTuple):
@@ -35,6 +36,8 @@ class SimulationPrinter:
     def __init__(self, robot: Robot, number: NumberFormat) -> None:
         self.robot = robot
         self.number = number
+        # Geoms that have a name of their own, by the one that their place in the link would give them.
+        self.own_names: dict[str, str] = {}
         self.layers = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
 
     def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
@@ -101,6 +104,12 @@ class SimulationPrinter:
     def mark(self, mark: Marked, place: Mapping[str, str]) -> Part:
         """Return a site, a camera or a light; ``place`` are the attributes of its pose."""
         values = {key: value for key, value in mark.values.items() if value is not None}
+        if mark.tag == "light":  # which has no axes but a direction
+            place = {key: text for key, text in place.items() if key == "pos"}
+            said = values.get("dir")
+            x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
+            if said is not None or any(mark.pose.rpy):
+                values["dir"] = mark.pose.transform().rotate((x, y, z))
         return Part(mark.tag, Markup("").join([attributes(name=mark.name, **place), self.printed(values)]))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
@@ -128,8 +137,12 @@ class SimulationPrinter:
             if value is None:
                 continue
             named = name in _BODIES or (name in ("objname", "refname") and values.get(f"{name[:3]}type") == "xbody")
-            texts[name] = body_name(self.robot, str(value)) if named and value in self.robot.link else self.text(value)
-            if name == "material":
+            texts[name] = self.text(value)
+            if named and value in self.robot.link:
+                texts[name] = body_name(self.robot, str(value))
+            elif name in _GEOMS:
+                texts[name] = self.own_names.get(texts[name], texts[name])
+            elif name == "material":
                 texts[name] = self.material(texts[name]) or texts[name]
         return texts
 

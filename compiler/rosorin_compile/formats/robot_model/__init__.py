@@ -347,7 +347,20 @@ FORMAT = Format(
     solids=_solids,
     names=names,
     lacks=frozenset(
-        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "actuator", "calibration", "safety"}
+        {
+            "mass",
+            "visual",
+            "effort",
+            "velocity",
+            "mimic",
+            "dynamics",
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "calibration",
+            "safety",
+        }
         | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
     ),
     leaves_out=_leaves_out,

@@ -167,7 +167,20 @@ FORMAT = Format(
     all_solids=True,
     cannot_say=_cannot_say,
     lacks=frozenset(
-        ("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule", "drive")
+        (
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "pose",
+            "servo",
+            "sensor",
+            "contact",
+            "publisher",
+            "edge",
+            "capsule",
+            "drive",
+        )
     ),
     links=_links,
     leaves_out=_leaves_out,

@@ -139,7 +139,7 @@ def _rows(rows: Sequence[Sequence[float]], key: str, word: str) -> tuple[tuple[f
     for i, row in enumerate(rows):
         for j, number in enumerate(row):
             if number < 0:
-                help = "heights count up from z = 0"
+                help = f"{word}s count up from z = 0"
                 raise ShapeProblem("height-map-rows", f"a {word} is below zero", ("height_map", key, i, j), help)
     return tuple(tuple(map(float, row)) for row in rows)
 

@@ -228,6 +228,12 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
                     yield number._replace(name=f"servo {number.name}")
 
 
+def of_entry(frames: Frames, path: Path) -> Iterator[Number]:
+    """Yield the numbers of an entry of a section for a simulation."""
+    for number in frames.numbers(path):
+        yield number._replace(name=_short(number.name))
+
+
 def of_mass(frames: Frames, link: Link) -> Iterator[Number]:
     """Yield the numbers of an inertial, those that were calculated from shapes too."""
     path = frames.places["link", link.name]

@@ -68,6 +68,13 @@ NUMBER_FORMAT: Mapping[str, Any] = {
     " keeps more.",
 }
 
+# The forms of boxes that height maps are cut into, for an option of formats without a word for them.
+FORMS_OF_BOXES = ["rows", "merged", "grounded"]
+BOXES_OF_HEIGHT_MAPS = (
+    "rows, one for each run of equal heights in a row; merged, equal heights along x and y; grounded, rows down to"
+    " z = 0 whatever bottom says"
+)
+
 # A description as plain values: what YAML would have, in SI units or as quantities ("40 mm").
 Description = Mapping[str, Any]
 Writer = Callable[["Robot", "Output", "Templates"], tuple[str, "list[Diagnostic]"]]

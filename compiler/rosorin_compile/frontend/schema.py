@@ -149,7 +149,7 @@ def _unit_of(path: tuple[str | int, ...]) -> str | list[str] | None:
         if not isinstance(node, dict):
             return None
     node = resolve(node)
-    if node.get("type") not in ("number", "integer"):
+    if node.get("type") not in ("number", "integer") and "x-unit" not in node:  # a number, or a list of them
         return None
     unit: str | list[str] = node.get("x-unit", "")
     return unit

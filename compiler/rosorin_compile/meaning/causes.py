@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ..formats import Fact
-from ..model import HeightMap, Joint, Link, Robot, Shape
+from ..model import MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Change, Pair, joints_by_child
 from .solids import COLLISION, Solid, remainder, same_set, shape_of, solid_from
@@ -85,10 +85,12 @@ def _made_of_map(robot: Robot, pair: Pair, link: str, pairs: Sequence[Pair]) -> 
     rest = []
     for view, told in ((pair.old, teller.old), (pair.new, teller.new)):
         solids = [solid._replace(words=()) for solid in view.shapes.get((link, COLLISION), ())]
-        left = remainder(solids, _boxes(told, link, step))
-        if left.added:
+        grid = _grid(told, link, step)
+        left = (remainder(solids, [solid_from(Shape(box)) for box in grid.boxes(form)]) for form in (ROWS, MERGED))
+        fitting = next((one for one in left if not one.added), None)
+        if fitting is None:
             return False
-        rest.append(left.removed)
+        rest.append(fitting.removed)
     return same_set(rest[0], rest[1])
 
 
@@ -96,13 +98,13 @@ def _highest(cells: Mapping[tuple[int, int], float]) -> float:
     return max(cells.values())
 
 
-def _boxes(view: View, frame: str, step: float) -> list[Solid]:
-    """Return the boxes of a height map as an artifact tells it."""
+def _grid(view: View, frame: str, step: float) -> HeightMap:
+    """Return a height map as an artifact tells it."""
     cells = view.heights[frame]
     rows, columns = (1 + max(cell[axis] for cell in cells) for axis in (0, 1))
     heights = tuple(tuple(cells.get((i, j), 0.0) for j in range(columns)) for i in range(rows))
     x, y, cell = (_number(view, frame, quantity) for quantity in ("origin x", "origin y", "cell"))
-    return [solid_from(Shape(box)) for box in HeightMap((x, y), cell, heights, step).boxes()]
+    return HeightMap((x, y), cell, heights, step)
 
 
 def _number(view: View, frame: str, quantity: str) -> float:

@@ -12,7 +12,21 @@ from dataclasses import replace
 
 from ..formats import FORMATS, Fact
 from ..formats.facts import AXES
-from ..model import MOVING_TYPES, SEVERAL_COORDINATES, Joint, Link, Mesh, Mimic, Pose, Robot, Shape, Transform, Vector
+from ..model import (
+    MERGED,
+    MOVING_TYPES,
+    ROWS,
+    SEVERAL_COORDINATES,
+    Joint,
+    Link,
+    Mesh,
+    Mimic,
+    Pose,
+    Robot,
+    Shape,
+    Transform,
+    Vector,
+)
 from ..model.geometry import pose_of
 from .entities import Pair, joints_by_child
 from .solids import Solid, delta, match, shape_of, solid_from
@@ -136,8 +150,12 @@ def _shapes(link: Link, purpose: str, known: Sequence[_Told]) -> tuple[Shape, ..
     if told is None or not told.was(link.name):
         return now
     change = delta(*(_bare(view.shapes.get(key, ())) for view in (told.old, told.new)))
-    solids = [(shape, solid) for shape in now for solid in shape.solids()]
-    found = match([_wordless(solid_from(solid)) for _, solid in solids], [*map(_wordless, change.added)], _NOISE)
+    added = [*map(_wordless, change.added)]
+    tried = []
+    for form in (ROWS, MERGED):  # what the artifact has made of height maps
+        pieces = [(shape, solid) for shape in now for solid in shape.solids(form)]
+        tried.append((pieces, match([_wordless(solid_from(solid)) for _, solid in pieces], added, _NOISE)))
+    solids, found = max(tried, key=lambda one: len(one[1].pairs))
     if change.added and change.removed and not found.pairs:
         return now  # shapes of another frame, which tells of itself
     gone = {index for index, _ in found.pairs}

@@ -11,7 +11,7 @@ from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
 from .pairing import Pairing
-from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, seen
+from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
 from .wording import About, cells_change, colour_change, row, several, shapes_change
@@ -123,9 +123,35 @@ class _Shapes:
             rest = self._across(old, new, frame)
             pairs += rest
         self._pairs(pairs)
+        self._cut_otherwise(old, new, "" if self.purpose.simple else frame)
         for name in shared:
             if old[name] or new[name]:
                 self.items.append(self._item(name, counts[name], old[name], new[name]))
+
+    def _cut_otherwise(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
+        """Take out the boxes of a body that fill the same space: those of a height map are cut in one way or another.
+
+        They are held against each other link by link, then all together, seen from ``frame``, if there is one.
+        """
+        a, b = self.pairing.a, self.pairing.b
+        both = (old, a), (new, b)
+        steps = [[name] for name in old if name in new] + ([list({**old, **new})] if frame else [])
+        for names in steps:
+            boxes: list[list[Piece]] = []
+            for some, bodies in both:
+                pieces = [piece for name in names for piece in some.get(name, ())]
+                if len(names) > 1:
+                    pieces = [seen(piece, bodies.relative(frame, piece.link, {})) for piece in pieces]
+                boxes.append([piece for piece in pieces if piece.solid.box])
+            first, second = ([piece.solid for piece in pieces] for pieces in boxes)
+            if not first or not second or not same_space(first, second, self.pairing.tolerance):
+                continue
+            for (some, _), pieces in zip(both, boxes, strict=True):
+                taken = {(piece.link, piece.number) for piece in pieces}
+                for name in names:
+                    some[name] = [piece for piece in some.get(name, ()) if (name, piece.number) not in taken]
+            links = several(sorted({piece.link for pieces in boxes for piece in pieces}))
+            self.notes.append(f"boxes are cut otherwise, and fill the same space: {links}")
 
     def _pieces(self, bodies: Bodies, name: str) -> list[Piece]:
         shapes = _of(bodies.robot.link[name], self.purpose.name)

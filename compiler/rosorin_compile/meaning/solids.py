@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -26,6 +26,7 @@ _UPRIGHT = Transform().rows
 # What the way through another frame costs a length (m) or a rotation entry.
 _NOISE = 1e-9
 _MANY = 500
+_MOST_COLUMNS = 200_000
 
 
 class Solid(NamedTuple):
@@ -182,6 +183,54 @@ def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
     if all(same(a, b, _NOISE) for a, b in zip(one, other, strict=True)):  # in one order, as a rule
         return True
     return remainder(one, other) == Delta((), ())
+
+
+def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float) -> bool:
+    """Say whether two sets of boxes along the axes of one frame fill the same space, cut as they may be."""
+    boxes = [[solid.box for solid in solids] for solids in (one, other)]
+    known = [[box for box in found if box is not None] for found in boxes]
+    if known != boxes or not all(known):
+        return False
+    tolerances = (max(solid.tolerance for solid in solids) for solids in (one, other))
+    near = noise + _NOISE + joined(*tolerances)
+    every = [box for found in known for box in found]
+    xs, ys = (_marks((corner[axis] for box in every for corner in (box.lower, box.upper)), near) for axis in (0, 1))
+    if len(xs) * len(ys) > _MOST_COLUMNS:
+        return False
+    first, second = (_columns(found, xs, ys, near) for found in known)
+    return first.keys() == second.keys() and all(_same_column(first[at], second[at], near) for at in first)
+
+
+def _same_column(one: Sequence[tuple[float, float]], other: Sequence[tuple[float, float]], near: float) -> bool:
+    pairs = zip(one, other, strict=False)
+    return len(one) == len(other) and all(abs(a - c) <= near and abs(b - d) <= near for (a, b), (c, d) in pairs)
+
+
+def _marks(numbers: Iterable[float], near: float) -> list[float]:
+    """Return where boxes begin and end along an axis; what is as good as the same once."""
+    marks: list[float] = []
+    for number in sorted(numbers):
+        if not marks or number - marks[-1] > near:
+            marks.append(number)
+    return marks
+
+
+def _columns(
+    boxes: Sequence[Box], xs: Sequence[float], ys: Sequence[float], near: float
+) -> dict[tuple[int, int], list[tuple[float, float]]]:
+    """Return from where to where boxes fill the columns between the marks along x and y."""
+    filled: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    for box in sorted(boxes, key=lambda box: box.lower[2]):
+        (a, b, low), (c, d, high) = box.lower, box.upper
+        across = range(bisect_right(ys, b) - 1, bisect_right(ys, d) - 1)
+        for i in range(bisect_right(xs, a) - 1, bisect_right(xs, c) - 1):
+            for j in across:
+                column = filled.setdefault((i, j), [])
+                if column and low - column[-1][1] <= near:
+                    column[-1] = (column[-1][0], max(column[-1][1], high))
+                else:
+                    column.append((low, high))
+    return filled
 
 
 def largest_step(difference: Delta) -> float | None:

@@ -25,7 +25,20 @@ from .link import Inertial, Link, Source
 from .mass import inertial_of, principal_moments, volume_of
 from .motion import plane_axes
 from .robot import Edge, JointPose, Output, Robot, Sensor, ServoGroup
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Material, Mesh, Shape, Sphere
+from .shape import (
+    GROUNDED,
+    MERGED,
+    ROWS,
+    Box,
+    Capsule,
+    Cylinder,
+    Geometry,
+    HeightMap,
+    Material,
+    Mesh,
+    Shape,
+    Sphere,
+)
 from .simulated import (
     AT_JOINT,
     BODY_ELEMENT,
@@ -54,11 +67,14 @@ from .simulation import (
 __all__ = [
     "AT_JOINT",
     "BODY_ELEMENT",
+    "GROUNDED",
     "IDENTITY",
+    "MERGED",
     "MOVING_TYPES",
     "NODE",
     "NO_SIMULATION",
     "ROBOT_STATE_PUBLISHER",
+    "ROWS",
     "SENSOR_ELEMENT",
     "SEVERAL_COORDINATES",
     "STATIC_TRANSFORM_PUBLISHER",

@@ -96,7 +96,9 @@ def _own(geometry: Geometry) -> tuple[Vector, Vector]:
         x, y = geometry.origin
         rows, columns = len(geometry.heights), max(map(len, geometry.heights), default=0)
         top = max((height for row in geometry.heights for height in row), default=0.0)
-        return (x, y, 0.0), (x + rows * geometry.cell, y + columns * geometry.cell, top)
+        cells = [(i, j) for i, row in enumerate(geometry.heights) for j, height in enumerate(row) if height > 0]
+        low = min((geometry.bottom_of(i, j) for i, j in cells), default=0.0) if geometry.bottom else 0.0
+        return (x, y, low), (x + rows * geometry.cell, y + columns * geometry.cell, top)
     if isinstance(geometry, Mesh):
         raise ValueError("the size of a mesh is not known")
     radius = abs(geometry.radius)  # a size below zero may be accepted

@@ -11,7 +11,7 @@ from .geometry import Pose, Transform
 from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
 from .link import NO_SOURCE, Link, Source
 from .motion import motion
-from .shape import Material, Rgba, Shape
+from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
 from .simulation import NO_SIMULATION, Simulation, Values
 
@@ -324,26 +324,26 @@ class Robot:
         ours = (ROBOT_STATE_PUBLISHER,)
         return tuple(j for j in self.joints if j.publisher.kind in ours or j.type in SEVERAL_COORDINATES)
 
-    def shapes_at(self, link: str, carried: Set[str], purpose: str) -> tuple[list[Shape], set[str]]:
+    def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
         """Return the solids of a link where only some frames are ``carried``, and the frames that lend it theirs.
 
         ``purpose`` is visual or collision. The shapes of frames that are fixed to the link, one joint after another,
         and not carried, move to the link by the transform between the two and come first: those mounted on it, then
-        those of the frames that it is mounted on.
+        those of the frames that it is mounted on. ``form`` is that of the boxes of height maps.
         """
         moved: list[Shape] = []
         seen = {link}
         waiting = [(link, Transform())]
         while waiting:
             name, transform = waiting.pop()
-            own = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids()]
+            own = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
             if name != link:
                 moved += [solid.moved(transform) for solid in own]
             neighbours = ((n, t) for n, t in self.fixed_neighbours(name) if n not in carried and n not in seen)
             steps = [(n, transform.then(t)) for n, t in neighbours]
             seen.update(n for n, _ in steps)
             waiting += reversed(steps)
-        own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids()]
+        own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)]
         return [*moved, *own], seen - {link}
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import count
+from typing import NamedTuple
 
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .simulation import Contact, Values
@@ -66,12 +68,20 @@ class Mesh:
     inertia: str = field(default="", compare=False)
 
 
+# How a height map is cut into boxes; each fills the same space.
+ROWS = "rows"  # one for each run of equal cells within a row of constant x
+MERGED = "merged"  # equal cells along x and y together: fewer boxes
+# Rows again, which reach down to z = 0 whatever the map says of its bottom.
+GROUNDED = "grounded"
+
+
 @dataclass(frozen=True)
 class HeightMap:
     """The top of a body as heights above z = 0 on a grid of square cells; height 0 is no body.
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
-    to whose multiples the boxes are rounded up, so that they are never smaller than the body.
+    to whose multiples the boxes are rounded up, so that they are never smaller than the body. ``bottom`` is where the
+    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``.
     """
 
     origin: tuple[float, float]
@@ -79,27 +89,105 @@ class HeightMap:
     heights: tuple[tuple[float, ...], ...]
     step: float
     method: str = ""
+    bottom: float | tuple[tuple[float, ...], ...] = 0.0
 
-    def boxes(self) -> tuple[Box, ...]:
-        """Return the body as boxes on z = 0: one for each run of equal rounded heights within a row of constant x."""
-        return self._boxes
+    def bottom_of(self, i: int, j: int) -> float:
+        """Return where the body begins above z = 0 (m) in a cell, as it was given."""
+        return self.bottom if isinstance(self.bottom, (int, float)) else self.bottom[i][j]
+
+    def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
+        """Return the body as boxes: in ``rows``, ``merged`` or ``grounded``."""
+        if form not in self._made:
+            self._made[form] = self._boxes(form)
+        return self._made[form]
 
     @cached_property  # each format asks for them, and the proof of what it wrote
-    def _boxes(self) -> tuple[Box, ...]:
-        made: list[Box] = []
+    def _made(self) -> dict[str, tuple[Box, ...]]:
+        return {}
+
+    def _boxes(self, form: str) -> tuple[Box, ...]:
+        layers = [
+            [self._layer(i, j, height, form) if height > 0 else None for j, height in enumerate(row)]
+            for i, row in enumerate(self.heights)
+        ]
         x0, y0 = self.origin
-        for i, row in enumerate(self.heights):
-            steps = [_steps(z, self.step) for z in row]
-            start = 0
-            for j in range(1, len(steps) + 1):
-                if j < len(steps) and steps[j] == steps[start]:
-                    continue
-                if steps[start] > 0:
-                    lower = (x0 + i * self.cell, y0 + start * self.cell, 0.0)
-                    top = round(steps[start] * self.step, 12)
-                    made.append(Box(lower, (x0 + (i + 1) * self.cell, y0 + j * self.cell, top)))
-                start = j
+        made = []
+        for rectangle in _merged(layers) if form == MERGED else _runs(layers):
+            low, high = rectangle.value
+            lower = (x0 + rectangle.top * self.cell, y0 + rectangle.left * self.cell, low)
+            made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
         return tuple(made)
+
+    def _layer(self, i: int, j: int, height: float, form: str) -> _Layer:
+        """Return from where to where the body reaches in a cell (m), as the boxes have it."""
+        high = round(_steps(height, self.step) * self.step, 12)
+        if form == GROUNDED:
+            return 0.0, high
+        low = self.bottom_of(i, j)
+        if not isinstance(self.bottom, (int, float)):
+            low = round(math.floor(low / self.step + 1e-6) * self.step, 12)
+        return low, high
+
+
+_Layer = tuple[float, float]
+
+
+class _Rectangle(NamedTuple):
+    """Cells of one value: from row ``top`` to before ``under``, from column ``left`` to before ``right``."""
+
+    top: int
+    left: int
+    under: int
+    right: int
+    value: _Layer
+
+
+def _runs(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
+    """Return the runs of equal cells within each row, in order."""
+    made = []
+    for i, row in enumerate(cells):
+        start = 0
+        for j in range(1, len(row) + 1):
+            if j < len(row) and row[j] == row[start]:
+                continue
+            value = row[start]
+            if value is not None:
+                made.append(_Rectangle(i, start, i + 1, j, value))
+            start = j
+    return made
+
+
+def _merged(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
+    """Return equal cells as rectangles: runs of rows grown along x, or of columns grown along y if these are fewer."""
+    across = _grown(cells)
+    turned = _grown(list(zip(*cells, strict=True)))
+    along = [_Rectangle(one.left, one.top, one.right, one.under, one.value) for one in turned]
+    return sorted(along) if len(along) < len(across) else sorted(across)
+
+
+def _grown(cells: Sequence[Sequence[_Layer | None]]) -> list[_Rectangle]:
+    """Return the runs of each row, each grown over the rows below as long as they have the same cells free."""
+    taken = [[False] * len(row) for row in cells]
+    made = []
+    for i, row in enumerate(cells):
+        left = 0
+        while left < len(row):
+            value, right = row[left], left + 1
+            if value is None or taken[i][left]:
+                left = right
+                continue
+            while right < len(row) and row[right] == value and not taken[i][right]:
+                right += 1
+            under = i + 1
+            while under < len(cells) and all(
+                cells[under][j] == value and not taken[under][j] for j in range(left, right)
+            ):
+                under += 1
+            for k in range(i, under):
+                taken[k][left:right] = [True] * (right - left)
+            made.append(_Rectangle(i, left, under, right, value))
+            left = right
+    return made
 
 
 def _steps(height: float, step: float) -> int:
@@ -141,15 +229,22 @@ class Shape:
     contact: Contact | None = None
     mjcf: Values = field(default_factory=dict, hash=False)
 
-    def solids(self) -> tuple[Shape, ...]:
-        """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself."""
-        return self._pieces if isinstance(self.geometry, HeightMap) else (self,)
+    def solids(self, form: str = ROWS) -> tuple[Shape, ...]:
+        """Return the shape as primitives: a height map becomes its boxes, NAME_1, NAME_2, ...; all else is itself.
+
+        ``form`` says how a height map is cut: ``rows``, ``merged`` or ``grounded``.
+        """
+        if not isinstance(self.geometry, HeightMap):
+            return (self,)
+        if form not in self._pieces:
+            names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
+            boxes = zip(self.geometry.boxes(form), names, strict=False)
+            self._pieces[form] = tuple(replace(self, geometry=box, name=name) for box, name in boxes)
+        return self._pieces[form]
 
     @cached_property
-    def _pieces(self) -> tuple[Shape, ...]:
-        names = (f"{self.name}_{number}" if self.name else "" for number in count(1))
-        boxes = self.geometry.boxes() if isinstance(self.geometry, HeightMap) else ()
-        return tuple(replace(self, geometry=box, name=name) for box, name in zip(boxes, names, strict=False))
+    def _pieces(self) -> dict[str, tuple[Shape, ...]]:
+        return {}
 
     def origin(self) -> Pose:
         """Return the pose of the middle of the geometry in the link's frame."""

@@ -2,12 +2,12 @@
 
 Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have told what MuJoCo would refuse;
 ``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether it loads it. ``bodies`` is what
-both sides know: names, welded links, excluded contacts.
+both sides know: names and welded links; ``contacts`` who may touch whom, ``height_fields`` what height maps become.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
-known so far); then ``links``, ``joints``, ``actuators``, ``shapes`` and ``sections``, which fill the tree; last
-``left_out``, which lists what is not carried.
+known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``sections`` and ``neighbours``, which fill the
+tree; last ``left_out``, which lists what is not carried.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -67,10 +67,14 @@ def _refusal(text: str, folder: Path) -> str:
     return refusal(text, folder, by_itself=not _FILE.search(text))
 
 
-def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
+    from .height_fields import HFIELD, form_of
     from .unsaid import has_volume
 
-    return [solid for shape in robot.link[link].collision for solid in shape.solids() if has_volume(solid.geometry)]
+    form, shapes = form_of(output), robot.link[link].collision
+    if form == HFIELD and any(len(shape.solids()) > 1 for shape in shapes):
+        return None
+    return [solid for shape in shapes for solid in shape.solids(form) if has_volume(solid.geometry)]
 
 
 def _cannot_say(robot: Robot, fact: Fact) -> bool:
@@ -173,6 +177,11 @@ FORMAT = Format(
             "enum": ["convex", "exact", "legacy", "shell"],
             "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
             " Masses are those of the description in any case.",
+        },
+        "height_maps": {
+            "enum": [*FORMS_OF_BOXES, "hfield"],
+            "description": f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height"
+            " field, which does not collide with planes.",
         },
         "actuators": {
             "type": "array",

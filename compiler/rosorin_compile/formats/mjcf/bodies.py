@@ -30,23 +30,3 @@ def weld_groups(robot: Robot) -> dict[str, list[str]]:
         top[link.name] = link.name if joint is None or not joint.is_fixed else top[joint.parent]
         groups.setdefault(top[link.name], []).append(link.name)
     return groups
-
-
-def excluded_contacts(robot: Robot) -> list[tuple[str, str]]:
-    """Return the pairs of links that are not to collide: those that a joint connects, and those that the robot names.
-
-    A joint connects each link that is fixed to its parent with each link that is fixed to its child; links without
-    collision shapes are left out.
-    """
-    groups = weld_groups(robot)
-    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
-    top_of = {name: top for top, names in groups.items() for name in names}
-    pairs: dict[frozenset[str], tuple[str, str]] = {}
-    for top in solid:
-        joint = robot.joint_to.get(top)
-        for above in solid[top_of[joint.parent]] if joint else ():
-            for below in solid[top]:
-                pairs.setdefault(frozenset((above, below)), (above, below))
-    for pair in robot.disabled_contacts:
-        pairs.setdefault(frozenset(pair), pair)
-    return [(body_name(robot, one), body_name(robot, other)) for one, other in pairs.values()]

@@ -1,7 +1,8 @@
 """Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
-name marks), "contact with NAME" (excluded); and the poses: Fact("pose", name of the pose, name of the joint).
+name marks), "contact with NAME" (excluded), "pairs with NAME" (of shapes that may touch those of that link); and the
+poses: Fact("pose", name of the pose, name of the joint).
 
 What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
 imu_gyro site", "replicate lidar_site count"; numbers of a list one by one: "camera front resolution 2". A sensor that
@@ -65,6 +66,7 @@ def read(text: str) -> Facts:
     for pair in sheet.root.iterfind("contact/exclude"):
         one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))
         sheet.add(Fact("link", one, f"contact with {other}"), "excluded")
+    _pairs(sheet, worldbody, owners)
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
     return sheet.facts
@@ -104,6 +106,22 @@ def _bodies(
         _shapes(sheet, name, body.findall("geom"), scales)
         waiting += [(child, name) for child in reversed(body.findall("body"))]
     return free
+
+
+def _pairs(sheet: FactSheet, worldbody: Element, owners: dict[str, str]) -> None:
+    """Take down how many pairs of shapes of two links may collide where MuJoCo would not let them."""
+    pairs = sheet.root.findall("contact/pair")
+    if not pairs:
+        return
+    bodies = ((body.get("name", ""), body.iterfind("geom")) for body in worldbody.iter("body"))
+    links = {geom.get("name", ""): owners.get(name, name) for name, geoms in bodies for geom in geoms}
+    counts: dict[Fact, int] = {}
+    for pair in pairs:
+        one, other = (links.get(sheet.text(pair, word), "") for word in ("geom1", "geom2"))
+        fact = Fact("link", one, f"pairs with {other}")
+        counts[fact] = counts.get(fact, 0) + 1
+    for fact, count in counts.items():
+        sheet.add(fact, float(count), tolerance=0.0)
 
 
 def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:

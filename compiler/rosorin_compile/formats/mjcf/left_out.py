@@ -118,6 +118,8 @@ def tell(reading: Reading) -> None:
     groups: dict[tuple[str, str], list[Span]] = {}
     for element in _elements(reading):
         tag = element.tag
+        if element in reading.pairs:
+            continue
         if tag in _LOST:
             groups.setdefault(("lost", _LOST[tag]), []).append(_first(element))
         elif tag in _SCENE:

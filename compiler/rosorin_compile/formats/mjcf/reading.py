@@ -49,7 +49,8 @@ class Reading:
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
     ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or floating joint of a body.
     ``servos`` are the names of the servos that are carried, by joint, in the order of the file, and ``stand_ins`` the
-    limits that it does not have: joint, number and place by the key of ``limit``.
+    limits that it does not have: joint, number and place by the key of ``limit``. ``pairs`` are the elements of pairs
+    of geoms that ours has anyway.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -69,6 +70,7 @@ class Reading:
         self.motion_of: dict[int, Motion] = {}
         self.servos: dict[int, str] = {}
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
+        self.pairs: set[Element] = set()
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
             self.joints_in.setdefault(joint["body"], []).append(index)

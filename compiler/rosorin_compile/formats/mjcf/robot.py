@@ -16,7 +16,7 @@ from ...frontend.tree import Path as TreePath
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
-from . import joints, left_out, links, sections, shapes
+from . import joints, left_out, links, neighbours, sections, shapes
 from .actuators import drives_of
 from .left_out import before, place, refusal
 from .process import ask
@@ -86,8 +86,8 @@ def _read(reading: Reading, path: Path) -> None:
     put(tree, "links", reading.links)
     put(tree, "joints", reading.joints)
     sections.add_mimics(reading)
-    sections.add_contacts(reading)
     sections.add_poses(reading)
+    neighbours.add_contacts(reading)
     sections.tell_of_controls(reading)
     sections.tell_of_free_joints(reading)
     joints.tell_of_stand_ins(reading)

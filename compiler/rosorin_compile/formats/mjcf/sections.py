@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import Span
-from ...diagnostics.wording import counted, first_of
+from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
 from . import SETTINGS
@@ -80,74 +80,6 @@ def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
         mimic = reading.joints[here].get("mimic")
         here = mimic["joint"] if mimic else None
     return here is None and "mimic" not in reading.joints[follower]
-
-
-def add_contacts(reading: Reading) -> None:
-    """Add the pairs of links that are excluded from contact; not those that a joint connects, which always are."""
-    implied = _implied(reading)
-    written = {frozenset((e.get("body1"), e.get("body2"))): e for e in reading.markup.listed("contact", "exclude")}
-    pairs = Seq(reading.markup.root.span)
-    for signature in reading.facts["excludes"]:
-        bodies = (signature >> 16, signature & 0xFFFF)  # mjModel.exclude_signature, which MuJoCo has sorted
-        names = [reading.link_of.get(index, "") for index in bodies]
-        called = [reading.facts["bodies"][index]["name"] for index in bodies]
-        element = written.get(frozenset(called), reading.markup.root)
-        if not all(names):
-            what = "a contact with the world that is excluded: the scene is no part of the robot"
-            reading.ignored(what, element.span)
-        elif frozenset(names) not in implied:
-            pairs.put(_pair(names, element), element.span)
-    if pairs:
-        put(reading.tree, "disabled_contacts", pairs)
-    _tell_of_neighbours(reading)
-
-
-def _tell_of_neighbours(reading: Reading) -> None:
-    """Say which links that a joint connects may touch in the file: MuJoCo lets those of a base in the world do so."""
-    from ...frontend.lower import lower
-    from .bodies import excluded_contacts
-
-    index_of = {name: index for index, name in reading.link_of.items()}
-    touching = [geom for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]]
-    solid = {geom["body"] for geom in touching}
-    excluded = {frozenset((one >> 16, one & 0xFFFF)) for one in reading.facts["excludes"]}
-    robot = lower(reading.tree).robot if solid else None
-    held = {0}  # the bodies that no joint moves against the world
-    for index, body in enumerate(reading.facts["bodies"]):
-        if index and body["parent"] in held and not reading.joints_in.get(index):
-            held.add(index)
-    free = []
-    for pair in excluded_contacts(robot) if robot else ():
-        bodies = [index_of.get(name) for name in pair]
-        one, other = bodies
-        if one is None or other is None or not {one, other} <= solid or frozenset((one, other)) in excluded:
-            continue
-        if one in held or other in held:
-            free.append(pair)
-    if free:
-        which = first_of([f"{one} and {other}" for one, other in free], 3)
-        message = f"neighbours that may touch in the MJCF do not in ours: {which}"
-        reading.changed(message, reading.places.body(index_of[free[0][0]]).span)
-
-
-def _pair(names: list[str], element: Element) -> Map:
-    """Return the entry of two links, in the order in which the file names them."""
-    entry, links = Map(element.span), Seq(element.span)
-    spans = {attribute.value: attribute.span for attribute in element.attributes.values()}
-    for name in sorted(names, key=lambda name: name != element.get("body1")):
-        links.put(name, spans.get(name, element.span))
-    put(entry, "links", links)
-    put(entry, "reason", _EXCLUDED)
-    return entry
-
-
-def _implied(reading: Reading) -> set[frozenset[str]]:
-    """Return the pairs of links that every MJCF of this robot excludes."""
-    from ...frontend.lower import lower
-    from .bodies import excluded_contacts
-
-    robot = lower(reading.tree).robot if reading.facts["excludes"] else None
-    return set(map(frozenset, excluded_contacts(robot))) if robot else set()
 
 
 def add_poses(reading: Reading) -> None:

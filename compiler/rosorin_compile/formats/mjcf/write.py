@@ -16,8 +16,10 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
   and a planar joint two slides and a hinge (``bodies`` has their names).
 - ``mimic`` is an equality constraint, which is soft: positions that are set by hand have to be set for followers too.
 - MuJoCo lets a link not collide with the link that it is jointed to, along with what is fixed to either; except where
-  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. The excluded contacts say it for
-  every joint, so that the base makes no difference; those in ``disabled_contacts`` of the description come after them.
+  one of the two is fixed to the world, as the base of a robot with ``base: fixed`` is. Excluded contacts and pairs say
+  for every joint who may touch whom (``contacts``), so that the base makes no difference.
+- A height map is merged boxes, or what ``height_maps`` asks for; as a height field (``hfield``) it is never smaller
+  than they are, and does not collide with planes.
 - Visual geoms collide with nothing and are in group 1. Collision geoms are in group 0, which viewers show, unless there
   are visuals to look at: then in group 3, which they hide.
 - What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
@@ -37,6 +39,7 @@ from ...model import (
     Capsule,
     Cylinder,
     Geometry,
+    HeightMap,
     Inertial,
     Joint,
     JointPose,
@@ -56,7 +59,9 @@ from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, PLANAR, body_name, excluded_contacts
+from .bodies import FLOATING, PLANAR, body_name
+from .contacts import Geom, contacts
+from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import Drive, controls_of, kept_controls
 from .servos import drives as drives_of
@@ -116,24 +121,28 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free"
     elements = elements_of(robot, templates, number)
-    printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"))
+    form = form_of(output)
+    printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form)
     frames = list(walk(robot))
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     simulated = printer.simulated.sections(drives, lambda link: printer.geom_names.get(link, ()))
+    touching = contacts(robot, form)
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
         "collision_group": 3 if any(link.visual for link in robot.links) else 0,
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
+        "fields": list(printer.fields.items()),
         "bodies": bodies,
         "followers": followers(robot, joints, number),
         "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
-        "excludes": excluded_contacts(robot),
+        "excludes": touching.excluded,
+        "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
         "keys": keys(robot, joints, drives, free),
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
@@ -180,12 +189,15 @@ class _Printer:
         elements: Mapping[str, Sequence[Element]],
         free: bool,
         mesh_inertia: str,
+        form: str,
     ) -> None:
         self.robot = robot
         self.number = number
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str], str] = {}
-        self.names = _own_names(robot)
+        self.fields: dict[str, Field] = {}
+        self.form = form
+        self.names = _own_names(robot, form)
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.mesh_inertia = mesh_inertia
@@ -247,16 +259,25 @@ class _Printer:
             return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
         return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
 
+    def name(self, link: str, purpose: str, number: int, solid: Shape) -> str:
+        """Return the name of the geom of a solid: its own, or its number in its link."""
+        own = self.names.get(solid.name) == (link, purpose)
+        return solid.name if own else f"{link}_{purpose}_{number}"
+
+    def collider(self, geom: Geom) -> str:
+        """Return the name of a geom that collides."""
+        return self.name(geom.link, "collision", geom.number, geom.shape)
+
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
-        for index, solid in enumerate((solid for shape in shapes for solid in shape.solids()), start=1):
+        for index, solid in enumerate((solid for shape in shapes for solid in solids(shape, self.form)), start=1):
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            name = f"{link.name}_{purpose}_{index}"
-            name = solid.name if self.names.get(solid.name) == (link.name, purpose) else name
+            name = self.name(link.name, purpose, index, solid)
             values = {"class": f"{self.robot.name}_{purpose}", "name": name}
             values["type"] = type(geometry).__name__.lower()
+            origin = solid.origin()
             if isinstance(geometry, Mesh):
                 if not is_written(self.robot, geometry):
                     continue
@@ -264,9 +285,15 @@ class _Printer:
                     geometry = replace(geometry, inertia=self.mesh_inertia)
                 key = (geometry, geometry.inertia)
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
+            elif isinstance(geometry, HeightMap):
+                field = field_of(solid, geometry)
+                values["type"] = "hfield"
+                values["hfield"] = f"{self.robot.name}_height_field_{len(self.fields) + 1}"
+                self.fields[values["hfield"]] = field
+                origin = field.pose
             else:
                 values["size"] = self.vector(_half_sizes(geometry))
-            values |= self.place(solid.origin())
+            values |= self.place(origin)
             colour = self.robot.colour(solid) if purpose == "visual" else None
             if colour:
                 values["rgba"] = self.vector(colour)
@@ -276,7 +303,7 @@ class _Printer:
             yield attributes(**values)
 
 
-def _own_names(robot: Robot) -> dict[str, tuple[str, str]]:
+def _own_names(robot: Robot, form: str) -> dict[str, tuple[str, str]]:
     """Return the names that geoms have of their own: where, by name. One that several would have is nobody's.
 
     A shape that collides goes before one of the same name that is seen. The names that the others get are taken.
@@ -285,9 +312,9 @@ def _own_names(robot: Robot) -> dict[str, tuple[str, str]]:
     made: set[str] = set()
     for purpose in ("collision", "visual"):
         for link in robot.links:
-            solids = [solid for shape in getattr(link, purpose) for solid in shape.solids()]
-            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(solids) + 1)}
-            for solid in solids:
+            geoms = [solid for shape in getattr(link, purpose) for solid in solids(shape, form)]
+            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(geoms) + 1)}
+            for solid in geoms:
                 owners.setdefault(solid.name, []).append((link.name, purpose))
     first = {name: [place for place in places if place[1] == places[0][1]] for name, places in owners.items()}
     return {name: places[0] for name, places in first.items() if name and len(places) == 1 and name not in made}

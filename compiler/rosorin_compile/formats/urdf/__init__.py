@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
-from ..format import NUMBER_FORMAT, Asked, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -90,6 +90,10 @@ FORMAT = Format(
             "type": "array",
             "description": "Which elements of links and joints to carry beside the kinematics; default all.",
             "items": {"enum": ["inertial", "visual", "collision", "dynamics", "urdf_elements"]},
+        },
+        "height_maps": {
+            "enum": FORMS_OF_BOXES,
+            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
         },
         "version": {
             "enum": ["1.0", "1.2", 1.0, 1.2],

@@ -16,7 +16,7 @@ from markupsafe import Markup
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted
-from ...model import Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Robot, Shape, Sphere
+from ...model import ROWS, Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Robot, Shape, Sphere
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
@@ -35,11 +35,12 @@ ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
 
 
 class _Format(NamedTuple):
-    """How the URDF is asked for: how numbers are printed, which elements it has, its version."""
+    """How the URDF is asked for: how numbers are printed, its elements, its version, the boxes of height maps."""
 
     number: NumberFormat
     elements: Sequence[str]
     version: str
+    boxes: str
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -55,7 +56,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules), ``gazebo`` (true, or which Gazebo; default no sensors).
+    default all), ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo``
+    (true, or which Gazebo; default no sensors).
     """
     form = _form(output)
     number, elements = form.number, form.elements
@@ -69,7 +71,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         for name in names:
             link = robot.link[name]
             visual, collision = (
-                robot.shapes_at(name, carried, purpose)[0] if purpose in elements else []
+                robot.shapes_at(name, carried, purpose, form.boxes)[0] if purpose in elements else []
                 for purpose in ("visual", "collision")
             )
             capsules[name] = sum(isinstance(solid.geometry, Capsule) for solid in (*visual, *collision))
@@ -98,7 +100,7 @@ def _gazebo(
     from .gazebo import Carried, distribution, kept_joints, sensors
 
     def collisions(link: str) -> list[str]:
-        shapes = robot.shapes_at(link, carried, "collision")[0] if "collision" in form.elements else []
+        shapes = robot.shapes_at(link, carried, "collision", form.boxes)[0] if "collision" in form.elements else []
         return [shape.name for shape in shapes]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
@@ -116,7 +118,7 @@ def brought(robot: Robot, output: Output) -> list[str]:
 
 def _form(output: Output) -> _Format:
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    return _Format(number, output.options.get("elements", ELEMENTS), _version(output))
+    return _Format(number, output.options.get("elements", ELEMENTS), _version(output), _boxes(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -132,6 +134,11 @@ def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str]
     return groups
 
 
+def _boxes(output: Output) -> str:
+    """Return the form of the boxes that height maps are in an output."""
+    return str(output.options.get("height_maps", ROWS))
+
+
 def _version(output: Output) -> str:
     """Return the version of the format that an output asks for; 1.2 is a number in YAML, and a name all the same."""
     return str(output.options.get("version", "1.0"))
@@ -139,7 +146,7 @@ def _version(output: Output) -> str:
 
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
-    shapes = robot.shapes_at(link, carried, "collision")[0]
+    shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
     return shapes if _version(output) != "1.0" else [_cylinder(shape) for shape in shapes]
 
 

@@ -5,6 +5,7 @@ Inertials are as they were written, or those of shapes of even density.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -31,8 +32,8 @@ RULES = (
     ),
     Rule(
         "height-map-rows",
-        "The rows of a height map differ in length, or a height is below zero.",
-        "Give all rows one length; heights count up from z = 0.",
+        "The rows of a height map differ in length, a height is below zero, or the bottom is not below the top.",
+        "Give all rows one length; heights count up from z = 0, and so does the bottom.",
         NUMBERS,
     ),
 )
@@ -107,21 +108,51 @@ def _box(entry: Mapping[str, Any]) -> Box:
 
 
 def _height_map(entry: Mapping[str, Any]) -> HeightMap:
-    rows = entry["heights"]
-    for index, row in enumerate(rows):
-        if len(row) != len(rows[0]):
-            message = f"row {index + 1} has {len(row)} heights, the first row {len(rows[0])}"
-            raise ShapeProblem("height-map-rows", message, ("height_map", "heights", index), "give all rows one length")
-    for i, row in enumerate(rows):
-        for j, height in enumerate(row):
-            if height < 0:
-                path = ("height_map", "heights", i, j)
-                raise ShapeProblem("height-map-rows", "a height is below zero", path, "heights count up from z = 0")
+    heights = _rows(entry["heights"], "heights", "height")
     cell = _positive(entry["cell"], "height_map", "cell")
     step = _positive(entry["step"], "height_map", "step") if "step" in entry else cell
-    heights = tuple(tuple(map(float, row)) for row in rows)
     x, y = map(float, entry["origin"])
-    return HeightMap((x, y), cell, heights, step, entry.get("method", ""))
+    bottom = _bottom(entry.get("bottom", 0.0), heights)
+    return HeightMap((x, y), cell, heights, step, entry.get("method", ""), bottom)
+
+
+def _rows(rows: Sequence[Sequence[float]], key: str, word: str) -> tuple[tuple[float, ...], ...]:
+    """Return the numbers of the cells of a height map, row by row."""
+    for index, row in enumerate(rows):
+        if len(row) != len(rows[0]):
+            message = f"row {index + 1} has {len(row)} {word}s, the first row {len(rows[0])}"
+            raise ShapeProblem("height-map-rows", message, ("height_map", key, index), "give all rows one length")
+    for i, row in enumerate(rows):
+        for j, number in enumerate(row):
+            if number < 0:
+                help = "heights count up from z = 0"
+                raise ShapeProblem("height-map-rows", f"a {word} is below zero", ("height_map", key, i, j), help)
+    return tuple(tuple(map(float, row)) for row in rows)
+
+
+def _bottom(given: Any, heights: Sequence[Sequence[float]]) -> float | tuple[tuple[float, ...], ...]:
+    """Return where the body begins: below its top wherever there is one."""
+    path: tuple[str | int, ...] = ("height_map", "bottom")
+    if isinstance(given, (int, float)):
+        if given < 0:
+            raise ShapeProblem("height-map-rows", "the bottom is below zero", path, "it counts up from z = 0")
+        low = min((height for row in heights for height in row if height > 0), default=math.inf)
+        if given >= low:
+            message = f"the bottom ({given:g} m) is not below the lowest height ({low:g} m)"
+            help = "lower it, or give it as rows like those of heights"
+            raise ShapeProblem("height-map-rows", message, path, help)
+        return float(given)
+    rows = _rows(given, "bottom", "bottom")
+    sizes = [f"{len(some)} x {len(some[0])}" for some in (rows, heights)]
+    if sizes[0] != sizes[1]:
+        message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
+        raise ShapeProblem("height-map-rows", message, path, "give each cell of heights its bottom")
+    for i, (lows, row) in enumerate(zip(rows, heights, strict=True)):
+        for j, (low, height) in enumerate(zip(lows, row, strict=True)):
+            if 0 < height <= low:
+                message = f"the bottom ({low:g} m) is not below the height of its cell ({height:g} m)"
+                raise ShapeProblem("height-map-rows", message, (*path, i, j), "lower it; height 0 is a cell of no body")
+    return rows
 
 
 def _mesh(entry: Mapping[str, Any]) -> Mesh:

@@ -259,7 +259,8 @@ def of_shapes(frames: Frames, link: Link) -> Iterator[Shape]:
             where, _ = frames.origins.at(here)
             kind, words = _in_words(shape.geometry)
             if isinstance(shape.geometry, HeightMap):
-                keys = [(*here, "height_map", key) for key in ("origin", "cell", "step")]
+                single = ("bottom",) if isinstance(shape.geometry.bottom, (int, float)) else ()
+                keys = [(*here, "height_map", key) for key in ("origin", "cell", "step", *single)]
                 numbers = [number for key in keys for number in frames.numbers(key)]
             else:
                 numbers = [number._replace(name=_short(number.name)) for number in frames.numbers(here)]

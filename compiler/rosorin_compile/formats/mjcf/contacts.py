@@ -1,0 +1,175 @@
+"""Contacts: which links are not to collide, and which may though MuJoCo would not let them.
+
+MuJoCo lets nothing that is welded together on one side of a joint collide with what is welded together on its other
+side, where both sides can move. That is right for the two links that the joint connects, and hides too much of the
+others: a camera that is fixed to the wrist may well meet the gripper. So of those
+
+- the two links that the joint connects are excluded: they are built into each other;
+- links that touch at zero or in a named pose are excluded: a simulation would push them apart;
+- links with a mesh are excluded: what a mesh touches is not known here;
+- of the others the shapes that the joint can bring together are named as pairs, which MuJoCo then takes into account.
+
+Pairs and excludes are said for every base, fixed or free: a robot is attached to other things. Pairs are the robot's
+own, while the flag that turns MuJoCo's filter off is one of the whole scene, where other robots rely on it.
+"""
+
+from __future__ import annotations
+
+import math
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from ...model import MERGED, Joint, Mesh, Robot, Shape, Transform, Vector
+from ...model.bounds import ball_of
+from ...model.geometry import dot, unit
+from ...model.motion import motion, plane_axes
+from ...model.touching import NEAR, touch
+from .bodies import body_name, weld_groups
+from .height_fields import solids
+from .unsaid import has_volume
+
+
+class Geom(NamedTuple):
+    """A collision shape of a link: the number that its geom has there, from 1."""
+
+    link: str
+    number: int
+    shape: Shape
+
+
+Meeting = tuple[Geom, Geom]
+
+
+class Contacts(NamedTuple):
+    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters."""
+
+    excluded: list[tuple[str, str]]
+    pairs: list[Meeting]
+
+
+class _Ball(NamedTuple):
+    """A ball around a shape (m), its middle in the two lengths that the motion of a joint does not change."""
+
+    first: float
+    second: float
+    radius: float
+    geom: Geom
+
+
+def contacts(robot: Robot, form: str = MERGED) -> Contacts:
+    """Return who is not to collide, and who may all the same; ``form`` is that of the height maps.
+
+    The links of each joint come first, then ``disabled_contacts`` of the robot. Bodies are called as in the MJCF.
+    """
+    groups = weld_groups(robot)
+    top_of = {name: top for top, names in groups.items() for name in names}
+    solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
+    places = _places(robot)
+    named = {frozenset(pair) for pair in robot.disabled_contacts}
+    excluded: dict[frozenset[str], tuple[str, str]] = {}
+    pairs: list[Meeting] = []
+    for top, below in solid.items():
+        joint = robot.joint_to.get(top)
+        if joint is None or not below:
+            continue
+        across = _Across(robot, joint, places, form)
+        for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
+            if across.excludes(links, meeting):
+                excluded.setdefault(frozenset(links), links)
+            elif frozenset(links) not in named:
+                pairs += meeting
+    for pair in robot.disabled_contacts:
+        excluded.setdefault(frozenset(pair), pair)
+    bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
+    return Contacts(bodies, pairs)
+
+
+def _places(robot: Robot) -> dict[str, Transform]:
+    """Return where each link sits in the topmost link that it is welded to."""
+    places: dict[str, Transform] = {}
+    for link in robot.walk():
+        joint = robot.joint_to.get(link.name)
+        is_top = joint is None or not joint.is_fixed
+        places[link.name] = Transform() if is_top or joint is None else places[joint.parent].then(joint.transform())
+    return places
+
+
+class _Across:
+    """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side."""
+
+    def __init__(self, robot: Robot, joint: Joint, places: Mapping[str, Transform], form: str) -> None:
+        self.robot = robot
+        self.joint = joint
+        self.places = places
+        self.form = form
+        self.base = places[joint.parent].then(joint.origin.transform())
+        states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
+        positions = dict.fromkeys([0.0, *(robot.position(joint, state) for state in states)])
+        self.ways = [self.base.then(motion(joint.type, joint.axis, position)) for position in positions]
+
+    def candidates(self, above: Sequence[str], below: Sequence[str]) -> Iterator[tuple[tuple[str, str], list[Meeting]]]:
+        """Yield the links of both sides that matter to each other, with the shapes that the joint can bring together.
+
+        They are neighbours, those that may meet, and what has a mesh with all of the other side.
+        """
+        meeting = self._meeting(above, below)
+        order = {name: index for index, name in enumerate(below)}
+        unknown = {name for name in (*above, *below) if self._has_mesh(name)}
+        blind = [name for name in below if name in unknown]
+        for one in above:
+            others = set(below if one in unknown else (*blind, *meeting.get(one, ())))
+            if one == self.joint.parent:
+                others |= {self.joint.child} & order.keys()
+            for other in sorted(others, key=order.__getitem__):
+                yield (one, other), meeting.get(one, {}).get(other, [])
+
+    def excludes(self, links: tuple[str, str], meeting: Sequence[Meeting]) -> bool:
+        """Say whether two links of both sides are not to collide."""
+        if links == (self.joint.parent, self.joint.child) or any(map(self._has_mesh, links)):
+            return True
+        one, other = (self.places[name] for name in links)
+        ways = [one.inverse().then(way).then(other) for way in self.ways]
+        return any(touch(mine.shape, theirs.shape, way) for way in ways for mine, theirs in meeting)
+
+    def _has_mesh(self, link: str) -> bool:
+        return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)
+
+    def _meeting(self, above: Sequence[str], below: Sequence[str]) -> dict[str, dict[str, list[Meeting]]]:
+        """Return the shapes that some position of the joint may bring together, by the links of both sides."""
+        back = self.base.inverse()
+        ones = [ball for name in above for ball in self._balls(name, back.then(self.places[name]))]
+        others = [ball for name in below for ball in self._balls(name, self.places[name])]
+        order = sorted(range(len(others)), key=lambda index: others[index].first)
+        firsts, largest = [others[index].first for index in order], max((ball.radius for ball in others), default=0.0)
+        found: dict[str, dict[str, list[Meeting]]] = {}
+        for one in ones:
+            reach = one.radius + largest + NEAR
+            window = order[bisect_left(firsts, one.first - reach) : bisect_right(firsts, one.first + reach)]
+            for other in (others[index] for index in sorted(window)):
+                apart = math.hypot(one.first - other.first, one.second - other.second)
+                if apart <= one.radius + other.radius + NEAR:
+                    mates = found.setdefault(one.geom.link, {})
+                    mates.setdefault(other.geom.link, []).append((one.geom, other.geom))
+        return found
+
+    def _balls(self, link: str, place: Transform) -> Iterator[_Ball]:
+        """Yield balls around the shapes of a link that become geoms; ``place`` is where the joint sees the link."""
+        shapes = (solid for shape in self.robot.link[link].collision for solid in solids(shape, self.form))
+        for number, shape in enumerate(shapes, start=1):
+            ball = ball_of(shape) if has_volume(shape.geometry) else None
+            if ball is not None:
+                first, second = self._constant(place.apply(ball.middle))
+                yield _Ball(first, second, ball.radius, Geom(link, number, shape))
+
+    def _constant(self, point: Vector) -> tuple[float, float]:
+        """Return two lengths (m) of a point that the motion of the joint does not change."""
+        if self.joint.type == "floating":
+            return 0.0, 0.0
+        along = dot(unit(self.joint.axis), point)
+        if self.joint.type == "planar":
+            return along, 0.0
+        if self.joint.type == "prismatic":
+            one, other = plane_axes(self.joint.axis)
+            return dot(one, point), dot(other, point)
+        return along, math.sqrt(max(dot(point, point) - along * along, 0.0))

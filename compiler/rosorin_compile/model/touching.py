@@ -1,0 +1,173 @@
+"""Whether two solids touch, without an engine: boxes, cylinders, capsules and spheres at any pose.
+
+The distance of two convex bodies is that of their Minkowski difference from the origin, which is approached by
+simplices of support points (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance
+between complex objects in three-dimensional space", 1988). A sphere is a point and a capsule a line with a radius
+around it. The search is short, for only whether a distance is reached is asked: a support plane that is farther away
+ends it. The closest point of a simplex: C. Ericson, "Real-Time Collision Detection", 2005, chapter 5.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+from .bounds import ball_of
+from .geometry import Transform, Vector, dot, minus, plus
+from .shape import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere
+
+# Faces that lie on each other touch, whatever the rounding of the poses made of it (m).
+NEAR = 1e-6
+_STEPS = 100  # a search that goes on for longer is one along round faces that hardly are apart
+_DONE = 1e-10  # relative: the distance gets no better
+
+Simplex = list[Vector]
+
+
+class _Core(NamedTuple):
+    """A convex body seen from some frame: what is at ``place``, and how much is around it on all sides (m).
+
+    ``half`` are the half extents of a box; of what is ``round`` about z the radius, the same, and the half length.
+    """
+
+    place: Transform
+    half: Vector
+    round: bool
+    around: float
+
+    def support(self, direction: Vector) -> Vector:
+        """Return the point that is farthest in a direction, without what is around it."""
+        (a, b, c), (d, e, f), (g, h, i) = self.place.rows
+        x, y, z = direction
+        u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
+        r, s, half = self.half
+        if self.round:
+            length = math.hypot(u, v)
+            u, v = (r * u / length, r * v / length) if length > 0 else (0.0, 0.0)
+        else:
+            u, v = math.copysign(r, u), math.copysign(s, v)
+        return self.place.apply((u, v, math.copysign(half, w)))
+
+
+def touch(one: Shape, other: Shape, way: Transform, near: float = NEAR) -> bool | None:
+    """Say whether two shapes are closer than ``near`` (m); None where a mesh takes part, whose file is not read here.
+
+    ``way`` is where the frame that the other shape is given in sits in the frame of the first one.
+    """
+    if isinstance(one.geometry, Mesh) or isinstance(other.geometry, Mesh):
+        return None
+    there = [(solid, way) for solid in other.solids()]
+    return any(_touch(solid, mate, way, near) for solid in one.solids() for mate, way in there)
+
+
+def _touch(one: Shape, other: Shape, way: Transform, near: float) -> bool:
+    balls = ball_of(one), ball_of(other)
+    if balls[0] is None or balls[1] is None:
+        return False
+    if math.dist(balls[0].middle, way.apply(balls[1].middle)) > balls[0].radius + balls[1].radius + near:
+        return False
+    first, second = _core(one, Transform()), _core(other, way)
+    return not _apart(first, second, near + first.around + second.around)
+
+
+def _core(shape: Shape, way: Transform) -> _Core:
+    geometry, place = shape.geometry, way.then(shape.origin().transform())
+    if isinstance(geometry, Box):
+        x, y, z = (abs(side) / 2 for side in geometry.size)
+        return _Core(place, (x, y, z), round=False, around=0.0)
+    if isinstance(geometry, Cylinder):
+        radius = abs(geometry.radius)
+        return _Core(place, (radius, radius, abs(geometry.length) / 2), round=True, around=0.0)
+    if isinstance(geometry, Capsule):
+        return _Core(place, (0.0, 0.0, abs(geometry.length) / 2), round=False, around=abs(geometry.radius))
+    if isinstance(geometry, Sphere):
+        return _Core(place, (0.0, 0.0, 0.0), round=False, around=abs(geometry.radius))
+    what = "height map" if isinstance(geometry, HeightMap) else "mesh"
+    raise TypeError(f"a {what} is no convex body")
+
+
+def _apart(one: _Core, other: _Core, reach: float) -> bool:
+    """Say whether two cores are farther from each other than ``reach`` (m)."""
+    nearest = minus(one.place.xyz, other.place.xyz)
+    simplex: Simplex = []
+    for _ in range(_STEPS):
+        length = math.hypot(*nearest)
+        if length <= reach:
+            return False
+        x, y, z = nearest
+        found = minus(one.support((-x, -y, -z)), other.support(nearest))
+        ahead = dot(nearest, found)
+        if ahead > reach * length:  # the plane through the support point is as far away as that
+            return True
+        if simplex and length * length - ahead <= _DONE * length * length:
+            return True  # no point is nearer than this one, and it is beyond the reach
+        nearest, simplex = _closest([*simplex, found])
+        if len(simplex) == 4:  # the origin is within
+            return False
+    return False
+
+
+def _closest(simplex: Simplex) -> tuple[Vector, Simplex]:
+    """Return the point of a simplex that is closest to the origin, and the corners that it lies between."""
+    if len(simplex) == 1:
+        return simplex[0], simplex
+    if len(simplex) == 2:
+        return _on_line(simplex[0], simplex[1])
+    if len(simplex) == 3:
+        return _on_triangle(simplex)
+    best: tuple[float, Vector, Simplex] | None = None
+    for index, apex in enumerate(simplex):
+        face = [*simplex[:index], *simplex[index + 1 :]]
+        if not _is_outside(face, apex):
+            continue
+        point, corners = _on_triangle(face)
+        far = dot(point, point)
+        if best is None or far < best[0]:
+            best = (far, point, corners)
+    return ((0.0, 0.0, 0.0), simplex) if best is None else best[1:]
+
+
+def _is_outside(face: Simplex, apex: Vector) -> bool:
+    """Say whether the origin is on the other side of a face than the apex, or the four points are nearly flat."""
+    a, b, c = face
+    normal = _cross(minus(b, a), minus(c, a))
+    height = dot(normal, minus(apex, a))
+    flat = 1e-12 * math.hypot(*normal) * math.dist(apex, a)
+    return abs(height) <= flat or dot(normal, a) * height >= 0
+
+
+def _on_line(a: Vector, b: Vector) -> tuple[Vector, Simplex]:
+    along = minus(b, a)
+    square = dot(along, along)
+    share = -dot(a, along) / square if square > 0 else 0.0
+    if share <= 0:
+        return a, [a]
+    if share >= 1:
+        return b, [b]
+    return _between((a, b), (1 - share, share)), [a, b]
+
+
+def _on_triangle(triangle: Simplex) -> tuple[Vector, Simplex]:
+    a, b, c = triangle
+    normal = _cross(minus(b, a), minus(c, a))
+    square = dot(normal, normal)
+    edges = ((a, b), (b, c), (c, a))
+    if square > 0:
+        # The share of each corner is the area of the triangle that the foot of the origin makes with the others.
+        shares = [dot(_cross(p, q), normal) / square for p, q in (edges[1], edges[2], edges[0])]
+        if min(shares) > 0:
+            return _between((a, b, c), shares), [a, b, c]
+    return min((_on_line(p, q) for p, q in edges), key=lambda found: dot(found[0], found[0]))
+
+
+def _between(points: Sequence[Vector], shares: Sequence[float]) -> Vector:
+    made = (0.0, 0.0, 0.0)
+    for (x, y, z), share in zip(points, shares, strict=True):
+        made = plus(made, (share * x, share * y, share * z))
+    return made
+
+
+def _cross(one: Vector, other: Vector) -> Vector:
+    (a, b, c), (d, e, f) = one, other
+    return (b * f - c * e, c * d - a * f, a * e - b * d)

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..model import Edge, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
-    from .imported import Imported, ReadOptions
+    from .imported import Imported, Proof, ReadOptions
     from .templating import Templates
 
 
@@ -180,6 +180,8 @@ class Format:
     - ``shown``: its text is for people, so that ``check`` prints how two of them differ; a picture is told by name.
     - ``refusal``: why the engine that reads such files does not load a text that stands in a folder; empty if it does,
       or is not installed. For ``check``.
+    - ``prove``: how its engine tells an artifact from the source that it was imported from, by the artifact's text and
+      the files of its meshes (by the names there). For ``import`` of a source of the same format.
 
     What an artifact says of a robot, so that it can be held against it:
 
@@ -234,6 +236,7 @@ class Format:
     differ: Callable[[str, str], str] | None = None
     shown: bool = True
     refusal: Callable[[str, Path], str] | None = None
+    prove: Callable[[Imported, str, Mapping[str, str]], Proof] | None = None
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False

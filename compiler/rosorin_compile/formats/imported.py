@@ -50,13 +50,27 @@ class LeftOut(NamedTuple):
     span: Span
 
 
+class Proof(NamedTuple):
+    """How the artifact that a source becomes differs from it to the engine that reads both, in texts by feature.
+
+    ``wrong`` is what nobody said, ``known`` what the import listed as left out or changed; ``said`` is the sentence
+    about what holds. ``unknown`` is why the engine did not answer; empty if it did.
+    """
+
+    wrong: Mapping[str, Sequence[str]] = {}
+    known: Mapping[str, Sequence[str]] = {}
+    said: str = ""
+    unknown: str = ""
+
+
 class Imported(NamedTuple):
     """The tree (None if the source is broken), what there is to say, and what a writer may want to know.
 
     ``files`` are the files that were read, the source first. ``left_out`` is what a warning ``import-cannot-carry``
     was given for. ``version`` is that of the format, as written (``version`` of a URDF), empty if it is not said.
     ``format`` is the name of the format that was read; of a xacro that of what it expands to. ``takes_arguments`` says
-    that the file was told arguments.
+    that the file was told arguments. ``names`` are the names that
+    objects of the source got, by kind and index, for the proof in its engine.
     """
 
     tree: Map | None
@@ -67,6 +81,7 @@ class Imported(NamedTuple):
     version: str = ""
     format: str = ""
     takes_arguments: bool = False
+    names: Mapping[str, Mapping[int, str]] = {}
 
 
 def cannot_carry(what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> Diagnostic:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
-    from ..imported import Imported
+    from ..imported import Imported, Proof
     from ..templating import Templates
 
 __all__ = ["FORMAT"]
@@ -65,6 +65,12 @@ def _refusal(text: str, folder: Path) -> str:
     from .process import refusal
 
     return refusal(text, folder, by_itself=not _FILE.search(text))
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
 
 
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape] | None:  # noqa: ARG001
@@ -198,6 +204,7 @@ FORMAT = Format(
     facts=_facts,
     syntax=_syntax,
     refusal=_refusal,
+    prove=_prove,
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,

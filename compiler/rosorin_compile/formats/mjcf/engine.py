@@ -55,6 +55,43 @@ def main_load(path: str, answer: str, cpu_seconds: int, folder: str) -> None:
     Path(answer).write_text(refused, encoding="utf-8")
 
 
+def main_prove(path: str, answer: str, cpu_seconds: int, request: str) -> None:
+    """Hold the MJCF at ``path`` against ours, which ``request`` has; write what differs to the file ``answer``."""
+    _limit(cpu_seconds)
+    mujoco: Any = import_module("mujoco")
+    mujoco.set_mju_user_warning(lambda _: None)  # which would go into a file in the working folder
+    asked = json.loads(Path(request).read_text(encoding="utf-8"))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        made = proof(mujoco, path, asked)
+    Path(answer).write_text(json.dumps(made), encoding="utf-8")
+
+
+def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
+    """Return how the MJCF at ``path`` differs from a text of ours, field by field, and in motion if nothing does.
+
+    ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), the ``names``
+    that the import gave by kind and index, and the features that no motion sees (``still``).
+    """
+    from . import moves, same
+
+    theirs = mujoco.MjSpec.from_file(path)
+    theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
+    ours = mujoco.MjSpec.from_string(asked["text"])
+    ours.modelfiledir = str(Path(path).parent)
+    for asset in (*ours.meshes, *ours.textures, *ours.hfields):
+        asset.file = asked["files"].get(asset.file, asset.file)
+    told = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
+    source = theirs.compile()
+    pair = same.Model(mujoco, source), same.Model(mujoco, ours.compile())
+    comparison = same.Comparison(*pair, told)
+    found = comparison.run(theirs.stat)
+    made: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}
+    if {difference.feature for difference in found} <= {*asked["still"]}:
+        made["motion"] = moves.run(mujoco, comparison)._asdict()
+    return made
+
+
 def _limit(cpu_seconds: int) -> None:
     """Give this process an end, and no more memory than a robot can need; where the system knows such limits."""
     try:

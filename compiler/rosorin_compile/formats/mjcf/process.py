@@ -13,6 +13,7 @@ import re
 import subprocess
 import sys
 import tempfile
+from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -29,6 +30,7 @@ _START = (
     "engine.main(sys.argv[2], sys.argv[3], int(sys.argv[4]))"
 )
 _START_LOAD = _START.replace("engine.main(", "engine.main_load(").replace("]))", "]), sys.argv[5])")
+_START_PROVE = _START.replace("engine.main(", "engine.main_prove(").replace("]))", "]), sys.argv[5])")
 
 
 class Answer(NamedTuple):
@@ -87,6 +89,23 @@ def refusal(text: str, folder: Path, by_itself: bool, seconds: int = SECONDS) ->
         if not answer.is_file():
             return _fallen(done).refusal
         return _reason(answer.read_text(encoding="utf-8"), text).replace(f"{folder.resolve()}{os.sep}", "")
+
+
+def prove(path: Path, asked: Mapping[str, Any], seconds: int = SECONDS) -> dict[str, Any] | str:
+    """Return how the MJCF at ``path`` differs from ours (see ``engine.proof``), or why MuJoCo did not say."""
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as own:
+        request, answer = Path(own, "request.json"), Path(own, "answer.json")
+        request.write_text(json.dumps(asked), encoding="utf-8")
+        package = str(Path(__file__).resolve().parents[3])
+        command = [sys.executable, "-c", _START_PROVE, package, str(path.resolve()), str(answer), str(seconds)]
+        try:
+            done = _run([*command, str(request)], own, seconds)
+        except subprocess.TimeoutExpired:
+            return _endless(seconds)
+        if not answer.is_file():
+            return _fallen(done).refusal
+        made: dict[str, Any] = json.loads(answer.read_text(encoding="utf-8"))
+        return made
 
 
 def _reason(refused: str, text: str) -> str:

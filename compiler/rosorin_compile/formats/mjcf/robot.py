@@ -64,7 +64,9 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out))
+    return Imported(
+        tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading)
+    )
 
 
 def _read(reading: Reading, path: Path) -> None:
@@ -94,6 +96,12 @@ def _read(reading: Reading, path: Path) -> None:
     joints.tell_of_zeros(reading)
     joints.tell_of_base(reading)
     left_out.tell(reading)
+
+
+def _names(reading: Reading) -> dict[str, dict[int, str]]:
+    """Return the names that bodies, joints and materials got."""
+    bodies = {index: name for index, name in reading.link_of.items() if index}
+    return {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
 
 
 def _outputs(reading: Reading) -> Map:

@@ -13,9 +13,12 @@ from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more
 from ...formats import published
+from ...formats.format import Format
 from ...formats.imported import Imported, ReadOptions
 from ...formats.reading import read_robot
+from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
+from ...frontend.tree import Map
 from ...meaning.sameness import different
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
@@ -107,6 +110,15 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     if found:
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
     return trip._replace(frames=len(source.links), states=STATES, largest=largest)
+
+
+def files_of(read: Map, meshes: str | None, folder: Path, format: Format) -> dict[str, str]:
+    """Return where the meshes are that an artifact names, by their names in it.
+
+    ``read`` is the tree as it was read, from a source in ``folder``; ``meshes`` stands before their names since then.
+    """
+    opens, before = format.opens or (lambda name: name), "" if meshes is None else f"{meshes.rstrip('/')}/"
+    return {opens(before + name): str(folder.absolute() / name) for name in relative_files(read)}
 
 
 def largest_difference(one: Robot, other: Robot) -> float:

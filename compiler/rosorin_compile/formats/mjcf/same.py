@@ -1,0 +1,692 @@
+"""Same: whether two compiled models are one robot to MuJoCo, field by field of mjModel, told by feature.
+
+What differs by right is no difference: a link is a body and a site, so sites and bodies without mass may be added; a
+frame of a site may have become a body; visuals may be added to what collides; quaternions have two signs, inertias
+several principal axes, meshes an origin that MuJoCo moves; zero of a joint with ``ref`` is another number.
+
+``same_fields`` says of each field how it is compared, ``matched`` what is which. It runs in the child process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .matched import BALL, FREE, HFIELD, MESH, SDF, SLIDE, Model, Told, kind_of_object, kind_of_target, match, rotation
+from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, SLICES, WHOLE
+
+RELATIVE = 1e-9  # between two numbers of double precision, of the larger one
+ABSOLUTE = 1e-12
+PLACE = 1e-9  # m, or an entry of a rotation
+SINGLE = 1e-6  # between two numbers of single precision: colours, vertices, relative to the largest
+NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
+
+_LOST = {
+    "body": "bodies",
+    "joint": "types of joints",
+    "mesh": "shapes",
+    "height field": "shapes",
+    "texture": "textures",
+    "material": "shine",
+    "geom": "shapes",
+    "site": "sites",
+    "camera": "cameras",
+    "light": "lights",
+    "pair": "contact pairs",
+    "equality": "equalities",
+    "tendon": "tendons",
+    "actuator": "actuators",
+    "sensor": "sensors",
+    "number": "numbers and texts",
+    "text": "numbers and texts",
+    "tuple": "numbers and texts",
+    "key": "keys",
+    "flex": "flexible bodies",
+    "skin": "skins",
+}
+
+
+class Difference(NamedTuple):
+    """What differs: its feature, and in words, such as "joint knee: damping 0.1 in the source, 0 in ours"."""
+
+    feature: str
+    text: str
+
+
+def compare(mujoco: Any, source: Any, ours: Any, told: Told, said: Any = None) -> list[Difference]:
+    """Return how two models differ; ``said`` is the <statistic> of the source's mjSpec, nan where it says nothing."""
+    return Comparison(Model(mujoco, source), Model(mujoco, ours), told).run(said)
+
+
+class Comparison:
+    """Two models, what is which in them, and the differences found so far."""
+
+    def __init__(self, source: Model, ours: Model, told: Told) -> None:
+        self.source, self.ours = source, ours
+        self.told = told
+        self.maps = match(source, ours, told)
+        self.found: list[Difference] = []
+
+    def run(self, said: Any = None) -> list[Difference]:
+        """Compare everything."""
+        self._options(said)
+        self._missing()
+        self._added()
+        for kind, entry in KINDS.items():
+            for feature, fields in entry.fields.items():
+                for field in fields.split():
+                    self._plain(kind, feature, f"{entry.prefix}_{field}")
+        for field in REFERENCES:
+            self._reference(field)
+        self._bodies()
+        self._joints()
+        self._geoms()
+        self._meshes()
+        self._placed()
+        self._tendons()
+        self._actuators()
+        self._keys()
+        self._order()
+        self._touching()
+        self._whole()
+        return self.found
+
+    def tell(self, feature: str, kind: str, index: int, what: str) -> None:
+        """Say that an object of the source differs."""
+        self.found.append(Difference(feature, f"{self.source.called(kind, index)}: {what}"))
+
+    def numbers(self, feature: str, kind: str, index: int, what: str, one: Any, other: Any) -> None:
+        """Say that two values differ, if they do."""
+        if not close(one, other):
+            self.tell(feature, kind, index, f"{what} {_both(one, other)}")
+
+    def _options(self, said: Any) -> None:
+        one, other = self.source.mj, self.ours.mj
+        groups = ["global_", "headlight", "map", "quality", "rgba", "scale"]
+        pairs = [("options", one.opt, other.opt)]
+        pairs += [("settings of the viewer", getattr(one.vis, name), getattr(other.vis, name)) for name in groups]
+        for feature, theirs, own in pairs:
+            for field in public(theirs):
+                if not close(getattr(theirs, field), getattr(own, field)):
+                    text = f"{field} {_both(getattr(theirs, field), getattr(own, field))}"
+                    self.found.append(Difference(feature, text))
+        for field in public(one.stat) if said is not None else ():
+            if np.isfinite(getattr(said, field)).all() and not close(getattr(one.stat, field), getattr(other.stat, field)):
+                text = f"{field} {_both(getattr(one.stat, field), getattr(other.stat, field))}"
+                self.found.append(Difference("settings of the viewer", text))
+        for field in ("nuserdata", "njmax", "nconmax"):
+            if getattr(one, field) != getattr(other, field):
+                self.found.append(Difference("sizes", f"{field} {_both(getattr(one, field), getattr(other, field))}"))
+
+    def _missing(self) -> None:
+        """Say what of the source is not there, or under another name than the one that the import told."""
+        for kind, feature in _LOST.items():
+            for index, name in enumerate(self.source.names[kind]):
+                at = self.maps[kind].get(index)
+                if at is None:
+                    if not (kind == "material" and self._is_colour(index)):
+                        self.tell(feature, kind, index, "is not in ours")
+                elif name and self.ours.names[kind][at] not in (name, self.told.get(kind, {}).get(index)):
+                    if kind not in ("mesh", "height field"):  # nobody asks for those; what has them is compared
+                        self.tell("names", kind, index, f"is called {self.ours.names[kind][at] or 'nothing'} in ours")
+
+    def _is_colour(self, material: int) -> bool:
+        """Say whether a material of the source is nothing but a colour, which its geoms have too."""
+        mj = self.source.mj
+        usual = {"emission": 0, "specular": 0.5, "shininess": 0.5, "reflectance": 0, "metallic": -1, "roughness": -1}
+        usual |= {"texuniform": 0, "texrepeat": 1, "texid": -1}
+        return all(close(getattr(mj, f"mat_{f}")[material], np.full_like(getattr(mj, f"mat_{f}")[material], v)) for f, v in usual.items())
+
+    def _added(self) -> None:
+        """Say what ours has that the source has not, and that makes a difference."""
+        mj = self.ours.mj
+        for kind in ("joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex", "skin", "body"):
+            known = set(self.maps[kind].values())
+            for index in range(len(self.ours.names[kind])):
+                if index in known:
+                    continue
+                if kind == "geom" and not (mj.geom_contype[index] or mj.geom_conaffinity[index]):
+                    continue
+                if kind == "body" and mj.body_mass[index] <= NO_MASS:
+                    continue
+                text = f"{self.ours.called(kind, index)} is in ours alone"
+                self.found.append(Difference(_LOST[kind], text))
+
+    def _plain(self, kind: str, feature: str, field: str) -> None:
+        for one, other in self.maps[kind].items():
+            if field in GATES and not (self._all(self.source, GATES[field], one) and self._all(self.ours, GATES[field], other)):
+                continue
+            theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)
+            if field.endswith("_user"):
+                theirs, own = padded(theirs, own)
+            self.numbers(feature, kind, one, field.partition("_")[2], theirs, own)
+
+    def _all(self, model: Model, field: str, index: int) -> bool:
+        return bool(np.all(value(model.mj, field, index)))
+
+    def _reference(self, field: str) -> None:
+        """Compare which other objects are named."""
+        how, feature = REFERENCES[field]
+        kind = next(kind for kind, entry in KINDS.items() if field.startswith(f"{entry.prefix}_")) if field != "wrap_objid" else "tendon"
+        for one, other in self.maps[kind].items():
+            theirs = list(np.atleast_1d(value(self.source.mj, field, one)))
+            own = list(np.atleast_1d(value(self.ours.mj, field, other)))
+            if how == "plugin":
+                if plugin(self.source.mj, theirs[0]) != plugin(self.ours.mj, own[0]):
+                    self.tell(feature, kind, one, f"plugin {plugin(self.source.mj, theirs[0])} in the source, {plugin(self.ours.mj, own[0])} in ours")
+                continue
+            kinds = list(self._kinds(how, one, len(theirs)))
+            if len(theirs) != len(own) or not all(map(self._is_same, kinds, theirs, own)):
+                names = [self._list(model, kinds, ids) for model, ids in ((self.source, theirs), (self.ours, own))]
+                self.tell(feature, kind, one, f"{field.partition('_')[2]} {names[0]} in the source, {names[1]} in ours")
+
+    def _kinds(self, how: str, index: int, count: int) -> Iterator[str]:
+        """Yield the kind of each object that is named."""
+        mj = self.source.mj
+        if how == "actuator_trntype":
+            yield from [kind_of_target(self.source, index)] * count
+        elif how == "geom_type":
+            yield {HFIELD: "height field", MESH: "mesh", SDF: "mesh"}.get(int(mj.geom_type[index]), "")
+        elif how == "wrap_type":
+            words = {1: "joint", 3: "site", 4: "geom", 5: "geom"}
+            yield from (words.get(int(number), "") for number in value(mj, how, index))
+        elif how in KINDS:
+            yield from [how] * count
+        else:
+            yield from (kind_of_object(self.source, int(n)) for n in np.resize(value(mj, how, index), count))
+
+    def _is_same(self, kind: str, one: Any, other: Any) -> bool:
+        if one < 0 or not kind:
+            return bool(one == other)
+        expected = self.maps[kind].get(int(one))
+        if expected is None and kind in ("material", "texture"):
+            return True  # it is told that it is not there
+        if kind == "body" and expected is not None and other >= 0 and self.ours.is_rigid(expected, int(other)):
+            pos, turn = self.ours.seen_from(expected, int(other), np.zeros(3), np.eye(3))
+            return near(pos, np.zeros(3)) and near(turn, np.eye(3))
+        return expected == other or (kind == "mesh" and other in self._meshes_of(int(one)))
+
+    def _meshes_of(self, mesh: int) -> set[int]:
+        """Return the meshes of ours that are a mesh of the source: it may be there in several forms."""
+        pairs = self.maps["geom"].items()
+        return {int(self.ours.mj.geom_dataid[other]) for one, other in pairs if self.source.mj.geom_dataid[one] == mesh}
+
+    def _list(self, model: Model, kinds: Sequence[str], ids: Iterable[Any]) -> str:
+        texts = []
+        for kind, index in zip(kinds, ids, strict=False):
+            named = kind and 0 <= index < len(model.names[kind])
+            texts.append(model.called(kind, int(index)) if named else "none" if index < 0 else str(index))
+        return ", ".join(texts) or "nothing"
+
+    def _bodies(self) -> None:
+        for one, other in self.maps["body"].items():
+            theirs, own = self.source.mj, self.ours.mj
+            if one:
+                self._place_of_body(one, other)
+                self._masses(one, other)
+            for what, feature, of in (("motion capture", "motion capture", _is_mocap), ("sleep policy", "sleep", _sleep)):
+                if of(theirs, one) != of(own, other):
+                    self.tell(feature, "body", one, f"{what} {_both(of(theirs, one), of(own, other))}")
+
+    def _place_of_body(self, one: int, other: int) -> None:
+        above = next(body for body in self.source.above(one)[1:] if body in self.maps["body"])
+        base = self.maps["body"][above]
+        if base not in self.ours.above(other):
+            self.tell("bodies", "body", one, f"does not stand in {self.ours.called('body', base)} in ours")
+            return
+        theirs = self.source.seen_from(above, one, np.zeros(3), np.eye(3))
+        own = self.ours.seen_from(base, other, np.zeros(3), np.eye(3))
+        self._pose("places of bodies", "body", one, theirs, own)
+
+    def _pose(self, feature: str, kind: str, index: int, theirs: tuple[Any, Any], own: tuple[Any, Any]) -> None:
+        if not near(theirs[0], own[0]):
+            self.tell(feature, kind, index, f"position {_both(*theirs[:1], *own[:1])}")
+        if not near(theirs[1], own[1]):
+            self.tell(feature, kind, index, f"orientation differs by {np.abs(theirs[1] - own[1]).max():.2g}")
+
+    def _masses(self, one: int, other: int) -> None:
+        theirs, own = self.source.mj, self.ours.mj
+        mass, mine = float(theirs.body_mass[one]), float(own.body_mass[other])
+        if max(mass, mine) <= NO_MASS:
+            return
+        self.numbers("masses", "body", one, "mass", mass, mine)
+        if not near(theirs.body_ipos[one], own.body_ipos[other]):
+            self.tell("masses", "body", one, f"centre of mass {_both(theirs.body_ipos[one], own.body_ipos[other])}")
+        a, b = inertia(theirs, one), inertia(own, other)
+        if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
+            self.tell("masses", "body", one, f"inertia {_both(np.diag(a), np.diag(b))}, along the axes of the body")
+
+    def _joints(self) -> None:
+        for one, other in self.maps["joint"].items():
+            theirs, own = self.source.mj, self.ours.mj
+            if theirs.jnt_type[one] != own.jnt_type[other]:
+                continue
+            self._axis(one, other)
+            kind = int(theirs.jnt_type[one])
+            at, mine = int(theirs.jnt_qposadr[one]), int(own.jnt_qposadr[other])
+            size = {FREE: 7, BALL: 4}.get(kind, 1)
+            if size == 1:
+                zero, ours = float(theirs.qpos0[at]), float(own.qpos0[mine])
+                if theirs.jnt_limited[one] and own.jnt_limited[other]:
+                    ranges = theirs.jnt_range[one] - zero, own.jnt_range[other] - ours
+                    self.numbers("ranges of joints", "joint", one, "range", *ranges)
+                rests = theirs.qpos_spring[at] - zero, own.qpos_spring[mine] - ours
+            else:
+                if theirs.jnt_limited[one] and own.jnt_limited[other]:
+                    self.numbers("ranges of joints", "joint", one, "range", theirs.jnt_range[one], own.jnt_range[other])
+                rests = theirs.qpos_spring[at : at + size], own.qpos_spring[mine : mine + size]
+                places = theirs.qpos0[at : at + size], own.qpos0[mine : mine + size]
+                if not near_pose(*places):
+                    self.tell("places of bodies", "joint", one, f"first position {_both(*places)}")
+            springs = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in ((theirs, one), (own, other)))
+            if springs and not (near_pose(*rests) if size > 1 else near(*rests)):
+                self.tell("springs", "joint", one, f"rest of the spring {_both(*rests)}")
+            for feature, fields in OF_DOFS.items():
+                for field in fields.split():
+                    values = (dofs(mj, f"dof_{field}", joint) for mj, joint in ((theirs, one), (own, other)))
+                    self.numbers(feature, "joint", one, field, *values)
+
+    def _axis(self, one: int, other: int) -> None:
+        """Compare where a joint is and what it moves."""
+        theirs, own = self.source.mj, self.ours.mj
+        body, moved = int(theirs.jnt_bodyid[one]), int(own.jnt_bodyid[other])
+        base = self.maps["body"].get(body)
+        if base is None:
+            return
+        above = self.maps["body"].get(int(theirs.body_parentid[body]), 0)
+        if moved not in self.ours.above(base) or moved in self.ours.above(above):
+            self.tell("types of joints", "joint", one, f"moves {self.ours.called('body', moved)} in ours")
+            return
+        anchor, turn = self.ours.seen_from(base, moved, own.jnt_pos[other], np.eye(3))
+        kind = int(theirs.jnt_type[one])
+        if kind not in (FREE, BALL) and not near(theirs.jnt_axis[one], turn @ own.jnt_axis[other]):
+            self.tell("types of joints", "joint", one, f"axis {_both(theirs.jnt_axis[one], turn @ own.jnt_axis[other])}")
+        if kind not in (FREE, SLIDE) and not near(theirs.jnt_pos[one], anchor):
+            self.tell("types of joints", "joint", one, f"anchor {_both(theirs.jnt_pos[one], anchor)}")
+
+    def _geoms(self) -> None:
+        theirs, own = self.source.mj, self.ours.mj
+        twins = self._twins()
+        for one, other in self.maps["geom"].items():
+            if theirs.geom_type[one] != own.geom_type[other]:
+                continue
+            poses = [shape_frame(model, geom) for model, geom in ((self.source, one), (self.ours, other))]
+            self._in_body("shapes", "geom", one, other, poses)
+            if theirs.geom_type[one] not in (MESH, SDF, HFIELD):
+                self.numbers("shapes", "geom", one, "size", theirs.geom_size[one], own.geom_size[other])
+            collides = bool(theirs.geom_contype[one] or theirs.geom_conaffinity[one])
+            by_right = (0, 3) if collides else (1, 2)
+            if own.geom_group[other] not in (theirs.geom_group[one], *by_right):
+                self.numbers("groups", "geom", one, "group", theirs.geom_group[one], own.geom_group[other])
+            material = int(theirs.geom_matid[one])
+            if material in self.maps["material"] and own.geom_matid[other] != self.maps["material"][material]:
+                self.tell("shine", "geom", one, f"has not {self.source.called('material', material)} in ours")
+            seen = twins.get(other, other)
+            self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
+
+    def _twins(self) -> dict[int, int]:
+        """Return the visual that ours has for a shape that collides, where it is seen too."""
+        mj, known = self.ours.mj, set(self.maps["geom"].values())
+        waiting: dict[Any, list[int]] = {}
+        for geom in range(mj.ngeom):
+            if geom not in known and not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
+                waiting.setdefault(_same_solid(mj, geom), []).append(geom)
+        found = {}
+        for geom in sorted(known):
+            same = waiting.get(_same_solid(mj, geom))
+            if same:
+                found[geom] = same.pop(0) if len(same) > 1 else same[0]
+        return found
+
+    def _in_body(self, feature: str, kind: str, one: int, other: int, poses: Sequence[tuple[Any, Any]]) -> None:
+        """Compare places in bodies; what stands in a body that is fixed to that one, stands in it."""
+        prefix = KINDS[kind].prefix
+        body = int(getattr(self.source.mj, f"{prefix}_bodyid")[one])
+        holds = int(getattr(self.ours.mj, f"{prefix}_bodyid")[other])
+        base = self.maps["body"].get(body)
+        if base is None:
+            return
+        if not self.ours.is_rigid(base, holds):
+            self.tell(feature, kind, one, f"is on {self.ours.called('body', holds)} in ours")
+            return
+        self._pose(feature, kind, one, poses[0], self.ours.seen_from(base, holds, *poses[1]))
+
+    def _meshes(self) -> None:
+        pairs = {(one, other) for one, other in self.maps["mesh"].items() if other >= 0}
+        for one, other in sorted(pairs):
+            theirs, own = vertices(self.source.mj, one), vertices(self.ours.mj, other)
+            for word, a, b in zip(("vertices", "normals"), theirs, own, strict=True):
+                if a.shape != b.shape or np.abs(a - b).max(initial=0) > 1e-5 * max(1e-3, np.abs(a).max(initial=0)):
+                    self.tell("shapes", "mesh", one, f"{word} differ")
+            hulls = hull(self.source.mj, one), hull(self.ours.mj, other)
+            if hulls[0] != hulls[1]:
+                self.tell("shapes", "mesh", one, f"vertices of the hull {_both(*hulls)}")
+
+    def _placed(self) -> None:
+        """Compare where sites, cameras and lights are."""
+        for kind, feature in (("site", "sites"), ("camera", "cameras"), ("light", "lights")):
+            prefix = KINDS[kind].prefix
+            for one, other in self.maps[kind].items():
+                poses = []
+                for mj, index in ((self.source.mj, one), (self.ours.mj, other)):
+                    pos = getattr(mj, f"{prefix}_pos")[index]
+                    turn = rotation(getattr(mj, f"{prefix}_quat")[index]) if kind != "light" else mj.light_dir[index][:, None]
+                    poses.append((pos, turn))
+                self._in_body(feature, kind, one, other, poses)
+
+    def _tendons(self) -> None:
+        for one, other in self.maps["tendon"].items():
+            theirs, own = self.source.mj, self.ours.mj
+            for field in ("wrap_type", "wrap_prm"):
+                values = [np.array(value(mj, field, index)) for mj, index in ((theirs, one), (own, other))]
+                if field == "wrap_prm":
+                    types = value(theirs, "wrap_type", one)
+                    for at in np.flatnonzero(np.isin(types, (4, 5))) if len(values[0]) == len(values[1]) else ():
+                        site = int(values[0][at])
+                        values[0][at] = self.maps["site"].get(site, -2) if site >= 0 else -1
+                self.numbers("tendons", "tendon", one, field.partition("_")[2], *values)
+            shift = self._shift_of_tendon(one, other)
+            if theirs.tendon_limited[one] and own.tendon_limited[other]:
+                self.numbers("tendons", "tendon", one, "range", theirs.tendon_range[one] - shift, own.tendon_range[other])
+            rests = theirs.tendon_lengthspring[one] - shift, own.tendon_lengthspring[other]
+            self.numbers("tendons", "tendon", one, "lengthspring", *rests)
+
+    def _shift_of_tendon(self, one: int, other: int) -> float:
+        """Return how much longer a tendon of joints is at the same pose, for its joints count from another zero."""
+        mj = self.source.mj
+        total = 0.0
+        for kind, joint, factor in zip(*(value(mj, f"wrap_{f}", one) for f in ("type", "objid", "prm")), strict=True):
+            total += float(factor) * self._shift_of_joint(int(joint)) if kind == 1 else 0.0
+        return total
+
+    def _shift_of_joint(self, joint: int) -> float:
+        """Return the position of a joint of the source where ours says zero, for one that turns or slides."""
+        other = self.maps["joint"].get(joint)
+        if other is None or self.source.mj.jnt_type[joint] in (FREE, BALL):
+            return 0.0
+        zero = self.source.mj.qpos0[self.source.mj.jnt_qposadr[joint]]
+        return float(zero - self.ours.mj.qpos0[self.ours.mj.jnt_qposadr[other]])
+
+    def shift_of_control(self, one: int, other: int) -> float:
+        """Return how much more a servo of the source is asked for than ours, at the same pose."""
+        theirs, own = self.source.mj, self.ours.mj
+        kind, target = kind_of_target(self.source, one), int(theirs.actuator_trnid[one][0])
+        shift = self._shift_of_joint(target) if kind == "joint" else 0.0
+        if kind == "tendon" and target in self.maps["tendon"]:
+            shift = self._shift_of_tendon(target, self.maps["tendon"][target])
+        shift *= float(value(theirs, "actuator_gear", one).ravel()[0])
+        bias, gain = theirs.actuator_biasprm[one], float(theirs.actuator_gainprm[one][0])
+        moved = float(bias[0] + bias[1] * shift)
+        return 0.0 if close(moved, own.actuator_biasprm[other][0]) or not gain else shift * float(-bias[1] / gain)
+
+    def _actuators(self) -> None:
+        for one, other in self.maps["actuator"].items():
+            theirs, own = self.source.mj, self.ours.mj
+            control = self.shift_of_control(one, other)
+            biases = theirs.actuator_biasprm[one].copy(), own.actuator_biasprm[other]
+            if control:
+                biases[0][0] = own.actuator_biasprm[other][0]
+            elif kind_of_target(self.source, one) == "joint" and biases[0][1]:
+                gear = float(value(theirs, "actuator_gear", one).ravel()[0])
+                biases[0][0] += biases[0][1] * gear * self._shift_of_joint(int(theirs.actuator_trnid[one][0]))
+            self.numbers("actuators", "actuator", one, "biasprm", *biases)
+            if self._all(self.source, "actuator_ctrllimited", one) and self._all(self.ours, "actuator_ctrllimited", other):
+                ranges = value(theirs, "actuator_ctrlrange", one) - control, value(own, "actuator_ctrlrange", other)
+                self.numbers("actuators", "actuator", one, "ctrlrange", *ranges)
+
+    def _keys(self) -> None:
+        for one, other in self.maps["key"].items():
+            theirs, own = self.source.mj, self.ours.mj
+            for joint, mine in self.maps["joint"].items():
+                if theirs.jnt_type[joint] == own.jnt_type[mine]:
+                    self._key_of_joint(one, other, joint, mine)
+            for actuator, mine in self.maps["actuator"].items():
+                at, to = slice_of(theirs, "actuator_ctrlrange", actuator), slice_of(own, "actuator_ctrlrange", mine)
+                values = theirs.key_ctrl[one][at] - self.shift_of_control(actuator, mine), own.key_ctrl[other][to]
+                name = self.source.called("actuator", actuator)
+                self.numbers("keys", "key", one, f"control of {name}", *values)
+                acts = [activation(mj, key, index) for mj, key, index in ((theirs, one, actuator), (own, other, mine))]
+                self.numbers("keys", "key", one, f"activation of {name}", *acts)
+            for body, mine in self.maps["body"].items():
+                at, to = int(theirs.body_mocapid[body]), int(own.body_mocapid[mine])
+                if at >= 0 and to >= 0:
+                    name = self.source.called("body", body)
+                    places = (np.reshape(mj.key_mpos[key], (-1, 3))[i] for mj, key, i in ((theirs, one, at), (own, other, to)))
+                    self.numbers("keys", "key", one, f"place of {name}", *places)
+                    turns = [np.reshape(mj.key_mquat[key], (-1, 4))[i] for mj, key, i in ((theirs, one, at), (own, other, to))]
+                    if not near(rotation(turns[0]), rotation(turns[1])):
+                        self.numbers("keys", "key", one, f"orientation of {name}", *turns)
+            self.numbers("keys", "key", one, "plastic", theirs.key_plastic[one], own.key_plastic[other])
+
+    def _key_of_joint(self, one: int, other: int, joint: int, mine: int) -> None:
+        theirs, own = self.source.mj, self.ours.mj
+        name, kind = self.source.called("joint", joint), int(theirs.jnt_type[joint])
+        size = {FREE: 7, BALL: 4}.get(kind, 1)
+        at, to = int(theirs.jnt_qposadr[joint]), int(own.jnt_qposadr[mine])
+        values = theirs.key_qpos[one][at : at + size], own.key_qpos[other][to : to + size]
+        if size == 1:
+            values = values[0] - theirs.qpos0[at], values[1] - own.qpos0[to]
+        if not (near(*values) if size == 1 else near_pose(*values)):
+            self.tell("keys", "key", one, f"position of {name} {_both(*values)}")
+        count = {FREE: 6, BALL: 3}.get(kind, 1)
+        at, to = int(theirs.jnt_dofadr[joint]), int(own.jnt_dofadr[mine])
+        speeds = theirs.key_qvel[one][at : at + count], own.key_qvel[other][to : to + count]
+        self.numbers("keys", "key", one, f"speed of {name}", *speeds)
+
+    def _order(self) -> None:
+        for kind, field in (("joint", "jnt_qposadr"), ("actuator", "actuator_ctrladr"), ("sensor", "sensor_adr")):
+            places = [int(getattr(self.ours.mj, field)[other]) for _, other in sorted(self.maps[kind].items())]
+            if places != sorted(places):
+                self.found.append(Difference("order", f"the {kind}s stand in another order in ours"))
+
+    def _touching(self) -> None:
+        """Compare which bodies may touch."""
+        ours, source = self.ours, self.source
+        geoms = [one for one, other in self.maps["geom"].items()]
+        theirs = may_touch(source.mj, geoms)
+        own = may_touch(ours.mj, [self.maps["geom"][one] for one in geoms])
+        told = set()
+        for a, b in zip(*np.nonzero(np.triu(theirs != own)), strict=True):
+            bodies = sorted(int(source.mj.geom_bodyid[geoms[at]]) for at in (a, b))
+            both = " and ".join(source.called("body", body) for body in bodies)
+            where = "the source" if theirs[a, b] else "ours"
+            told.add(f"{both} may touch in {where} alone")
+        self.found += [Difference("touching", text) for text in sorted(told)]
+
+    def _whole(self) -> None:
+        for feature, fields in WHOLE.items():
+            for field in fields.split():
+                theirs, own = np.asarray(getattr(self.source.mj, field)), np.asarray(getattr(self.ours.mj, field))
+                if field in BODY_IDS:
+                    theirs = np.array([self.maps["body"].get(int(body), -2) if body >= 0 else -1 for body in theirs])
+                elif field in MATERIAL_IDS:
+                    theirs = np.array([self.maps["material"].get(int(m), -2) if m >= 0 else -1 for m in theirs])
+                if theirs.size and not own.size:
+                    continue  # it is told that none is there
+                if not close(theirs, own):
+                    self.found.append(Difference(feature, f"{field} {_both(theirs, own)}"))
+
+
+def public(struct: Any) -> Iterator[str]:
+    """Yield the names of the numbers of a struct of MuJoCo."""
+    for name in dir(struct):
+        if not name.startswith("_") and not callable(getattr(struct, name)):
+            yield name
+
+
+def value(mj: Any, field: str, index: int) -> Any:
+    """Return what a field says of an object: a row, or a piece of a long array."""
+    array = getattr(mj, field)
+    if field not in SLICES:
+        return np.asarray(array)[index]
+    return np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))[slice_of(mj, field, index)]
+
+
+def slice_of(mj: Any, field: str, index: int) -> slice:
+    """Return where in a long array an object has its values."""
+    address, sizes = SLICES[field]
+    start, count = int(np.ravel(getattr(mj, address))[index]), 1
+    for size in sizes.split():
+        count *= int(np.ravel(getattr(mj, size))[index])
+    return slice(start, start + count) if start >= 0 else slice(0, 0)
+
+
+def dofs(mj: Any, field: str, joint: int) -> Any:
+    """Return what a field says of the degrees of freedom of a joint."""
+    start = int(mj.jnt_dofadr[joint])
+    return getattr(mj, field)[start : start + {FREE: 6, BALL: 3}.get(int(mj.jnt_type[joint]), 1)]
+
+
+def close(one: Any, other: Any) -> bool:
+    """Say whether two values are equal but for rounding; of two arrays of one shape."""
+    a, b = np.asarray(one), np.asarray(other)
+    if a.shape != b.shape:
+        return False
+    if not (np.issubdtype(a.dtype, np.floating) or np.issubdtype(b.dtype, np.floating)):
+        return bool((a == b).all())
+    single = np.float32 in (a.dtype, b.dtype)
+    return bool(np.allclose(a, b, SINGLE if single else RELATIVE, SINGLE if single else ABSOLUTE, equal_nan=True))
+
+
+def near(one: Any, other: Any) -> bool:
+    """Say whether two positions, or two rotation matrices, are the same."""
+    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= PLACE)
+
+
+def near_pose(one: Any, other: Any) -> bool:
+    """Say whether two positions of a ball or free joint are the same: a quaternion has two signs."""
+    return near(one[:-4], other[:-4]) and near(rotation(one[-4:]), rotation(other[-4:]))
+
+
+def padded(one: Any, other: Any) -> tuple[Any, Any]:
+    """Return two rows of numbers with zeros after the shorter one."""
+    size = max(len(one), len(other))
+    return np.pad(one, (0, size - len(one))), np.pad(other, (0, size - len(other)))
+
+
+def inertia(mj: Any, body: int) -> Any:
+    """Return the moments of inertia along the axes of a body, about its centre of mass (kg*m^2), 3x3."""
+    turn = rotation(mj.body_iquat[body])
+    return turn @ np.diag(mj.body_inertia[body]) @ turn.T
+
+
+def shape_frame(model: Model, geom: int) -> tuple[Any, Any]:
+    """Return the frame of a geom in its body; of a mesh, that of its file."""
+    mj = model.mj
+    pos, turn = mj.geom_pos[geom], rotation(mj.geom_quat[geom])
+    if mj.geom_type[geom] in (MESH, SDF) and mj.geom_dataid[geom] >= 0:
+        mesh = int(mj.geom_dataid[geom])
+        turn = turn @ rotation(mj.mesh_quat[mesh]).T
+        pos = pos - turn @ mj.mesh_pos[mesh]
+    return pos, turn
+
+
+def vertices(mj: Any, mesh: int) -> tuple[Any, Any]:
+    """Return the vertices and normals of a mesh as its file has them (m)."""
+    turn = rotation(mj.mesh_quat[mesh])
+    start, count = int(mj.mesh_vertadr[mesh]), int(mj.mesh_vertnum[mesh])
+    first, many = int(mj.mesh_normaladr[mesh]), int(mj.mesh_normalnum[mesh])
+    return mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh], mj.mesh_normal[first : first + many] @ turn.T
+
+
+def hull(mj: Any, mesh: int) -> int:
+    """Return how many vertices the convex hull of a mesh has; none if it has no hull."""
+    start = int(mj.mesh_graphadr[mesh])
+    return int(mj.mesh_graph[start]) if start >= 0 else 0
+
+
+_NO_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)  # a geom of this colour has that of its material
+
+
+def colour(mj: Any, geom: int) -> Any:
+    """Return the colour in which a geom is seen."""
+    own, material = mj.geom_rgba[geom], int(mj.geom_matid[geom])
+    return mj.mat_rgba[material] if material >= 0 and close(own, _NO_COLOUR) else own
+
+
+def _same_solid(mj: Any, geom: int) -> Any:
+    numbers = (*mj.geom_pos[geom], *mj.geom_quat[geom], *mj.geom_size[geom])
+    return (int(mj.geom_bodyid[geom]), int(mj.geom_type[geom]), int(mj.geom_dataid[geom]), *numbers)
+
+
+def plugin(mj: Any, instance: Any) -> str:
+    """Return which plugin an instance is, and its settings; empty for none."""
+    if instance < 0:
+        return ""
+    ends = [*np.ravel(mj.plugin_attradr)[1:], mj.npluginattr]
+    raw = mj.plugin_attr
+    data = raw if isinstance(raw, bytes) else np.asarray(raw).astype(np.uint8).tobytes()
+    settings = data[int(np.ravel(mj.plugin_attradr)[instance]) : int(ends[instance])].decode("utf-8", "replace")
+    return f"{int(np.ravel(mj.plugin)[instance])}: {settings!r}"
+
+
+def _is_mocap(mj: Any, body: int) -> bool:
+    return bool(mj.body_mocapid[body] >= 0)
+
+
+def _sleep(mj: Any, body: int) -> int:
+    """Return the policy that is said for the tree of a body; what MuJoCo chooses by itself is 0."""
+    tree = int(mj.body_treeid[body])
+    policy = int(mj.tree_sleep_policy[tree]) if tree >= 0 else 0
+    return policy if policy > _CHOSEN else 0
+
+
+_CHOSEN = 2  # mjSLEEP_AUTO_ALLOWED
+
+
+def activation(mj: Any, key: int, actuator: int) -> Any:
+    """Return what a key has for the activations of an actuator."""
+    start, count = int(mj.actuator_actadr[actuator]), int(mj.actuator_actnum[actuator])
+    return mj.key_act[key][start : start + count] if start >= 0 else np.zeros(0)
+
+
+def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
+    """Return which of some geoms MuJoCo would look for contacts of, as a matrix: masks, neighbours, excludes, pairs."""
+    index = np.array(geoms, dtype=int)
+    kind, affinity = mj.geom_contype[index], mj.geom_conaffinity[index]
+    body = mj.geom_bodyid[index]
+    weld = mj.body_weldid[body]
+    above = mj.body_weldid[mj.body_parentid[weld]]
+    touch = ((kind[:, None] & affinity[None, :]) | (kind[None, :] & affinity[:, None])) != 0
+    touch &= weld[:, None] != weld[None, :]
+    if not mj.opt.disableflags & _FILTER_PARENT:
+        child = (weld[:, None] == above[None, :]) & (weld[:, None] != 0) & (weld[None, :] != 0)
+        touch &= ~(child | child.T)
+    low, high = np.minimum(body[:, None], body[None, :]), np.maximum(body[:, None], body[None, :])
+    touch &= ~np.isin((low << 16) + high, mj.exclude_signature)
+    place = {int(geom): at for at, geom in enumerate(index)}
+    for one, other in zip(mj.pair_geom1, mj.pair_geom2, strict=True):
+        if int(one) in place and int(other) in place:
+            touch[place[int(one)], place[int(other)]] = touch[place[int(other)], place[int(one)]] = True
+    return touch
+
+
+_FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT; a test holds it against MuJoCo's
+
+
+def _both(one: Any, other: Any) -> str:
+    """Return two values in words; of long ones how many differ, and the first of those."""
+    a, b = np.asarray(one), np.asarray(other)
+    if a.shape == b.shape and a.size > _FEW:
+        differ = [at for at in range(a.size) if not close(a.ravel()[at], b.ravel()[at])]
+        first = differ[0] if differ else 0
+        return f"differs in {len(differ)} of {a.size} numbers: {_both(a.ravel()[first], b.ravel()[first])}"
+    if a.size > _FEW or b.size > _FEW:
+        return f"has {a.size} numbers in the source, {b.size} in ours"
+    texts = [" ".join(f"{number:.6g}" for number in array.ravel().tolist()) or "nothing" for array in (a, b)]
+    if texts[0] == texts[1]:
+        texts = [" ".join(map(repr, array.ravel().tolist())) or "nothing" for array in (a, b)]
+    return f"{texts[0]} in the source, {texts[1]} in ours"
+
+
+_FEW = 20
+
+
+def by_feature(differences: Iterable[Difference]) -> Mapping[str, list[str]]:
+    """Return the differences of each feature, in order."""
+    grouped: dict[str, list[str]] = {}
+    for difference in differences:
+        grouped.setdefault(difference.feature, []).append(difference.text)
+    return grouped

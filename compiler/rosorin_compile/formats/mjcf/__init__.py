@@ -5,9 +5,10 @@ Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have
 both sides know: names and welded links; ``contacts`` who may touch whom, ``height_fields`` what height maps become.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
-(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
-known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``sections`` and ``neighbours``, which fill the
-tree; last ``left_out``, which lists what is not carried.
+(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and ``reading`` (the text, and what is
+known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``, ``sections`` and ``neighbours``,
+which fill the tree. ``resolved`` has MuJoCo write the file back with
+all that classes say, and ``worded`` makes keys of such attributes.
 """
 
 from __future__ import annotations
@@ -147,6 +148,22 @@ _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
             "magnetic": "The magnetic field of the earth.",
         }.items()
     },
+    "sleep_tolerance": ({"type": "number"}, "Below which speed in m/s or rad/s what is at rest may sleep."),
+    **{
+        f"o_{word}": (
+            {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": count},
+            f"{what} of all contacts, where contacts are overridden.",
+        )
+        for word, (count, what) in {
+            "solref": (2, "Stiffness"),
+            "solimp": (5, "Impedance"),
+            "friction": (5, "Friction"),
+        }.items()
+    },
+    "actuatorgroupdisable": (
+        {"type": "array", "items": {"type": "integer"}},
+        "The groups of actuators that are switched off.",
+    ),
     "flag": (
         {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
         "What is computed, and what not.",
@@ -160,6 +177,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
     return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
 
+
+_GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 
 FORMAT = Format(
     name="mjcf",
@@ -188,6 +207,18 @@ FORMAT = Format(
             "enum": [*FORMS_OF_BOXES, "hfield"],
             "description": f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height"
             " field, which does not collide with planes.",
+        },
+        "contacts": {
+            "enum": ["implied", "described"],
+            "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
+            " that touch at zero or in a named pose, with disabled_contacts and contact_pairs; described: those two"
+            " alone, and what MuJoCo does by itself.",
+        },
+        "groups": {
+            "type": "object",
+            "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
+            "properties": {"visual": _GROUP, "collision": _GROUP},
+            "additionalProperties": False,
         },
         "actuators": {
             "type": "array",

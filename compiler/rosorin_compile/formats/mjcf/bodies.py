@@ -11,6 +11,9 @@ WORLD = "world"
 PLANAR = ("_TX", "_TY", "_RZ")
 FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
+# How stiff the coupling of a joint that follows another one is, where nobody says it.
+STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
+
 
 def body_name(robot: Robot, link: str) -> str:
     """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""

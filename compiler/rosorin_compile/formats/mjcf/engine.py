@@ -147,7 +147,7 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
         "actuator",
         {"transmission": "trntype", "target": "trnid", "gain": "gaintype", "bias": "biastype", "dynamics": "dyntype"}
         | {"gainprm": "gainprm", "biasprm": "biasprm", "gear": "gear", "forced": "forcelimited", "force": "forcerange"}
-        | {"controlled": "ctrllimited", "control": "ctrlrange"},
+        | {"controlled": "ctrllimited", "control": "ctrlrange", "at": "ctrladr"},
     ),
     "keys": ("KEY", "key", {"qpos": "qpos", "ctrl": "ctrl"}),
 }
@@ -160,6 +160,8 @@ def facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
     for word, (kind, prefix, fields) in _TABLES.items():
         columns = {key: getattr(model, f"{prefix}_{field}").tolist() for key, field in fields.items()}
+        for key in ("controlled", "control") if word == "actuators" else ():  # of the first of its controls
+            columns[key] = [columns[key][at] for at in columns["at"]]
         count = len(next(iter(columns.values())))
         kind_of_object = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
         names = [mujoco.mj_id2name(model, kind_of_object, index) or "" for index in range(count)]

@@ -15,7 +15,7 @@ Limits: readers of URDF ask for more than MJCF says, and nothing is made up in s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...diagnostics.wording import counted, first_of, listed
@@ -46,6 +46,7 @@ from .reading import (
     transform,
     unit,
 )
+from .worded import put_words
 
 _AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
 
@@ -73,6 +74,8 @@ def name_joints(reading: Reading) -> None:
     for index, joint in joints:
         if joint["name"] and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(joint["name"])
+            if reading.joint_of[index] != joint["name"]:
+                reading.renamed.setdefault("joint", {})[joint["name"]] = reading.joint_of[index]
     for index, joint in joints:
         if index not in reading.joint_of and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
@@ -93,28 +96,42 @@ def add_joints(reading: Reading, drives: dict[int, Drive]) -> None:
             _chain(reading, index, place, [step for at, joint in held for step in _steps(reading, at, joint)], drives)
 
 
-def tell_of_base(reading: Reading) -> None:
-    """Say what is not carried of where the only top body stands."""
+_OF_ROOT = {"frictionloss": "friction"}
+
+
+def add_root(reading: Reading) -> None:
+    """Say how the only top body stands in the world, and what its free joint is called and does."""
+    _tell_of_held(reading)
     if reading.ground or not reading.tops:
         return
-    body = reading.facts["bodies"][reading.tops[0]]
-    element = reading.places.body(reading.tops[0])
-    _tell_of_held(reading)
-    if any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
-        where = " ".join(f"{value:g}" for value in body["pos"])
-        reading.ignored(f"the body stands at {where} in the world: where the robot is, is no part of it", element.span)
+    top = reading.tops[0]
+    body, element = reading.facts["bodies"][top], reading.places.body(top)
+    entry = Map(element.span)
+    put_pose(entry, transform(body["pos"], body["quat"]), element)
+    if reading.free_base:
+        index = reading.joints_in[top][0]
+        joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
+        if joint["name"]:
+            put(entry, "joint", reading.joint_names.give(joint["name"]))
+        said = {key: text for key, text in joint["element"]["attributes"].items() if key not in _READ}
+        for name in put_words(entry, said, "root", own, _OF_ROOT):
+            reading.lost(f'"{name}" of the free joint', own.span)
+    if entry:
+        put(reading.tree, "root", entry)
 
 
 def _tell_of_held(reading: Reading) -> None:
-    """Say what holds a joint that moves freely: no description has a word for that."""
+    """Say what holds a joint that moves freely, where that is a floating joint: no description has a word for that."""
     for index, joint in enumerate(reading.facts["joints"]):
-        dofs = range(joint["dof"], joint["dof"] + 6) if joint["type"] == FREE else ()
+        if joint["type"] != FREE or reading.free_base:
+            continue
+        dofs = range(joint["dof"], joint["dof"] + 6)
         words = {"damping": "damping", "friction": "friction loss", "armature": "armature"}
         held = [what for word, what in words.items() if any(reading.facts[word][dof] for dof in dofs)]
         if held:
             name = f' "{joint["name"]}"' if joint["name"] else ""
             what = f"the {listed(held)} of the free joint{name}"
-            reading.lost(what, reading.places.of("joints", index).span, "a base that floats has none", len(held) > 1)
+            reading.lost(what, reading.places.of("joints", index).span, "a joint that floats has none", len(held) > 1)
 
 
 def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]]) -> None:
@@ -190,22 +207,47 @@ def _type(reading: Reading, step: Step) -> str:
     return "revolute" if limited else "continuous"
 
 
+# What is read of the compiled model, or is said by the kind of the joint.
+_READ = frozenset("name type pos axis range limited ref springref actuatorfrcrange actuatorfrclimited".split())
+_OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
+
+
 def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive]) -> None:
-    """Set limit, dynamics and actuator of a joint."""
-    joint = reading.facts["joints"][step.joint]
+    """Set limit, dynamics and actuator of a joint, and what it has for a simulation alone."""
+    said = reading.facts["joints"][step.joint]["element"]["attributes"]
     drive = drives.get(step.joint, Drive()) if step.kind != BALL else Drive()
     if step.kind != BALL:
         add_limit(reading, step.joint, entry, drive)
-    columns = {"damping": "damping", "friction": "friction", "armature": "armature"}
     dynamics = Map(step.element.span)
-    for word, column in columns.items():
-        value = tidy(reading.facts[column][joint["dof"]])
-        if value:
-            put_number(dynamics, word, value, step.element, "frictionloss" if word == "friction" else word)
+    words = {key: text for key, text in said.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
+    rest = put_words(dynamics, words, "dynamics", step.element, _OF_DYNAMICS)
+    if {"stiffness", "springdamper"} & said.keys() and step.kind != BALL:
+        _put_rest(reading, step, dynamics, said)
     if dynamics:
         put(entry, "dynamics", dynamics)
-    if drive.servo is not None:
-        put(entry, "actuator", drive.servo)
+    if drive.entry is not None:
+        put(entry, "actuator", drive.entry)
+    if step.kind != BALL:
+        rest |= {key: text for key, text in said.items() if key not in _READ and key not in _OF_DYNAMICS}
+        _put_more(reading, step, entry, rest)
+
+
+def _put_rest(reading: Reading, step: Step, dynamics: Map, said: Mapping[str, str]) -> None:
+    """Set where the spring of a joint is at rest, counted from its zero."""
+    zero = reading.facts["zero"][reading.facts["joints"][step.joint]["address"]]
+    cut = tidy if step.kind == SLIDE else tidy_position
+    rest = cut(float(said.get("springref", 0)) - zero)
+    if rest:
+        put_number(dynamics, "spring_reference", rest, step.element, "springref")
+
+
+def _put_more(reading: Reading, step: Step, entry: Map, rest: dict[str, str]) -> None:
+    """Set what the language has no word for, in MuJoCo's; a force that is not the same both ways among it."""
+    joint = reading.facts["joints"][step.joint]
+    if joint["forced"] and joint["force"][0] != -joint["force"][1]:
+        rest |= {"actuatorfrcrange": " ".join(repr(value) for value in joint["force"])}
+    for name in put_words(entry, rest, "joint", step.element):
+        reading.lost(f'"{name}" of the joint "{step.name}"', step.element.span)
 
 
 STAND_IN_EFFORT = 1000.0  # N*m or N
@@ -266,11 +308,6 @@ def _effort(reading: Reading, index: int, drive: Drive) -> float | None:
     if not joint["forced"]:
         return None if drive.effort is None else tidy(drive.effort)
     low, high = joint["force"]
-    if low != -high:
-        element = reading.places.of("joints", index)
-        attribute = element.attributes.get("actuatorfrcrange")
-        message = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
-        reading.lost(message, attribute.span if attribute else element.span, "the larger of the two is carried")
     return tidy(max(abs(low), abs(high)))
 
 

@@ -27,7 +27,7 @@ KINDS = {
 _LISTED = {"tendons": "tendon", "equalities": "equality", "actuators": "actuator", "sensors": "sensor"}
 # Sections that are kept as they are, whole.
 _WHOLE = ("extension", "size", "visual", "statistic", "custom", "deformable")
-_NO_NAME = "no-name-"  # begins the names that nameless objects have while MuJoCo writes
+_NO_NAME = "rosorin-compile without name "  # begins the names that nameless objects have while MuJoCo writes
 # Attributes of any number of values, which replace those of a class; of all others the first ones do.
 _OPEN = ("user", "data", "qpos", "qvel", "act", "ctrl", "mpos", "mquat", "vertex", "face")
 

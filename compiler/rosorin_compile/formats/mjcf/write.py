@@ -59,7 +59,7 @@ from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, PLANAR, body_name
+from .bodies import FLOATING, PLANAR, STIFF, body_name
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
@@ -129,11 +129,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     simulated = printer.simulated.sections(drives, lambda link: printer.geom_names.get(link, ()))
-    touching = contacts(robot, form)
+    touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "collision_group": 3 if any(link.visual for link in robot.links) else 0,
+        "groups": {"visual": 1, "collision": 3 if any(link.visual for link in robot.links) else 0}
+        | output.options.get("groups", {}),
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
@@ -408,7 +409,7 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
         tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: vector(numbers, number) for word, numbers in tuned.items() if numbers}
+        words = {word: vector(numbers or STIFF[word], number) for word, numbers in tuned.items()}
         made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
     return made
 

@@ -85,7 +85,15 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
 
 
 def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone."""
+    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone.
+
+    Or the effort of one whose actuators say it.
+    """
+    if (fact.kind, fact.quantity) == ("joint", "effort"):
+        from .servos import is_clamped
+
+        limit = robot.joint[fact.name].limit
+        return limit is not None and is_clamped(robot, robot.joint[fact.name], limit.effort or 0.0)
     if (fact.kind, fact.quantity) != ("joint", "type"):
         return False
     from .unsaid import position_range

@@ -70,7 +70,8 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         else:
             name = _add(reading, others, fact, node, element)
         if name:
-                    reading.actuator_of[number] = name
+            reading.actuators.append(name)
+            reading.actuator_of[number] = name
         if index is not None:
             if (entry or others[name]).get("type") is None:
                 reading.servos[number] = index
@@ -183,6 +184,8 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
             return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
         if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
             return _Kind("velocity", {"kv": kp}, plain)
+        if said.get("biastype", "none") == "none" and "body" in said and not filtered:
+            return _Kind("adhesion", {}, plain | ({"gain": repr(kp)} if kp != 1 else {}))
         if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
             return _Kind("motor", {}, plain)
     rest = dict(said)

@@ -75,8 +75,8 @@ def add_tendons(reading: Reading) -> None:
     """Add the tendons, with the joints or along the path that they have."""
     nodes = reading.facts["elements"]["tendons"]
     made = Map(reading.markup.root.span)
-    for node, element in zip(nodes, _elements(reading, "tendon", nodes), strict=True):
-        name = reading.name("tendon", node["attributes"].get("name", ""), "tendon")
+    for index, (node, element) in enumerate(zip(nodes, _elements(reading, "tendon", nodes), strict=True)):
+        name = reading.name("tendon", node["attributes"].get("name", ""), "tendon", index)
         entry = Map(element.span)
         try:
             _put_way(reading, entry, node, element)
@@ -139,11 +139,11 @@ _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anch
 _PAIRED = {"body": "links", "site": "sites", "joint": "joints", "tendon": "tendons"}
 
 
-def add_constraint(reading: Reading, constraints: Map, node: Node, element: Element) -> None:
+def add_constraint(reading: Reading, constraints: Map, index: int, node: Node, element: Element) -> None:
     """Add an equality that is no joint following another."""
     said = node["attributes"]
     of = next((said[word] for word in ("body1", "site1", "joint1", "tendon1") if word in said), "robot")
-    name = reading.name("constraint", said.get("name", ""), f"{of}_{node['tag']}")
+    name = reading.name("constraint", said.get("name", ""), f"{of}_{node['tag']}", index)
     entry = Map(element.span)
     if node["tag"] not in forms_of("constraint")["type"]["enum"]:
         _whole(reading, "equality", {**node, "attributes": {**said, "name": name}}, element.span)
@@ -180,10 +180,10 @@ def add_sensors(reading: Reading) -> None:
     nodes = reading.facts["elements"]["sensors"]
     kinds = forms_of("mjcf_sensor")["kind"]["enum"]
     made = Map(reading.markup.root.span)
-    for node, element in zip(nodes, _elements(reading, "sensor", nodes), strict=True):
+    for index, (node, element) in enumerate(zip(nodes, _elements(reading, "sensor", nodes), strict=True)):
         said = node["attributes"]
         of = next((said[word] for word in (*_MEASURED, "objname", "geom1", "body1") if word in said), "robot")
-        name = reading.name("sensor", said.get("name", ""), f"{of}_{node['tag']}")
+        name = reading.name("sensor", said.get("name", ""), f"{of}_{node['tag']}", index)
         entry = Map(element.span)
         put(entry, "kind", node["tag"])
         try:

@@ -162,6 +162,7 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     if kind == "sites" and thing["name"] == link and is_frame:
         return  # the frame of the link itself, as the compiler writes it
     name = _mark_name(reading, tag, thing["name"], link, element)
+    reading.given.setdefault(tag, {})[index] = name
     if kind == "lights" and "dir" in said:
         said["dir"] = " ".join(repr(tidy(value)) for value in thing["dir"])
     entry = Map(element.span)

@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ...frontend.tree import Map, Seq
-from ...model import Robot
 from ...xml.markup import Element
 from .contacts import Contacts, contacts
 from .entries import add_pairs
@@ -41,8 +40,8 @@ def add_contacts(reading: Reading) -> None:
     for names, element in _excludes(reading):
         if frozenset(names) not in implied:
             pairs.put(_pair(names, element, _EXCLUDED), element.span)
-    if robot is not None and not reading.implied_contacts:
-        for names, element in _filtered(reading, robot, said):
+    if touching:
+        for names, element in _filtered(reading, touching, said | implied):
             pairs.put(_pair(names, element, _FILTERED), element.span)
     if pairs:
         put(reading.tree, "disabled_contacts", pairs)
@@ -65,7 +64,9 @@ def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
             reading.ignored(what, element.span)
 
 
-def _filtered(reading: Reading, robot: Robot, said: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
+def _filtered(
+    reading: Reading, touching: set[int], said: set[frozenset[str]]
+) -> Iterator[tuple[list[str], Element]]:
     """Yield the links that are neighbours in the file and not here, since several joints move one of them."""
     if reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
@@ -79,10 +80,8 @@ def _filtered(reading: Reading, robot: Robot, said: set[frozenset[str]]) -> Iter
         above = top[reading.facts["bodies"][index]["parent"]] if index else 0
         if above == 0 or len(reading.joints_in.get(index, ())) < 2 and index not in reading.balls_on:
             continue
-        upper, lower = ([reading.link_of[at] for at in side] for side in (groups[above], below))
-        for names in ([one, other] for one in upper for other in lower if robot.link[other].collision):
-            if not robot.link[names[0]].collision:
-                continue
+        upper, lower = ([reading.link_of[at] for at in side if at in touching] for side in (groups[above], below))
+        for names in ([one, other] for one in upper for other in lower):
             if frozenset(names) not in said:
                 yield names, reading.places.body(index)
 

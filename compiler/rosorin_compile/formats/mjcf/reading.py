@@ -92,6 +92,7 @@ class Reading:
         self.of_scene: set[tuple[str, str]] = set()
         self.names: dict[str, Names] = {}
         self.renamed: dict[str, dict[str, str]] = {}
+        self.given: dict[str, dict[int, str]] = {}
         self.elements: list[Kept] = []
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
         self.pairs: set[Element] = set()
@@ -104,9 +105,11 @@ class Reading:
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
 
-    def name(self, kind: str, name: str, made_up: str = "") -> str:
+    def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
         """Return the name of an object that no other of its kind has: its own, or one that is made up."""
         given = self.names.setdefault(kind, Names()).give(name or made_up)
+        if index >= 0:
+            self.given.setdefault(kind, {})[index] = given
         if name and given != name:
             self.renamed.setdefault(kind, {})[name] = given
         return given

@@ -156,6 +156,8 @@ class Comparison:
 
     def _plain(self, kind: str, feature: str, field: str) -> None:
         for one, other in self.maps[kind].items():
+            if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
+                continue  # it touches nothing; a pair that names it says how
             if field in GATES and not (self._all(self.source, GATES[field], one) and self._all(self.ours, GATES[field], other)):
                 continue
             theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)

@@ -97,7 +97,7 @@ KINDS: Mapping[str, Kind] = {
         "actuator",
         "nactuator",
         {
-            "actuators": "trntype dyntype gaintype biastype ctrlnum ctrlspec outnum actnum cranklength dynprm gainprm"
+            "actuators": "trntype dyntype gaintype biastype ctrlnum outnum actnum cranklength dynprm gainprm"
             " actlimited actrange actearly history delay damping dampingpoly armature forcelimited forcerange"
             " lengthrange ctrllimited gear",
             "groups": "group",
@@ -279,6 +279,7 @@ EXCUSED: Mapping[str, str] = {
     "mesh_scale": "the vertices have it, and those are compared",
     "jnt_actuatorid tendon_actuatorid": "says which actuator has damping or armature, which is compared there",
     "tendon_treenum tendon_treeid": _TREE,
+    "actuator_ctrlspec": "declares what a control is, which a servo written in numbers leaves open; nothing is computed of it",
     "ten_J_rownnz ten_J_rowadr ten_J_colind flexedge_J_rownnz flexedge_J_rowadr flexedge_J_colind B_rownnz B_rowadr"
     " B_colind M_rownnz M_rowadr M_colind mapM2M D_rownnz D_rowadr D_diag D_colind mapM2D mapD2M": _MATRIX,
     "pair_signature": "the bodies of the geoms of a pair",
@@ -317,12 +318,12 @@ LISTED_AS: Mapping[str, tuple[str, ...]] = {
     ),
     "contact": ("friction and the tuning of contacts",),
     "drag": ("the drag of fluids",),
-    "shine": ("shine and texture mapping",),
-    "textures": ("shine and texture mapping", "texture"),
+    "shine": ("of the world: the scene", "shine and texture mapping",),
+    "textures": ("of the world: the scene", "shine and texture mapping", "texture"),
     "looks of sites": ("how sites look", "without a name: nobody can ask"),
     "sites": ("without a name: nobody can ask", "of the world: the scene"),
     "cameras": ("the optics of cameras", "the camera ", "of the world: the scene"),
-    "lights": ("lights",),
+    "lights": ("of the world: the scene", "lights",),
     "contact pairs": ("contact pairs",),
     "equalities": ("the equality <", "equalities <", "of equality"),
     "tuning of equalities": ("the equality <", "equalities <"),

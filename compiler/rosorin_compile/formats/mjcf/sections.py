@@ -13,6 +13,7 @@ from .bodies import STIFF
 from .entries import add_constraint
 from .reading import (
     BALL,
+    FREE,
     HINGE,
     SLIDE,
     Names,
@@ -31,6 +32,7 @@ from .worded import put_words, value_of
 
 _JOINT = 2  # mjEQ_JOINT
 _NEAR = 1e-12  # rad or m: rounding
+_NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 _REST = {"solref": [], "solimp": [0.5, 2.0]}  # what MuJoCo has for the numbers that nobody says
 
 def add_equalities(reading: Reading) -> None:
@@ -40,9 +42,9 @@ def add_equalities(reading: Reading) -> None:
     if len(elements) != len(entries):
         elements = [reading.markup.named("equality", entry["name"]) or reading.markup.root for entry in entries]
     constraints, named = Map(reading.markup.root.span), []
-    for entry, node, element in zip(entries, nodes, elements, strict=True):
+    for index, (entry, node, element) in enumerate(zip(entries, nodes, elements, strict=True)):
         if not _is_mimic(reading, entry):
-            add_constraint(reading, constraints, node, element)
+            add_constraint(reading, constraints, index, node, element)
             continue
         put(reading.joints[reading.joint_of[entry["first"]]], "mimic", _mimic(reading, entry, element))
         if entry["name"] and entry["name"] != reading.joint_of[entry["first"]]:
@@ -111,15 +113,54 @@ def add_poses(reading: Reading) -> None:
         controls = _controls(reading, key, element)
         if controls:
             put(pose, "controls", controls)
-        _more(reading, pose, nodes[number] if number < len(nodes) else {}, element)
+        said = {word: text for word, text in (nodes[number] if number < len(nodes) else {}).items() if word != "qpos"}
+        if _is_beyond(reading, key["qpos"]):
+            said["qpos"] = " ".join(repr(tidy(value)) for value in _whole(reading, key["qpos"]))
+        _more(reading, pose, said, element)
         put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
     if poses:
         put(reading.tree, "poses", poses)
 
 
+def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
+    """Say whether a keyframe puts something where a pose cannot: a follower off its way, or what floats anywhere."""
+    at: dict[str, float] = {}
+    for index, joint in enumerate(reading.facts["joints"]):
+        at.update(_positions(reading, index, joint, qpos))
+        beyond = joint["body"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        size = {FREE: 7, BALL: 4}.get(joint["type"], 1)
+        place = range(joint["address"], joint["address"] + size)
+        if beyond and any(abs(qpos[i] - reading.facts["zero"][i]) > _NEAR for i in place):
+            return True
+    for name, value in at.items():
+        mimic = reading.joints[name].get("mimic")
+        if mimic is not None:
+            led = mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0)
+            if abs(led - value) > _NEAR_KEY:
+                return True
+    return False
+
+
+def _whole(reading: Reading, qpos: list[float]) -> list[float]:
+    """Return the positions of all joints as an MJCF of ours counts them, in the order of the file."""
+    made: list[float] = []
+    for index, joint in enumerate(reading.facts["joints"]):
+        at, kind = joint["address"], joint["type"]
+        if joint["body"] in reading.motion_of or (kind == FREE and reading.free_base):
+            made += qpos[at : at + {FREE: 7, BALL: 4}.get(kind, 1)]
+        elif kind == FREE:
+            body = reading.facts["bodies"][joint["body"]]
+            place = transform(qpos[at : at + 3], qpos[at + 3 : at + 7])
+            moved = transform(body["pos"], body["quat"]).inverse().then(place)
+            made += [*moved.xyz, *moved.quaternion()]
+        else:
+            made += [value for _, value in _positions(reading, index, joint, qpos)]
+    return made
+
+
 def _more(reading: Reading, pose: Map, said: Mapping[str, str], element: Element) -> None:
     """Set what the language has no word for; speeds only where the joints have as many as in the file."""
-    more = {key: text for key, text in said.items() if key not in ("name", "qpos", "ctrl")}
+    more = {key: text for key, text in said.items() if key not in ("name", "ctrl")}
     if reading.ball_of and "qvel" in more:
         reading.lost("the speeds of a key: the ball joints are others here, they", element.span, "", True)
         del more["qvel"]

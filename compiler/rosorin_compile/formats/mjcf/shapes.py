@@ -309,21 +309,30 @@ class Looks:
         if material["texture"]:
             put(entry, "texture", reading.markup.place_of(material["texture"]))
         said = self._said(index)
+        made = said.pop("texture", "")
         for name in put_words(entry, said, "material", element):
             reading.lost(f'"{name}" of the material "{known}"', element.span)
-        if "texture" in said:
-            _keep_asset(reading, "texture", said["texture"], element.span)
+        if made:  # by MuJoCo itself, of no file
+            more = entry.get("mjcf") or Map(element.span)
+            put(more, "texture", made)
+            put(entry, "mjcf", more)
+            _keep_asset(reading, "texture", made, element.span)
         put(self.materials, known, entry)
         return known
 
     def finish(self) -> None:
         """Set the materials: those of shapes, and those that sites and tendons have, or nobody."""
-        scene, own = set(), set()
+        scene: set[int] = set()
+        own: set[int] = set()
         for geom in self.reading.facts["geoms"]:
             (own if _is_carried(self.reading, geom) else scene).add(geom["material"])
-        for index in range(len(self.reading.facts["materials"])):
-            if index in own or index not in scene:
-                self.material(index)
+        indices = range(len(self.reading.facts["materials"]))
+        for index in (at for at in indices if at in own or at not in scene):
+            self.material(index)
+        if scene - own - {-1}:
+            element = self.reading.markup.sections("asset")[:1] or [self.reading.markup.root]
+            message = f"{counted(len(scene - own - {-1}), 'material')} of the world: the scene is no part of the robot"
+            self.reading.ignored(message, element[0].span)
         if self.materials:
             put(self.reading.tree, "materials", self.materials)
 

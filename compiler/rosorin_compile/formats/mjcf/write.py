@@ -63,7 +63,7 @@ from .bodies import FLOATING, PLANAR, STIFF, body_name
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .servos import Drive, controls_of, kept_controls
+from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
 from .write_sensors import Element, elements_of
@@ -391,7 +391,7 @@ def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
         words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
         values |= {word: number(value) for word, value in words.items() if value}
     effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort:
+    if effort and not is_clamped(robot, joint, effort):
         values["actuatorfrcrange"] = vector([-effort, effort], number)
     if joint.mjcf:
         values |= SimulationPrinter(robot, number).texts(joint.mjcf)
@@ -426,7 +426,9 @@ def keys(
         qpos = [number for joint in joints for number in at(joint)]
         place = pose.base or robot.simulation.root.pose
         base = [*place.xyz, *place.transform().quaternion()] if free else []
-        made.append((pose.name, base + qpos, ctrl + more, pose.mjcf))
+        said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
+        whole = pose.mjcf.get("qpos")
+        made.append((pose.name, list(map(float, whole)) if isinstance(whole, tuple) else base + qpos, ctrl + more, said))
     return made
 
 

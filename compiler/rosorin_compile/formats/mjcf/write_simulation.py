@@ -120,7 +120,7 @@ class SimulationPrinter:
         """Return attributes printed, by name."""
         texts = {}
         for name, value in values.items():
-            if value is None:
+            if value is None or name == "material":  # the file has colours alone
                 continue
             named = name in _BODIES or (name in ("objname", "refname") and values.get(f"{name[:3]}type") == "xbody")
             texts[name] = body_name(self.robot, str(value)) if named and value in self.robot.link else self.text(value)

@@ -100,11 +100,15 @@ class ContactPair:
 
 @dataclass(frozen=True)
 class Root:
-    """How the root link stands in the world, and what a free joint there is called and does."""
+    """How the root link stands in the world, and what a free joint there is called and does.
+
+    ``world`` says that it is no body in the world, but the world itself.
+    """
 
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
+    world: bool = False
 
 
 _AT_ORIGIN = Root()

@@ -14,7 +14,7 @@ from ...frontend.tree import Map
 from ...xml.markup import Element
 from .entries import shift_of_tendon
 from .reading import SLIDE, Reading, numbers, put, put_number, tidy, tidy_position
-from .worded import Node, floats, listing, put_words, text_of
+from .worded import Node, floats, listing, put_words
 
 _FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
 
@@ -136,8 +136,8 @@ def _called(reading: Reading, word: str, name: str) -> str:
 
 def _keep(reading: Reading, node: Node, element: Element) -> None:
     """Keep an actuator as it is, behind all others."""
-    text = text_of({"tag": "actuator", "attributes": {}, "inner": [node]})
-    reading.kept(text, f"actuator <{element.tag}>", element.span)
+    whole = {"tag": "actuator", "attributes": {}, "inner": [node]}
+    reading.kept(whole, f"actuator <{element.tag}>", element.span)
 
 
 def _fill(

@@ -23,7 +23,9 @@ _KINDS = {
     **dict.fromkeys(("geom", "geom1", "geom2", "shape"), _GEOM),
     **dict.fromkeys(("joint", "joint1", "joint2"), _JOINT),
     **dict.fromkeys(("tendon", "tendon1", "tendon2"), _TENDON),
-    **{kind: kind for kind in ("actuator", "camera", "material", "mesh")},
+    **{kind: kind for kind in ("actuator", "camera", "material")},
+    "target": _BODY,
+    "refsite": _SITE,
 }
 
 
@@ -46,8 +48,8 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
     for index, thing in enumerate(reading.facts[f"{kind}s"]):
         if thing["name"] == name and thing["body"] == 0 and (kind, name) not in reading.of_scene:
             reading.of_scene.add((kind, name))
-            text = text_of({"tag": "worldbody", "attributes": {}, "inner": [thing["element"]]})
-            reading.kept(text, f"{kind} of the world", reading.places.of(f"{kind}s", index).span)
+            whole = {"tag": "worldbody", "attributes": {}, "inner": [thing["element"]]}
+            reading.kept(whole, f"{kind} of the world", reading.places.of(f"{kind}s", index).span)
 
 
 def _elements(reading: Reading, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
@@ -60,8 +62,8 @@ def _elements(reading: Reading, section: str, nodes: Sequence[Node], tag: str = 
 
 def _whole(reading: Reading, section: str, node: Node, span: Span) -> None:
     """Keep an element as it is, in its section."""
-    text = text_of({"tag": section, "attributes": {}, "inner": [node]})
-    reading.kept(text, f"{section} <{node['tag']}>", span)
+    whole = {"tag": section, "attributes": {}, "inner": [node]}
+    reading.kept(whole, f"{section} <{node['tag']}>", span)
 
 
 def _gone(reading: Reading, what: str, problem: _Gone, span: Span) -> None:
@@ -243,20 +245,28 @@ def add_whole(reading: Reading) -> None:
     """Keep the sections that say nothing of links and joints, such as numbers and texts for other programs."""
     for node in reading.facts["elements"]["whole"]:
         found = reading.markup.sections(node["tag"])
-        reading.kept(text_of(node), node["tag"], (found[0] if found else reading.markup.root).span)
+        reading.kept(node, node["tag"], (found[0] if found else reading.markup.root).span)
+
+
+def _renamed(reading: Reading, node: Node) -> Node:
+    """Return an element with the names that the description has for what it names."""
+    said = dict(node["attributes"])
+    for word, text in said.items():
+        kind = _KINDS.get(word, "")
+        if word in ("objname", "refname"):
+            kind = _KINDS.get(_OBJECTS.get(said.get(f"{word[:3]}type", ""), ""), "")
+        if kind:
+            said[word] = reading.called(kind, text)
+    return {**node, "attributes": said, "inner": [_renamed(reading, one) for one in node["inner"]]}
 
 
 def put_elements(reading: Reading) -> None:
     """Set what is kept as it is, in the links and at the top, and list it."""
     from ...diagnostics.wording import counted
-    from ...xml.mujoco import with_names
-
     by_link: dict[str, list[str]] = {}
     by_tag: dict[str, list[Span]] = {}
-    names = {old: new for renamed in reading.renamed.values() for old, new in renamed.items()}
     for one in reading.elements:
-        text = with_names(one.text, not one.link, lambda name: names.get(name, name)) if names else one.text
-        by_link.setdefault(one.link, []).append(text)
+        by_link.setdefault(one.link, []).append(text_of(_renamed(reading, one.node)))
         by_tag.setdefault(one.tag, []).append(one.span)
     for link, texts in by_link.items():
         owner = reading.links[link] if link else reading.tree

@@ -15,6 +15,7 @@ Limits: readers of URDF ask for more than MJCF says, and nothing is made up in s
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -96,13 +97,16 @@ def add_joints(reading: Reading, drives: dict[int, Drive]) -> None:
             _chain(reading, index, place, [step for at, joint in held for step in _steps(reading, at, joint)], drives)
 
 
+_OF_LIMITS = ("solreflimit", "solimplimit", "margin")  # which a free joint has none of
 _OF_ROOT = {"frictionloss": "friction"}
 
 
 def add_root(reading: Reading) -> None:
     """Say how the only top body stands in the world, and what its free joint is called and does."""
-    _tell_of_held(reading)
-    if reading.ground or not reading.tops:
+    if reading.ground:
+        world = Map(reading.places.body(0).span)
+        put(world, "world", True)
+        put(reading.tree, "root", world)
         return
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
@@ -113,25 +117,11 @@ def add_root(reading: Reading) -> None:
         joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
         if joint["name"]:
             put(entry, "joint", reading.joint_names.give(joint["name"]))
-        said = {key: text for key, text in joint["element"]["attributes"].items() if key not in _READ}
+        said = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
         for name in put_words(entry, said, "root", own, _OF_ROOT):
             reading.lost(f'"{name}" of the free joint', own.span)
     if entry:
         put(reading.tree, "root", entry)
-
-
-def _tell_of_held(reading: Reading) -> None:
-    """Say what holds a joint that moves freely, where that is a floating joint: no description has a word for that."""
-    for index, joint in enumerate(reading.facts["joints"]):
-        if joint["type"] != FREE or reading.free_base:
-            continue
-        dofs = range(joint["dof"], joint["dof"] + 6)
-        words = {"damping": "damping", "friction": "friction loss", "armature": "armature"}
-        held = [what for word, what in words.items() if any(reading.facts[word][dof] for dof in dofs)]
-        if held:
-            name = f' "{joint["name"]}"' if joint["name"] else ""
-            what = f"the {listed(held)} of the free joint{name}"
-            reading.lost(what, reading.places.of("joints", index).span, "a joint that floats has none", len(held) > 1)
 
 
 def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]]) -> None:
@@ -142,6 +132,9 @@ def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple
     name = held[0][1]["name"] if held and held[0][1]["name"] else f"{link}_joint"
     joint = reading.new_joint(reading.joint_names.give(name), kind, above, link, element)
     put_pose(joint, place, reading.places.body(index))
+    if held:
+        said = held[0][1]["element"]["attributes"]
+        _put_more(reading, name, element, joint, _put_dynamics(joint, said, element) | _unread(said))
 
 
 def _several(reading: Reading, index: int, place: Transform, motion: Motion) -> None:
@@ -218,36 +211,53 @@ def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive])
     drive = drives.get(step.joint, Drive()) if step.kind != BALL else Drive()
     if step.kind != BALL:
         add_limit(reading, step.joint, entry, drive)
-    dynamics = Map(step.element.span)
-    words = {key: text for key, text in said.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
-    rest = put_words(dynamics, words, "dynamics", step.element, _OF_DYNAMICS)
+    rest = _put_dynamics(entry, said, step.element)
     if {"stiffness", "springdamper"} & said.keys() and step.kind != BALL:
-        _put_rest(reading, step, dynamics, said)
-    if dynamics:
-        put(entry, "dynamics", dynamics)
+        _put_rest(reading, step, entry, said)
     if drive.entry is not None:
         put(entry, "actuator", drive.entry)
     if step.kind != BALL:
-        rest |= {key: text for key, text in said.items() if key not in _READ and key not in _OF_DYNAMICS}
-        _put_more(reading, step, entry, rest)
+        rest |= _unread(said) | _force(reading.facts["joints"][step.joint], drive)
+        _put_more(reading, step.name, step.element, entry, rest)
 
 
-def _put_rest(reading: Reading, step: Step, dynamics: Map, said: Mapping[str, str]) -> None:
+def _put_dynamics(entry: Map, said: Mapping[str, str], element: Element) -> dict[str, str]:
+    """Set the dynamics of a joint; return what they have no word for."""
+    dynamics = Map(element.span)
+    words = {key: text for key, text in said.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
+    rest = put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
+    if dynamics:
+        put(entry, "dynamics", dynamics)
+    return rest
+
+
+def _unread(said: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes that are not read elsewhere."""
+    return {key: text for key, text in said.items() if key not in _READ and key not in _OF_DYNAMICS}
+
+
+def _force(joint: Mapping[str, Any], drive: Drive) -> dict[str, str]:
+    """Return the force of a joint that is not the same both ways, or that its actuators have as well."""
+    low, high = joint["force"]
+    twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+    return {"actuatorfrcrange": f"{low!r} {high!r}"} if joint["forced"] and (low != -high or twice) else {}
+
+
+def _put_rest(reading: Reading, step: Step, entry: Map, said: Mapping[str, str]) -> None:
     """Set where the spring of a joint is at rest, counted from its zero."""
     zero = reading.facts["zero"][reading.facts["joints"][step.joint]["address"]]
     cut = tidy if step.kind == SLIDE else tidy_position
     rest = cut(float(said.get("springref", 0)) - zero)
     if rest:
+        dynamics = entry.get("dynamics") or Map(step.element.span)
+        put(entry, "dynamics", dynamics)
         put_number(dynamics, "spring_reference", rest, step.element, "springref")
 
 
-def _put_more(reading: Reading, step: Step, entry: Map, rest: dict[str, str]) -> None:
-    """Set what the language has no word for, in MuJoCo's; a force that is not the same both ways among it."""
-    joint = reading.facts["joints"][step.joint]
-    if joint["forced"] and joint["force"][0] != -joint["force"][1]:
-        rest |= {"actuatorfrcrange": " ".join(repr(value) for value in joint["force"])}
-    for name in put_words(entry, rest, "joint", step.element):
-        reading.lost(f'"{name}" of the joint "{step.name}"', step.element.span)
+def _put_more(reading: Reading, name: str, element: Element, entry: Map, rest: Mapping[str, str]) -> None:
+    """Set what the language has no word for, in MuJoCo's."""
+    for word in put_words(entry, rest, "joint", element):
+        reading.lost(f'"{word}" of the joint "{name}"', element.span)
 
 
 STAND_IN_EFFORT = 1000.0  # N*m or N

@@ -23,7 +23,7 @@ from .reading import (
     tidy_vector,
     transform,
 )
-from .worded import put_words, text_of
+from .worded import put_words
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
@@ -90,7 +90,7 @@ def _add_more(reading: Reading, index: int, link: Map, element: Element) -> None
     for name in put_words(link, said, "link", element, _OF_BODY):
         reading.lost(f'"{name}" of the body "{reading.link_of[index]}"', element.span)
     for one in node["inner"]:
-        reading.kept(text_of(one), one["tag"], element.span, reading.link_of[index])
+        reading.kept(one, one["tag"], element.span, reading.link_of[index])
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
@@ -170,7 +170,7 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     rest = put_words(entry, said, form, element, rename=lambda word, text: reading.called(_OF[word], text))
     if rest or node["inner"]:
         placed = {"name": name, **said, **placing(place)}
-        reading.kept(text_of(node, placed), tag, element.span, link)
+        reading.kept({**node, "attributes": placed}, tag, element.span, link)
         return
     marks = reading.links[link].get(kind) or Map(element.span)
     marks.put(name, entry, element.span, element.span)

@@ -48,9 +48,9 @@ FREE, BALL, SLIDE, HINGE = range(4)
 
 
 class Kept(NamedTuple):
-    """An element that is kept as it is: its text, what it is, its place, and the link that has it, if any."""
+    """An element that is kept as it is, what it is, its place, and the link that has it, if any."""
 
-    text: str
+    node: Mapping[str, Any]
     tag: str
     span: Span
     link: str
@@ -118,9 +118,9 @@ class Reading:
         """Return the name that an object has in the description, by its name in the file."""
         return self.renamed.get(kind, {}).get(name) or legal(name)
 
-    def kept(self, text: str, tag: str, span: Span, link: str = "") -> None:
+    def kept(self, node: Mapping[str, Any], tag: str, span: Span, link: str = "") -> None:
         """Keep an element as it is: in the body of a link, or at the top."""
-        self.elements.append(Kept(text, tag, span, link))
+        self.elements.append(Kept(node, tag, span, link))
 
     def lost(self, what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> None:
         """Say that something of the robot is not in the tree; ``many`` if ``what`` is a plural."""

@@ -154,6 +154,7 @@ SLICES: Mapping[str, tuple[str, str]] = {
 
 # A field that means nothing unless another one is set.
 GATES = {
+    **dict.fromkeys(("jnt_solref", "jnt_solimp", "jnt_margin"), "jnt_limited"),
     "jnt_range": "jnt_limited",
     "jnt_actfrcrange": "jnt_actfrclimited",
     "tendon_range": "tendon_limited",

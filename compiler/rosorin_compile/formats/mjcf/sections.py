@@ -146,13 +146,8 @@ def _whole(reading: Reading, qpos: list[float]) -> list[float]:
     made: list[float] = []
     for index, joint in enumerate(reading.facts["joints"]):
         at, kind = joint["address"], joint["type"]
-        if joint["body"] in reading.motion_of or (kind == FREE and reading.free_base):
+        if joint["body"] in reading.motion_of or kind == FREE:
             made += qpos[at : at + {FREE: 7, BALL: 4}.get(kind, 1)]
-        elif kind == FREE:
-            body = reading.facts["bodies"][joint["body"]]
-            place = transform(qpos[at : at + 3], qpos[at + 3 : at + 7])
-            moved = transform(body["pos"], body["quat"]).inverse().then(place)
-            made += [*moved.xyz, *moved.quaternion()]
         else:
             made += [value for _, value in _positions(reading, index, joint, qpos)]
     return made

@@ -23,12 +23,12 @@ from ...model import Transform
 from ...xml.markup import Element
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
-from .worded import listing, put_words, text_of
+from .worded import listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (SPHERE, CAPSULE, CYLINDER, BOX, MESH)
-_FIRST_HIDDEN_GROUP = 3
+_FIRST_HIDDEN_GROUP = _HIDDEN = 3
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
 
 
@@ -48,7 +48,7 @@ def add_shapes(reading: Reading) -> None:
                 looks.put(index, shape, element)
             else:
                 layers.put(index, shape, element)
-            _more(reading, index, shape, purpose, found)
+            _more(reading, looks, index, shape, purpose, found)
             held.setdefault((reading.link_of[geoms[index]["body"]], purpose), Seq(element.span)).put(shape, element.span)
     for (link, purpose), shapes in held.items():
         put(reading.links[link], purpose, shapes)
@@ -92,7 +92,9 @@ _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "
 _LOOKS = ("castshadow",)
 
 
-def _more(reading: Reading, index: int, shape: Map, purpose: str, purposes: list[str]) -> None:
+def _more(
+    reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, purposes: list[str]
+) -> None:
     """Set what a shape has for a simulation alone; of two that stand for one geom only one has it."""
     geom, element = reading.facts["geoms"][index], reading.places.of("geoms", index)
     said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
@@ -100,8 +102,12 @@ def _more(reading: Reading, index: int, shape: Map, purpose: str, purposes: list
         said = {key: text for key, text in said.items() if (key in _LOOKS) == (purpose == "visual")}
     if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
         said["group"] = str(geom["group"])
-    if purposes == ["collision"] and geom["rgba"] != list(_NO_COLOUR):
+    elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
+        said["group"] = str(_HIDDEN)  # what is seen of it is the visual
+    if purposes == ["collision"] and "rgba" in geom["element"]["attributes"]:
         said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in geom["rgba"])
+    if purposes == ["collision"] and geom["material"] >= 0:
+        said["material"] = looks.material(geom["material"])
     inner = Map(element.span)
     for name in put_words(inner, said, "mjcf_geom", element):
         reading.lost(f'"{name}" of a geom of link "{reading.link_of[geom["body"]]}"', element.span)
@@ -161,8 +167,8 @@ def _keep_others(reading: Reading) -> None:
             _keep_asset(reading, "mesh", mesh["name"], element.span)
         elif geom["type"] == HFIELD:
             _keep_asset(reading, "hfield", said.get("hfield", ""), element.span)
-        text = text_of(node, {**said, **placing(place), "density": "0"})
-        reading.kept(text, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
+        whole = {**node, "attributes": {**said, **placing(place), "density": "0"}}
+        reading.kept(whole, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
 
 
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
@@ -174,8 +180,8 @@ def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
             continue
         reading.of_scene.add((kind, name))
         files = {word: reading.markup.place_of(text) for word, text in said.items() if word.startswith("file")}
-        text = text_of({"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]})
-        reading.kept(text, f"asset: {kind}", span)
+        whole = {"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]}
+        reading.kept(whole, f"asset: {kind}", span)
 
 
 def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:

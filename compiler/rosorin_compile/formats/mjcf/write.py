@@ -59,7 +59,7 @@ from ...model.simulation import POSITION
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, PLANAR, STIFF, body_name
+from .bodies import FLOATING, PLANAR, STIFF, body_name, is_free
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
@@ -119,7 +119,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six).
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    free = output.options.get("base", "fixed") == "free"
+    free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
     elements = elements_of(robot, templates, number)
     form = form_of(output)
     printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form)
@@ -202,6 +202,7 @@ class _Printer:
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.mesh_inertia = mesh_inertia
+        self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
 
     def vector(self, numbers: Iterable[float]) -> str:
@@ -215,10 +216,10 @@ class _Printer:
 
     def body(self, frame: Frame, after: Frame | None) -> Body:
         """Return the body of a frame; ``after`` is the next frame of the tree."""
-        ends = range(frame.depth, (after.depth if after else 0) - 1, -1)
+        ends = range(frame.depth, (after.depth if after else self.top) - 1, -1)
         link = frame.link or Link(frame.name)
         return Body(
-            _indent(frame.depth),
+            _indent(frame.depth - self.top),
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             joints_of(frame.joint, self.robot, self.number) if frame.joint else [],
@@ -226,12 +227,14 @@ class _Printer:
             attributes(name=frame.name),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
-            [indented(text, _indent(frame.depth + 1)) for text in link.mjcf_elements],
-            [_indent(depth) for depth in ends],
+            [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
+            [_indent(depth - self.top) for depth in ends],
         )
 
     def names_of(self, link: Link, frame: Frame) -> Markup:
-        """Return the attributes of a body."""
+        """Return the attributes of a body; none of the world."""
+        if frame.depth < self.top:
+            return Markup()
         pose = self.robot.simulation.root.pose if frame.depth == 0 else frame.pose
         values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
         if link.gravity_compensation:
@@ -361,6 +364,8 @@ def joints_of(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
     """Return the attributes of the joints that a body has for one joint, in their order."""
     if joint.moves:
         return [_single(joint, robot, number)]
+    if is_free(robot, joint):
+        return [attributes(name=joint.name, type="free", **_dynamics(joint, robot, number))]
     base = _base_name(joint, robot)
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
@@ -385,17 +390,24 @@ def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
     ends = position_range(joint)
     if ends:
         values["range"] = vector(ends, number)
-    if joint.dynamics is not None:
-        dynamics = joint.dynamics
-        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
-        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
-        values |= {word: number(value) for word, value in words.items() if value}
+    values |= _dynamics(joint, robot, number)
     effort = joint.limit.known("effort") if joint.limit is not None else None
     if effort and not is_clamped(robot, joint, effort):
         values["actuatorfrcrange"] = vector([-effort, effort], number)
-    if joint.mjcf:
-        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
+    values |= SimulationPrinter(robot, number).texts(joint.mjcf) if joint.mjcf else {}
     return attributes(**values)
+
+
+def _dynamics(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+    """Return how a joint moves by itself; of one that floats also what there is no word for."""
+    dynamics, values = joint.dynamics, {}
+    if dynamics is not None:
+        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
+        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
+        values = {word: number(value) for word, value in words.items() if value}
+    if not joint.moves:
+        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
+    return values
 
 
 def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
@@ -442,7 +454,10 @@ def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float
 
 
 def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    positions: Mapping[str, Sequence[float]] = {
+    positions: dict[str, Sequence[float]] = {
         joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
     }
+    for joint in joints:
+        if is_free(robot, joint):
+            positions[joint.name] = [*joint.origin.xyz, *joint.origin.transform().quaternion()]
     return lambda joint: positions[joint.name]

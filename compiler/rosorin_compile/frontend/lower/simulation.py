@@ -101,7 +101,7 @@ def _others(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attri
 def _root(entry: Mapping[str, Any]) -> Root:
     words = {"damping": "damping", "friction": "frictionloss", "armature": "armature"}
     values = values_of(entry.get("mjcf")) | _renamed(entry, words)
-    return Root(pose_of_entry(entry), entry.get("joint", ""), values)
+    return Root(pose_of_entry(entry), entry.get("joint", ""), values, bool(entry.get("world", False)))
 
 
 def _renamed(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:

@@ -72,7 +72,7 @@ def machine() -> Robot:
             (0.0, 0.6, 0.8),
             slide,
             dynamics=dynamics,
-            actuator=Actuator(300.0, 20.0),
+            actuator=Actuator(kp=300.0, kv=20.0),
         ),
         Joint(
             "shoulder",
@@ -83,7 +83,7 @@ def machine() -> Robot:
             (-0.01, 0.02, -0.999),
             turn,
             dynamics=dynamics,
-            actuator=Actuator(20.0, 1.0),
+            actuator=Actuator(kp=20.0, kv=1.0),
         ),
         Joint(
             "roll",
@@ -94,7 +94,7 @@ def machine() -> Robot:
             (0.0, 1.0, 0.0),
             Limit(-1.0, 1.0, 2.0, 10.0),  # the ends mean nothing to a joint that turns for ever
             dynamics=dynamics,
-            actuator=Actuator(0.3, 0.1),
+            actuator=Actuator(kp=0.3, kv=0.1),
         ),
         Joint(
             "claw",

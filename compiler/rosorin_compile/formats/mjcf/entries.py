@@ -273,4 +273,4 @@ def put_elements(reading: Reading) -> None:
         put(owner, "mjcf_elements", listing(texts, reading.markup.root))
     for tag, spans in by_tag.items():
         what = f"{counted(len(spans), 'element')} ({tag})" if len(spans) > 1 else f"an element ({tag})"
-        reading.kept_as_is(f"{what}, for which the language has no word: kept in mjcf_elements", spans[0])
+        reading.kept_as_is(f"{what}, for which the language has no word: kept in mjcf_elements", spans)

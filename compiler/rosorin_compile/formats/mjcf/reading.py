@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Span
+from ...diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map, Seq
 from ...model import Transform, geometry
@@ -131,9 +131,9 @@ class Reading:
         """Say that something was passed over that is no part of the robot."""
         self.diagnostics.append(Diagnostic("import-ignored", NOTE, what, span))
 
-    def kept_as_is(self, what: str, span: Span) -> None:
-        """Say that something is in the tree as it stands in the file."""
-        self.diagnostics.append(Diagnostic("import-kept", NOTE, what, span))
+    def kept_as_is(self, what: str, spans: Sequence[Span]) -> None:
+        """Say that something is in the tree as it stands in the file, at its first place and at others."""
+        self.diagnostics.append(Diagnostic("import-kept", NOTE, what, spans[0], and_here(spans[1:])))
 
     def changed(self, what: str, span: Span) -> None:
         """Say that something is in the tree, but otherwise than the file says it."""

@@ -128,8 +128,9 @@ def test_numbers_are_those_of_a_person() -> None:
     assert joints["c"]["rpy"] == [quarter, 0, quarter]
     assert joints["c"]["axis"] == [0, 0, 1]
     assert joints["c"]["limit"]["lower"] == -0.1
-    assert tree("free")["joints"]["imu_joint"]["rpy"] == [math.pi, 0, 0]
-    assert tree("free")["joints"]["eye_joint"]["rpy"] == [quarter, 0, -quarter]
+    trunk = tree("free")["links"]["trunk"]
+    assert trunk["sites"]["imu"]["rpy"] == [math.pi, 0, 0]
+    assert trunk["cameras"]["eye"]["rpy"] == [quarter, 0, -quarter]
 
 
 def test_numbers_point_at_their_digits() -> None:
@@ -137,7 +138,7 @@ def test_numbers_point_at_their_digits() -> None:
     mass = made["links"]["trunk"]["inertial"].value_spans["mass"]
     line = CORNERS["free"].read_text("utf-8").splitlines()[mass.line - 1]
     assert line[mass.column - 1 : mass.column - 1 + mass.length] == "3"
-    spans = made["joints"]["imu_joint"]["xyz"].value_spans
+    spans = made["links"]["trunk"]["sites"]["imu"]["xyz"].value_spans
     line = CORNERS["free"].read_text("utf-8").splitlines()[spans[2].line - 1]
     assert line[spans[2].column - 1 :].startswith("0.05")
 
@@ -170,13 +171,16 @@ def test_a_joint_beside_the_origin_has_a_link_at_its_anchor() -> None:
 
 def test_joints_that_follow_count_from_where_the_model_stands() -> None:
     made = tree("followers")
-    assert made["joints"]["finger"]["mimic"] == {"joint": "thumb", "multiplier": -0.5, "offset": 0.1}
-    assert made["joints"]["tip"]["mimic"] == {"joint": "finger", "multiplier": 2}
+    soft = {"solref": [0.02, 1], "solimp": [0.9, 0.95, 0.001, 0.5, 2]}
+    assert made["joints"]["finger"]["mimic"] == {"joint": "thumb", "multiplier": -0.5, "offset": 0.1, **soft}
+    assert made["joints"]["tip"]["mimic"] == {"joint": "finger", "multiplier": 2, **soft}
     assert "mimic" not in made["joints"]["bent"]
-    assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True}
+    assert made["joints"]["thumb"]["actuator"] == {"kp": 20, "kv": 1.5, "unlimited": True, "force": [-3, 3]}
     assert made["joints"]["slider"]["limit"]["lower"] == -0.02
     degree = math.pi / 180
-    assert made["poses"] == {"shut": {"positions": {"thumb": 50 * degree, "bent": 1}}, "key_1": {"positions": {}}}
+    assert made["poses"]["shut"]["positions"] == {"thumb": 50 * degree, "bent": 1}
+    assert len(made["poses"]["shut"]["mjcf"]["qpos"]) == 5  # the followers are not where they follow
+    assert list(made["poses"]) == ["shut", "key_1"]
 
 
 def test_a_ball_turns_as_three() -> None:
@@ -201,19 +205,16 @@ def test_who_may_stand_at_the_root() -> None:
         "ball_joint": "floating",
         "goal_joint": "fixed",
     }
-    assert several["outputs"]["mjcf"] == {"file": "robot.xml", "option": {"integrator": "Euler"}}
+    asked = {"file": "robot.xml", "contacts": "described", "groups": {"visual": 0}, "option": {"integrator": "Euler"}}
+    assert several["outputs"]["mjcf"] == asked
+    assert several["root"] == {"world": True}
     assert next(iter(tree("defaults")["links"])) == "base"
 
 
 def test_names_made_up_are_plain() -> None:
     made = tree("nameless")
-    assert list(made["links"]) == [
-        "base_link",
-        "base_link_body",
-        "lift_link",
-        "lift_link_body",
-        "lift_link_body_camera",
-    ]
+    assert list(made["links"]) == ["base_link", "base_link_body", "lift_link", "lift_link_body"]
+    assert list(made["links"]["lift_link_body"]["cameras"]) == ["lift_link_body_camera"]
     assert list(made["joints"])[:3] == ["base_link_body_joint", "lift", "lift_link_body_joint"]
     assert made["robot"] == "nameless"
 

@@ -15,7 +15,7 @@ from scipy.spatial.transform import Rotation
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
 
-from rosorin_compile.formats.mjcf import engine, robot  # noqa: E402
+from rosorin_compile.formats.mjcf import engine, resolved, robot  # noqa: E402
 from rosorin_compile.formats.mjcf.process import Answer  # noqa: E402
 from rosorin_compile.formats.mjcf.reading import angles_about_xyz, full_inertia, rotation, rpy_of, tidy, tidy_angle  # noqa: E402
 from rosorin_compile.model.geometry import rotation_of_rpy  # noqa: E402
@@ -123,6 +123,7 @@ def here(path: Path) -> Answer:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
         spec = mujoco.MjSpec.from_file(str(path))
+        resolved.name_all(spec)
         return Answer(engine.facts(mujoco, spec, spec.compile()))
 
 

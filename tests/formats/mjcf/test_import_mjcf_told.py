@@ -59,8 +59,8 @@ def test_what_is_broken_is_refused_with_its_line(path: Path) -> None:
 
 def test_what_is_told_of_many_names_the_other_places() -> None:
     made = read_mjcf(MJCF / "told" / "lost.xml", ReadOptions())
-    (found,) = [d for d in made.diagnostics if d.message.startswith("2 geoms (ellipsoid)")]
-    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 28)]
+    (found,) = [d for d in made.diagnostics if d.message.startswith("2 elements (geom: ellipsoid)")]
+    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 20)]
 
 
 def test_a_folder_may_be_allowed() -> None:

@@ -5,9 +5,10 @@ Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have
 both sides know: names and welded links; ``contacts`` who may touch whom, ``height_fields`` what height maps become.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
-(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``source`` and ``reading`` (the text, and what is
-known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``sections`` and ``neighbours``, which fill the
-tree; last ``left_out``, which lists what is not carried.
+(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
+``reading`` (the text, and what is known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``,
+``sections`` and ``neighbours``, which fill the tree. ``resolved`` has MuJoCo write the file back with all that classes
+say, and ``worded`` makes keys of such attributes.
 
 What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
 MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fields, ``same_values`` and
@@ -88,7 +89,15 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
 
 
 def _cannot_say(robot: Robot, fact: Fact) -> bool:
-    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone."""
+    """Say whether a fact is the type of a joint that MJCF tells from another one by its range alone.
+
+    Or the effort of one whose actuators say it.
+    """
+    if (fact.kind, fact.quantity) == ("joint", "effort"):
+        from .servos import is_clamped
+
+        limit = robot.joint[fact.name].limit
+        return limit is not None and is_clamped(robot, robot.joint[fact.name], limit.effort or 0.0)
     if (fact.kind, fact.quantity) != ("joint", "type"):
         return False
     from .unsaid import position_range
@@ -151,6 +160,22 @@ _SETTINGS: Mapping[str, tuple[Mapping[str, Any], str]] = {
             "magnetic": "The magnetic field of the earth.",
         }.items()
     },
+    "sleep_tolerance": ({"type": "number"}, "Below which speed in m/s or rad/s what is at rest may sleep."),
+    **{
+        f"o_{word}": (
+            {"type": "array", "items": {"type": "number"}, "minItems": 1, "maxItems": count},
+            f"{what} of all contacts, where contacts are overridden.",
+        )
+        for word, (count, what) in {
+            "solref": (2, "Stiffness"),
+            "solimp": (5, "Impedance"),
+            "friction": (5, "Friction"),
+        }.items()
+    },
+    "actuatorgroupdisable": (
+        {"type": "array", "items": {"type": "integer"}},
+        "The groups of actuators that are switched off.",
+    ),
     "flag": (
         {"type": "object", "additionalProperties": {"enum": ["enable", "disable"]}},
         "What is computed, and what not.",
@@ -164,6 +189,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:  # noqa: ARG001
     wishes = (tree.get("outputs") or {}).get("mjcf") or {}  # of the source: how its base stands in the world
     return Asked({"file": "", **wishes, "option": wishes.get("option", _ITS_OWN)} | {"file": f"{name}.xml"})
 
+
+_GROUP = {"type": "integer", "minimum": 0, "maximum": 5}
 
 FORMAT = Format(
     name="mjcf",
@@ -197,6 +224,18 @@ FORMAT = Format(
             "enum": [*FORMS_OF_BOXES, "hfield"],
             "description": f"What height maps are; default: merged. Boxes: {BOXES_OF_HEIGHT_MAPS}; hfield: a height"
             " field, which does not collide with planes.",
+        },
+        "contacts": {
+            "enum": ["implied", "described"],
+            "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
+            " that touch at zero or in a named pose, with disabled_contacts and contact_pairs; described: those two"
+            " alone, and what MuJoCo does by itself.",
+        },
+        "groups": {
+            "type": "object",
+            "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
+            "properties": {"visual": _GROUP, "collision": _GROUP},
+            "additionalProperties": False,
         },
         "actuators": {
             "type": "array",

@@ -1,125 +1,239 @@
-"""Actuators: a position servo on a joint is carried, all others are listed; all tell how strong their joint is."""
+"""Actuators: the first one of a joint stands beside it, all others have entries of their own.
+
+MuJoCo takes ``<position>``, ``<velocity>`` and ``<motor>`` for short forms of ``<general>`` with certain numbers, and
+compiles all to those numbers; so what has these numbers is called by the short form here. The strength of a joint, for
+readers of URDF, is what its actuators can bring.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map
 from ...xml.markup import Element
-from .reading import SLIDE, Reading, legal, numbers, put, put_number, tidy, tidy_position
+from .entries import shift_of_tendon
+from .reading import SLIDE, Reading, numbers, put, put_number, tidy, tidy_position
+from .worded import Node, floats, listing, put_words
 
-# MuJoCo's numbers: mjTRN_JOINT and mjTRN_JOINTINPARENT, which differ for ball joints alone; mjGAIN_FIXED, and so on.
-_ON_JOINT = (0, 1)
-_FIXED_GAIN = 0
-_NO_BIAS, _AFFINE_BIAS = 0, 1
-_NO_DYNAMICS = 0
+_FIXED_GAIN, _NO_BIAS = 0, 0  # mjtGain, mjtBias
+
+_TARGETS = ("joint", "jointinparent", "tendon", "site", "refsite", "slidersite", "cranksite", "body")
+_KINDS = {"joint": "joint", "jointinparent": "joint", "tendon": "tendon", "body": "body"}
+_WORDS = {
+    "jointinparent": "joint_in_parent",
+    "refsite": "reference_site",
+    "slidersite": "slider_site",
+    "cranksite": "crank_site",
+    "forcerange": "force",
+}
+# What says of which kind an actuator is, and what is read of the compiled model.
+_OF_KIND = ("gaintype", "gainprm", "biastype", "biasprm", "dyntype", "dynprm", "input")
+_READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TARGETS)
 
 
 class Drive(NamedTuple):
-    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry of a servo, if it is one."""
+    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry beside it, if there is one."""
 
     effort: float | None = None
-    servo: Map | None = None
+    entry: Map | None = None
+
+
+class _Kind(NamedTuple):
+    """What kind of actuator it is: its type, its gains, and the attributes that remain to be said."""
+
+    type: str
+    gains: Mapping[str, float]
+    rest: Mapping[str, str]
 
 
 def drives_of(reading: Reading) -> dict[int, Drive]:
-    """Return what drives each hinge and slide, by the joint's index; list the actuators that are not carried."""
+    """Return what drives each hinge and slide, by the joint's index; add all other actuators to the tree."""
+    nodes = reading.facts["elements"]["actuators"]
     elements = reading.markup.listed("actuator")
-    actuators: Sequence[Mapping[str, Any]] = reading.facts["actuators"]
-    if len(elements) != len(actuators):  # attached from another file
-        elements = [_element(reading, actuator) for actuator in actuators]
+    facts: Sequence[Mapping[str, Any]] = reading.facts["actuators"]
+    if len(elements) != len(facts):  # attached from another file
+        elements = [reading.markup.named("actuator", fact["name"]) or reading.markup.root for fact in facts]
     drives: dict[int, Drive] = {}
-    lost: list[tuple[Mapping[str, Any], Element]] = []
-    order: dict[int, str] = {}
-    for actuator, element in zip(actuators, elements, strict=True):
-        index = _joint(reading, actuator)
-        if index is None:
-            lost.append((actuator, element))
+    others, beside = Map(reading.markup.root.span), []
+    for number, (fact, node, element) in enumerate(zip(facts, nodes, elements, strict=True)):
+        index = _joint(reading, fact, node)
+        before = drives.get(index) if index is not None else None
+        if "plugin" in node["attributes"] or node["inner"]:
+            _keep(reading, node, element)
             continue
-        before = drives.get(index)
-        servo = _servo(reading, actuator, element) if before is None or before.servo is None else None
-        if servo is None:
-            lost.append((actuator, element))
+        entry = None
+        if index is not None and (before is None or before.entry is None):
+            entry = _beside(reading, index, fact, node, element)
+            beside.append(index)
+            name = entry.get("name") or reading.joint_of[index]
         else:
-            order[index] = actuator["name"] or reading.joint_of[index]
-        known, effort = (before.effort if before else 0.0), _effort(reading, actuator, element)
-        total = None if known is None or effort is None else known + effort
-        drives[index] = Drive(total, servo or (before.servo if before else None))
-    reading.servos = order
-    _tell(reading, lost)
+            name = _add(reading, others, fact, node, element)
+        if name:
+            reading.actuators.append(name)
+            reading.actuator_of[number] = name
+        if index is not None:
+            if (entry or others[name]).get("type") is None:
+                reading.servos[number] = index
+            known, effort = (before.effort if before else 0.0), _effort(fact)
+            total = None if known is None or effort is None else known + effort
+            drives[index] = Drive(total, entry or (before.entry if before else None))
+    if others:
+        put(reading.tree, "actuators", others)
+    reading.in_order = beside == sorted(beside) and reading.actuators == _usual_order(reading, others)
     return drives
 
 
-def _element(reading: Reading, actuator: Mapping[str, Any]) -> Element:
-    return reading.markup.named("actuator", actuator["name"]) or reading.markup.root
+def _usual_order(reading: Reading, others: Map) -> list[str]:
+    """Return the names of the actuators in the order in which an MJCF of ours has them by itself."""
+    return [*(name for name in reading.actuators if name not in others), *others]
 
 
-def _joint(reading: Reading, actuator: Mapping[str, Any]) -> int | None:
+def _joint(reading: Reading, fact: Mapping[str, Any], node: Node) -> int | None:
     """Return the hinge or slide that an actuator acts on, None if it acts on anything else."""
-    if actuator["transmission"] not in _ON_JOINT:
+    if "joint" not in node["attributes"]:
         return None
-    index: int = actuator["target"][0]
+    index: int = fact["target"][0]
     return index if index in reading.joint_of else None
 
 
-def _servo(reading: Reading, actuator: Mapping[str, Any], element: Element) -> Map | None:
-    """Return the entry of a position servo that pushes the joint itself: force = kp * (aim - position) - kv * speed."""
-    kp, bias = actuator["gainprm"][0], actuator["biasprm"]
-    plain = (actuator["gain"], actuator["bias"], actuator["dynamics"]) == (_FIXED_GAIN, _AFFINE_BIAS, _NO_DYNAMICS)
-    if not plain or actuator["gear"][0] != 1 or kp <= 0 or bias[0] or bias[1] != -kp or bias[2] > 0:
-        return None
+def _beside(reading: Reading, index: int, fact: Mapping[str, Any], node: Node, element: Element) -> Map:
+    """Return the entry of an actuator that stands beside its joint."""
+    joint = reading.joint_of[index]
+    name = reading.name("actuator", fact["name"], joint)
     entry = Map(element.span)
-    put_number(entry, "kp", tidy(kp), element, "kp")
-    if bias[2]:
-        put_number(entry, "kv", tidy(-bias[2]), element, "kv")
-    if legal(actuator["name"]) not in ("", reading.joint_of[actuator["target"][0]]):
-        put(entry, "name", legal(actuator["name"]))
-    _put_aims(reading, actuator, element, entry)
+    _fill(reading, entry, "actuator", (fact, node, element), index)
+    if name != joint:
+        put(entry, "name", name)
     return entry
 
 
-def _put_aims(reading: Reading, actuator: Mapping[str, Any], element: Element, entry: Map) -> None:
-    """Set what a servo can be asked for, where that is not the range of its joint."""
-    joint = reading.facts["joints"][actuator["target"][0]]
-    zero = reading.facts["zero"][joint["address"]]
-    if not actuator["controlled"]:
-        if joint["limited"]:
-            put(entry, "unlimited", True)
-    elif not joint["limited"] or joint["range"] != actuator["control"]:
-        cut = tidy if joint["type"] == SLIDE else tidy_position
-        put(entry, "range", numbers([cut(value - zero) for value in actuator["control"]], element, "ctrlrange"))
+def _add(reading: Reading, others: Map, fact: Mapping[str, Any], node: Node, element: Element) -> str:
+    """Add the entry of an actuator that stands by itself, and return its name; empty for one that cannot be."""
+    said = node["attributes"]
+    target = next((said[word] for word in _TARGETS if word in said), "robot")
+    balls = {reading.facts["joints"][at]["name"] for at in reading.ball_of}
+    if {said.get("joint"), said.get("jointinparent")} & balls - {None}:
+        reading.lost(f'the actuator <{element.tag}> of the ball joint "{target}"', element.span)
+        return ""
+    name = reading.name("actuator", fact["name"], f"{target}_{element.tag}")
+    entry = Map(element.span)
+    targets = {word: said[word] for word in _TARGETS if word in said}
+    put_words(entry, targets, "other_actuator", element, _WORDS, lambda word, text: _called(reading, word, text))
+    index = _joint(reading, fact, node)
+    _fill(reading, entry, "other_actuator", (fact, node, element), index)
+    others.put(name, entry, element.span, element.span)
+    return name
 
 
-def _effort(reading: Reading, actuator: Mapping[str, Any], element: Element) -> float | None:
+def _called(reading: Reading, word: str, name: str) -> str:
+    return reading.called(_KINDS.get(word, "site"), name)
+
+
+def _keep(reading: Reading, node: Node, element: Element) -> None:
+    """Keep an actuator as it is, behind all others."""
+    whole = {"tag": "actuator", "attributes": {}, "inner": [node]}
+    reading.kept(whole, f"actuator <{element.tag}>", element.span)
+
+
+def _fill(
+    reading: Reading,
+    entry: Map,
+    form: str,
+    actuator: tuple[Mapping[str, Any], Mapping[str, Any], Element],
+    index: int | None,
+) -> None:
+    """Set what an actuator is and can be asked for."""
+    fact, node, element = actuator
+    shift = _shift(reading, fact, node, index)
+    kind = _kind(node["attributes"], shift)
+    if kind.type != "position":
+        put(entry, "type", kind.type)
+    for word, value in kind.gains.items():
+        put_number(entry, word, tidy(value), element, word)
+    rest = {key: text for key, text in kind.rest.items() if key not in _READ}
+    rest |= _limits(reading, entry, kind.type, (fact, node["attributes"], element), index, shift)
+    for name in put_words(entry, rest, form, element, _WORDS):
+        reading.lost(f'"{name}" of the actuator <{element.tag}>', element.span)
+
+
+def _shift(reading: Reading, fact: Mapping[str, Any], node: Node, index: int | None) -> float:
+    """Return by how much longer the file counts what an actuator pulls, where joints count from another zero."""
+    if index is not None:
+        zero = reading.facts["zero"][reading.facts["joints"][index]["address"]]
+        return float(fact["gear"][0] * zero)
+    name = node["attributes"].get("tendon")
+    tendons = (one for one in reading.facts["elements"]["tendons"] if name and one["attributes"].get("name") == name)
+    return float(fact["gear"][0]) * sum(shift_of_tendon(reading, one) for one in tendons)
+
+
+def _kind(said: Mapping[str, str], shift: float) -> _Kind:
+    """Return the kind of an actuator by its numbers."""
+    gain, bias = floats(said, "gainprm", [1, 0, 0]), floats(said, "biasprm", [0, 0, 0])
+    gains, dynamics = said.get("gaintype", "fixed"), said.get("dyntype", "none")
+    plain = {key: text for key, text in said.items() if key not in _OF_KIND}
+    if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
+        affine, kp = said.get("biastype", "none") == "affine", gain[0]
+        filtered = {"timeconst": said.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
+        if affine and kp > 0 and bias[:2] == [0, -kp]:
+            word = "kv" if bias[2] <= 0 else "damping_ratio"
+            return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
+        if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
+            return _Kind("velocity", {"kv": kp}, plain)
+        if said.get("biastype", "none") == "none" and "body" in said and not filtered:
+            return _Kind("adhesion", {}, plain | ({"gain": repr(kp)} if kp != 1 else {}))
+        if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
+            return _Kind("motor", {}, plain)
+    rest = dict(said)
+    if shift and said.get("biastype") == "affine" and bias[1]:
+        rest["biasprm"] = " ".join(map(repr, [bias[0] + bias[1] * shift, *bias[1:]]))
+    return _Kind("general", {}, rest)
+
+
+def _limits(
+    reading: Reading,
+    entry: Map,
+    kind: str,
+    actuator: tuple[Mapping[str, Any], Mapping[str, str], Element],
+    index: int | None,
+    shift: float,
+) -> dict[str, str]:
+    """Set what an actuator can be asked for and what it can bring; return what is to be said in MuJoCo's words."""
+    fact, said, element = actuator
+    rest = {}
+    joint = reading.facts["joints"][index] if index is not None else None
+    moved = shift if kind == "position" else 0.0
+    cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
+    asked = [cut(value - moved) for value in fact["control"]]
+    if "inheritrange" in said:
+        pass
+    elif fact["controlled"] or "ctrlrange" in said:
+        if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):
+            put(entry, "range", numbers(asked, element, "ctrlrange"))
+        if not fact["controlled"]:
+            rest["ctrllimited"] = "false"
+    elif kind == "position" and joint is not None and joint["limited"]:
+        put(entry, "unlimited", True)
+    if fact["forced"] or "forcerange" in said:
+        put(entry, "force", listing([tidy(value) for value in fact["force"]], element))
+        if not fact["forced"]:
+            rest["forcelimited"] = "false"
+    return rest
+
+
+def _has_range_of(joint: Mapping[str, Any] | None, fact: Mapping[str, Any]) -> bool:
+    """Say whether an actuator can be asked for the range of its joint, which goes without saying."""
+    gear = fact["gear"][0]
+    return joint is not None and joint["limited"] and [gear * end for end in joint["range"]] == fact["control"]
+
+
+def _effort(fact: Mapping[str, Any]) -> float | None:
     """Return the largest torque or force that an actuator brings to its joint, None if that is not said."""
     gear, force, control = (
-        float(max(map(abs, values))) for values in (actuator["gear"][:1], actuator["force"], actuator["control"])
+        float(max(map(abs, values))) for values in (fact["gear"][:1], fact["force"], fact["control"])
     )
-    if actuator["forced"]:
-        low, high = actuator["force"]
-        if low != -high:
-            what = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
-            reading.lost(what, element.span, "the larger of the two is carried")
+    if fact["forced"]:
         return gear * force
-    direct = (actuator["gain"], actuator["bias"]) == (_FIXED_GAIN, _NO_BIAS)
-    if direct and actuator["controlled"]:
-        return gear * abs(float(actuator["gainprm"][0])) * control
+    if (fact["gain"], fact["bias"]) == (_FIXED_GAIN, _NO_BIAS) and fact["controlled"]:
+        return gear * abs(float(fact["gainprm"][0])) * control
     return None
-
-
-def _tell(reading: Reading, lost: Sequence[tuple[Mapping[str, Any], Element]]) -> None:
-    """List what is not carried, one message for each kind of actuator."""
-    kinds: dict[str, list[tuple[str, Element]]] = {}
-    for actuator, element in lost:
-        kinds.setdefault(element.tag, []).append((actuator["name"], element))
-    for tag, actuators in kinds.items():
-        named = [name for name, _ in actuators if name]
-        bare = len(actuators) - len(named)
-        if bare:
-            named.append("without a name" if bare == 1 else "without names" if not named else f"{bare} without names")
-        count = counted(len(actuators), "actuator") if len(actuators) > 1 else "the actuator"
-        what = f"{count} <{tag}> ({first_of(named, 5)})"
-        others = [element.span for _, element in actuators[1:]]
-        reading.lost(what, actuators[0][1].span, "only servos of joints are known", len(actuators) > 1, others)

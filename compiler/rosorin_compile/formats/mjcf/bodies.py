@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...model import Robot
+from ...model import Joint, Robot
 
 # The body that everything else stands in.
 WORLD = "world"
@@ -20,15 +20,24 @@ SHOWN = "visual_of_shapes"
 FRAME = "frame"
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
+# How stiff the coupling of a joint that follows another one is, where nobody says it.
+STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 
 
 def body_name(robot: Robot, link: str) -> str:
     """Return the name of the body of a link: its own, but for that of the body that MuJoCo has already."""
+    if link == robot.root and robot.simulation.root.world:
+        return WORLD
     name = link if link != WORLD else f"{WORLD}_link"
     known = {*robot.link, *(edge.child for edge in robot.edges)} if link == WORLD else ()
     while name in known:
         name += "_"
     return name
+
+
+def is_free(robot: Robot, joint: Joint) -> bool:
+    """Say whether a floating joint is one of MuJoCo's: those stand in the world alone."""
+    return joint.type == "floating" and robot.simulation.root.world and joint.parent == robot.root
 
 
 def weld_groups(robot: Robot) -> dict[str, list[str]]:

@@ -87,10 +87,14 @@ class Classes:
         first = {"name": element.values["name"], "class": name}
         return first | {key: text for key, text in element.values.items() if key not in said.values}
 
-    def tree(self, seen: bool, shown: bool) -> Class:
-        """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides."""
-        visual = {"group": str(VISUAL_GROUP), "contype": "0", "conaffinity": "0", "density": "0"}
-        solid = {"group": str(COLLISION_GROUP if seen else 0), "density": "0"}
+    def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
+        """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
+
+        ``groups`` are those of visuals and of what collides, where the description says them.
+        """
+        hidden = COLLISION_GROUP if seen else 0
+        visual = {"group": str(groups.get(VISUAL, VISUAL_GROUP)), "contype": "0", "conaffinity": "0", "density": "0"}
+        solid = {"group": str(groups.get(COLLISION, hidden)), "density": "0"}
         inner = [Class(self.named(SHOWN))] if shown else []
         made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
         made.append(Class(self.named(COLLISION), [_part("geom", solid)]))

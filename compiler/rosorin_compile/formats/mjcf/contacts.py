@@ -64,10 +64,11 @@ class _Ball(NamedTuple):
     geom: Geom
 
 
-def contacts(robot: Robot, form: str = MERGED) -> Contacts:
+def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts:
     """Return who is not to collide, and who may all the same; ``form`` is that of the height maps.
 
-    The links of each joint come first, then ``disabled_contacts`` of the robot. Bodies are called as in the MJCF.
+    The links of each joint come first, then ``disabled_contacts`` of the robot; without ``implied`` these alone. Bodies
+    are called as in the MJCF.
     """
     groups = weld_groups(robot)
     top_of = {name: top for top, names in groups.items() for name in names}
@@ -77,7 +78,7 @@ def contacts(robot: Robot, form: str = MERGED) -> Contacts:
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
     left: list[tuple[str, str]] = []
-    for top, below in solid.items():
+    for top, below in solid.items() if implied else ():
         joint = robot.joint_to.get(top)
         if joint is None or not below:
             continue

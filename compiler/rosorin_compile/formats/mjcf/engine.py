@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
+from .resolved import KINDS, is_named, name_all, resolved
+
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
 
@@ -25,6 +27,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             spec = mujoco.MjSpec.from_file(path)
             # What these would take away of the robot (fixed bodies, visuals) is a matter of the simulation's speed.
             spec.compiler.fusestatic = spec.compiler.discardvisual = False
+            name_all(spec)
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is told, not raised
             made = {"refused": str(problem)}
@@ -105,6 +108,8 @@ def _limit(cpu_seconds: int) -> None:
 
 _INTEGRATORS = ("Euler", "RK4", "implicit", "implicitfast")  # mjtIntegrator
 
+_NOTHING: dict[str, Any] = {"tag": "", "attributes": {}, "inner": []}
+
 # What is read of each kind of object: its kind, the prefix of its arrays in mjModel, and our word for each array.
 _PLACE = {"body": "bodyid", "pos": "pos", "quat": "quat"}
 _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
@@ -128,6 +133,7 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
     ),
     "sites": ("SITE", "site", _PLACE),
     "cameras": ("CAMERA", "cam", {**_PLACE, "mode": "mode"}),
+    "lights": ("LIGHT", "light", {"body": "bodyid", "pos": "pos", "dir": "dir"}),
     "materials": ("MATERIAL", "mat", {"rgba": "rgba", "textures": "texid"}),
     "meshes": ("MESH", "mesh", {"pos": "pos", "quat": "quat", "scale": "scale"}),
     "equalities": (
@@ -141,7 +147,7 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
         "actuator",
         {"transmission": "trntype", "target": "trnid", "gain": "gaintype", "bias": "biastype", "dynamics": "dyntype"}
         | {"gainprm": "gainprm", "biasprm": "biasprm", "gear": "gear", "forced": "forcelimited", "force": "forcerange"}
-        | {"controlled": "ctrllimited", "control": "ctrlrange"},
+        | {"controlled": "ctrllimited", "control": "ctrlrange", "at": "ctrladr"},
     ),
     "keys": ("KEY", "key", {"qpos": "qpos", "ctrl": "ctrl"}),
 }
@@ -149,12 +155,19 @@ _TABLES: dict[str, tuple[str, str, dict[str, str]]] = {
 
 def facts(mujoco: Any, spec: Any, model: Any) -> dict[str, Any]:
     """Return the compiled model as lists of plain values; indices are those of MuJoCo, -1 is none."""
-    made: dict[str, Any] = {"name": spec.modelname}
+    elements = resolved(spec)
+    by_name = {word: elements.pop(word) for word in (*KINDS, "bodies")}
+    made: dict[str, Any] = {"name": spec.modelname, "elements": elements}
     for word, (kind, prefix, fields) in _TABLES.items():
         columns = {key: getattr(model, f"{prefix}_{field}").tolist() for key, field in fields.items()}
+        for key in ("controlled", "control") if word == "actuators" else ():  # of the first of its controls
+            columns[key] = [columns[key][at] for at in columns["at"]]
         count = len(next(iter(columns.values())))
         kind_of_object = getattr(mujoco.mjtObj, f"mjOBJ_{kind}")
-        columns["name"] = [mujoco.mj_id2name(model, kind_of_object, index) or "" for index in range(count)]
+        names = [mujoco.mj_id2name(model, kind_of_object, index) or "" for index in range(count)]
+        columns["name"] = [name if is_named(name) else "" for name in names]
+        if word in by_name:
+            columns["element"] = [by_name[word].get(name, _NOTHING) for name in names]
         made[word] = [{key: column[index] for key, column in columns.items()} for index in range(count)]
     made |= {
         "excludes": model.exclude_signature.tolist(),

@@ -44,6 +44,7 @@ def read(text: str) -> Facts:
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
     _fill(sheet.root)
+    _root_is_world(worldbody)
     scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
     joints: dict[str, Element] = {}
     owners: dict[str, str] = {}
@@ -93,6 +94,15 @@ def _fill(root: Element) -> None:
                 element.attrib.setdefault("rgba", colour)
 
 
+def _root_is_world(worldbody: Element) -> None:
+    """Put what stands in the world itself into a body, where the root link is the world: it has a site there."""
+    site = worldbody.find("site")
+    if site is not None:
+        body = Element("body", {"name": site.get("name", "")})
+        body.extend(list(worldbody))
+        worldbody[:] = [body]
+
+
 def _bodies(
     sheet: FactSheet, top: Element, scales: dict[str, Element], joints: dict[str, Element], owners: dict[str, str]
 ) -> bool:
@@ -110,7 +120,11 @@ def _bodies(
         name = WORLD if moved else called
         owners[called] = name
         sheet.add_frame(name, parent, _transform(sheet, body))
-        if any(joint.tag == "freejoint" or joint.get("type") == "free" for joint in body):
+        for joint in (one for one in body if one.tag == "freejoint" or one.get("type") == "free"):
+            if parent != _TOP:
+                sheet.add(Fact("joint", sheet.text(joint, "name"), "type"), "floating")
+                sheet.add(Fact("joint", sheet.text(joint, "name"), "child"), name)
+                continue
             free = True
             sheet.add(Fact("link", name, "base"), "free")
         own = {sheet.text(joint, "name"): joint for joint in body.iterfind("joint") if joint.get("type") != "free"}

@@ -15,7 +15,8 @@ Limits: readers of URDF ask for more than MJCF says, and nothing is made up in s
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ...diagnostics.wording import counted, first_of, listed
@@ -47,6 +48,7 @@ from .reading import (
     transform,
     unit,
 )
+from .worded import put_words
 
 _AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
 
@@ -74,6 +76,8 @@ def name_joints(reading: Reading) -> None:
     for index, joint in joints:
         if joint["name"] and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(joint["name"])
+            if reading.joint_of[index] != joint["name"]:
+                reading.renamed.setdefault("joint", {})[joint["name"]] = reading.joint_of[index]
     for index, joint in joints:
         if index not in reading.joint_of and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
@@ -94,34 +98,34 @@ def add_joints(reading: Reading, drives: dict[int, Drive]) -> None:
             _chain(reading, index, place, [step for at, joint in held for step in _steps(reading, at, joint)], drives)
 
 
-def tell_of_base(reading: Reading) -> None:
-    """Say what is not carried of where the only top body stands."""
-    if reading.ground or not reading.tops:
+_OF_LIMITS = ("solreflimit", "solimplimit", "margin")  # which a free joint has none of
+_OF_ROOT = {"frictionloss": "friction"}
+
+
+def add_root(reading: Reading) -> None:
+    """Say how the only top body stands in the world, and what its free joint is called and does."""
+    if reading.ground:
+        world = Map(reading.places.body(0).span)
+        put(world, "world", True)
+        put(reading.tree, "root", world)
         return
-    body = reading.facts["bodies"][reading.tops[0]]
-    element = reading.places.body(reading.tops[0])
-    _tell_of_held(reading)
+    top = reading.tops[0]
+    body, element = reading.facts["bodies"][top], reading.places.body(top)
+    entry, place = Map(element.span), transform(body["pos"], body["quat"])
     if reading.free_base:  # which would stand on the floor, if nothing were said
-        place = transform(body["pos"], body["quat"])
-        root = Map(element.span)
-        put(root, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
-        put(root, "rpy", numbers(rpy_of(place.rows), element))
-        put(reading.tree, "root", root)
-    elif any(body["pos"]) or tidy_vector(body["quat"][1:]) != (0, 0, 0):
-        where = " ".join(f"{value:g}" for value in body["pos"])
-        reading.ignored(f"the body stands at {where} in the world: where the robot is, is no part of it", element.span)
-
-
-def _tell_of_held(reading: Reading) -> None:
-    """Say what holds a joint that moves freely: no description has a word for that."""
-    for index, joint in enumerate(reading.facts["joints"]):
-        dofs = range(joint["dof"], joint["dof"] + 6) if joint["type"] == FREE else ()
-        words = {"damping": "damping", "friction": "friction loss", "armature": "armature"}
-        held = [what for word, what in words.items() if any(reading.facts[word][dof] for dof in dofs)]
-        if held:
-            name = f' "{joint["name"]}"' if joint["name"] else ""
-            what = f"the {listed(held)} of the free joint{name}"
-            reading.lost(what, reading.places.of("joints", index).span, "a base that floats has none", len(held) > 1)
+        put(entry, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
+        put(entry, "rpy", numbers(rpy_of(place.rows), element))
+        index = reading.joints_in[top][0]
+        joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
+        if joint["name"]:
+            put(entry, "joint", reading.joint_names.give(joint["name"]))
+        said = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
+        for name in put_words(entry, said, "root", own, _OF_ROOT):
+            reading.lost(f'"{name}" of the free joint', own.span)
+    else:
+        put_pose(entry, place, element)
+    if entry:
+        put(reading.tree, "root", entry)
 
 
 def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple[int, Any]]) -> None:
@@ -132,6 +136,9 @@ def _single(reading: Reading, index: int, place: Transform, held: Sequence[tuple
     name = held[0][1]["name"] if held and held[0][1]["name"] else f"{link}_joint"
     joint = reading.new_joint(reading.joint_names.give(name), kind, above, link, element)
     put_pose(joint, place, reading.places.body(index))
+    if held:
+        said = held[0][1]["element"]["attributes"]
+        _put_more(reading, name, element, joint, _put_dynamics(joint, said, element) | _unread(said))
 
 
 def _several(reading: Reading, index: int, place: Transform, motion: Motion) -> None:
@@ -197,22 +204,66 @@ def _type(reading: Reading, step: Step) -> str:
     return "revolute" if limited else "continuous"
 
 
+# What is read of the compiled model, or is said by the kind of the joint.
+_READ = frozenset(
+    ["name", "type", "pos", "axis", "range", "limited", "ref", "springref", "actuatorfrcrange", "actuatorfrclimited"]
+)
+_OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
+
+
 def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive]) -> None:
-    """Set limit, dynamics and actuator of a joint."""
-    joint = reading.facts["joints"][step.joint]
+    """Set limit, dynamics and actuator of a joint, and what it has for a simulation alone."""
+    said = reading.facts["joints"][step.joint]["element"]["attributes"]
     drive = drives.get(step.joint, Drive()) if step.kind != BALL else Drive()
     if step.kind != BALL:
         add_limit(reading, step.joint, entry, drive)
-    columns = {"damping": "damping", "friction": "friction", "armature": "armature"}
-    dynamics = Map(step.element.span)
-    for word, column in columns.items():
-        value = tidy(reading.facts[column][joint["dof"]])
-        if value:
-            put_number(dynamics, word, value, step.element, "frictionloss" if word == "friction" else word)
+    rest = _put_dynamics(entry, said, step.element)
+    if {"stiffness", "springdamper"} & said.keys() and step.kind != BALL:
+        _put_rest(reading, step, entry, said)
+    if drive.entry is not None:
+        put(entry, "actuator", drive.entry)
+    if step.kind != BALL:
+        rest |= _unread(said) | _force(reading.facts["joints"][step.joint], drive)
+        _put_more(reading, step.name, step.element, entry, rest)
+
+
+def _put_dynamics(entry: Map, said: Mapping[str, str], element: Element) -> dict[str, str]:
+    """Set the dynamics of a joint; return what they have no word for."""
+    dynamics = Map(element.span)
+    words = {key: text for key, text in said.items() if key in _OF_DYNAMICS and any(map(float, text.split()))}
+    rest = put_words(dynamics, words, "dynamics", element, _OF_DYNAMICS)
     if dynamics:
         put(entry, "dynamics", dynamics)
-    if drive.servo is not None:
-        put(entry, "actuator", drive.servo)
+    return rest
+
+
+def _unread(said: Mapping[str, str]) -> dict[str, str]:
+    """Return the attributes that are not read elsewhere."""
+    return {key: text for key, text in said.items() if key not in _READ and key not in _OF_DYNAMICS}
+
+
+def _force(joint: Mapping[str, Any], drive: Drive) -> dict[str, str]:
+    """Return the force of a joint that is not the same both ways, or that its actuators have as well."""
+    low, high = joint["force"]
+    twice = drive.effort is not None and math.isclose(drive.effort, high, rel_tol=1e-9)
+    return {"actuatorfrcrange": f"{low!r} {high!r}"} if joint["forced"] and (low != -high or twice) else {}
+
+
+def _put_rest(reading: Reading, step: Step, entry: Map, said: Mapping[str, str]) -> None:
+    """Set where the spring of a joint is at rest, counted from its zero."""
+    zero = reading.facts["zero"][reading.facts["joints"][step.joint]["address"]]
+    cut = tidy if step.kind == SLIDE else tidy_position
+    rest = cut(float(said.get("springref", 0)) - zero)
+    if rest:
+        dynamics = entry.get("dynamics") or Map(step.element.span)
+        put(entry, "dynamics", dynamics)
+        put_number(dynamics, "spring_reference", rest, step.element, "springref")
+
+
+def _put_more(reading: Reading, name: str, element: Element, entry: Map, rest: Mapping[str, str]) -> None:
+    """Set what the language has no word for, in MuJoCo's."""
+    for word in put_words(entry, rest, "joint", element):
+        reading.lost(f'"{word}" of the joint "{name}"', element.span)
 
 
 STAND_IN_EFFORT = 1000.0  # N*m or N
@@ -273,11 +324,6 @@ def _effort(reading: Reading, index: int, drive: Drive) -> float | None:
     if not joint["forced"]:
         return None if drive.effort is None else tidy(drive.effort)
     low, high = joint["force"]
-    if low != -high:
-        element = reading.places.of("joints", index)
-        attribute = element.attributes.get("actuatorfrcrange")
-        message = f"the force of {low:g} to {high:g}, which has one size both ways in a description,"
-        reading.lost(message, attribute.span if attribute else element.span, "the larger of the two is carried")
     return tidy(max(abs(low), abs(high)))
 
 

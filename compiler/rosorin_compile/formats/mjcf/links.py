@@ -1,4 +1,4 @@
-"""Bodies become links, and so do the frames that cameras and sites have."""
+"""Bodies become links, and have the sites, cameras and lights that stand in them."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ from .reading import (
     tidy_vector,
     transform,
 )
+from .worded import put_words
 
 GROUND = "ground"
 NO_MASS = 1e-12  # kg: less than a grain of dust; MuJoCo loads no moving body without any
-_FIXED_CAMERA = 0
 _SAME = 1e-9  # relative: MuJoCo's way through principal axes and back
 _UNIT_ROWS = Transform().rows
 
@@ -38,10 +38,12 @@ def name_links(reading: Reading) -> None:
     reading.link_of = {index: reading.link_names.give(name) for index, name in named.items()}
     for index, name in named.items():
         if reading.link_of[index] != name:
+            reading.renamed.setdefault("body", {})[name] = reading.link_of[index]
             message = f'the body "{name}" becomes the link "{reading.link_of[index]}": names hold no markup or quotes'
             reading.changed(message, reading.places.body(index).span)
     if reading.ground:
         reading.link_of[0] = reading.link_names.give(GROUND)
+        reading.renamed.setdefault("body", {})["world"] = reading.link_of[0]
     for index, body in enumerate(bodies):
         if index and index not in named:
             reading.link_of[index] = reading.link_names.give(_made_up(reading, index, body))
@@ -71,10 +73,24 @@ def add_links(reading: Reading) -> None:
         elif body["mass"] > 0 or any(body["inertia"]):
             own = next((e for e in reading.markup.children(element) if e.tag == "inertial"), element)
             put(link, "inertial", _inertial(body, own))
+        _add_more(reading, index, link, element)
     if light:
         names = first_of([reading.link_of[index] for index in light], 5)
         message = f"what MuJoCo has for mass where there is none is left out ({names})"
         reading.changed(message, reading.places.body(light[0]).span)
+
+
+_OF_BODY = {"gravcomp": "gravity_compensation"}
+
+
+def _add_more(reading: Reading, index: int, link: Map, element: Element) -> None:
+    """Add what a body has for a simulation alone; what has no word is kept as it is."""
+    node = reading.facts["bodies"][index]["element"]
+    said = {key: text for key, text in node["attributes"].items() if key not in _POSED}
+    for name in put_words(link, said, "link", element, _OF_BODY):
+        reading.lost(f'"{name}" of the body "{reading.link_of[index]}"', element.span)
+    for one in node["inner"]:
+        reading.kept(one, one["tag"], element.span, reading.link_of[index])
 
 
 def _inertial(body: Mapping[str, Any], element: Element) -> Map:
@@ -116,58 +132,72 @@ def _moments(moments: Mapping[str, float], element: Element) -> Map:
     return entry
 
 
-def add_frames(reading: Reading) -> None:
-    """Add a link without mass, fixed to its body, for every named site and every camera that keeps its place."""
-    scene = dict.fromkeys(("sites", "cameras"), 0)
-    for kind in ("sites", "cameras"):
+_SECTIONS = {"sites": ("site", "site"), "cameras": ("camera", "mjcf_camera"), "lights": ("light", "light")}
+_POSED = ("name", "pos", "quat")
+
+
+def add_marks(reading: Reading) -> None:
+    """Add the sites, cameras and lights of every link; those of the world are its scene, unless that is a link."""
+    scene = dict.fromkeys(_SECTIONS, 0)
+    for kind in _SECTIONS:
         for index, thing in enumerate(reading.facts[kind]):
-            element = reading.places.of(kind, index)
             if thing["body"] not in reading.link_of:
                 scene[kind] += 1
-            elif kind == "cameras" and thing["mode"] != _FIXED_CAMERA:
-                word = element.get("mode") or "tracking"
-                name = thing["name"] or "without a name"
-                reading.lost(f'the camera {name}, which turns by itself (mode="{word}"),', element.span)
-            elif thing["name"] or kind == "cameras":
-                _add_frame(reading, kind, index, element)
-    _tell(reading, scene)
+            else:
+                _add_mark(reading, kind, index, thing)
+    for kind, count in scene.items():
+        if count:
+            first = next(at for at, t in enumerate(reading.facts[kind]) if t["body"] not in reading.link_of)
+            message = f"{counted(count, kind[:-1])} of the world: the scene is no part of the robot"
+            reading.ignored(message, reading.places.of(kind, first).span)
 
 
-def _add_frame(reading: Reading, kind: str, index: int, element: Element) -> None:
-    thing = reading.facts[kind][index]
-    place = transform(thing["pos"], thing["quat"])
-    above = reading.link_of[thing["body"]]
-    is_identity = tidy_vector(thing["pos"]) == (0, 0, 0) and _is_unturned(place)
-    if kind == "sites" and thing["name"] == above and is_identity:
+def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any]) -> None:
+    """Add a site, a camera or a light to its link; what the language cannot say of it keeps it as it is."""
+    tag, form = _SECTIONS[kind]
+    link, element, node = reading.link_of[thing["body"]], reading.places.of(kind, index), thing["element"]
+    place = transform(thing["pos"], thing.get("quat", (1, 0, 0, 0)))
+    said = {key: text for key, text in node["attributes"].items() if key not in _POSED}
+    is_frame = tidy_vector(thing["pos"]) == (0, 0, 0) and _is_unturned(place) and not said
+    if kind == "sites" and thing["name"] == link and is_frame:
         return  # the frame of the link itself, as the compiler writes it
-    word = "site" if kind == "sites" else "camera"
-    name = thing["name"] or f"{above}_{word}"
-    if name in reading.link_names.taken:
-        given = reading.link_names.give(f"{name}_{word}")
-        reading.changed(f'the {word} "{name}" becomes the link "{given}": there is a link of its name', element.span)
-    else:
-        given = reading.link_names.give(name)
-    if kind == "sites":
-        reading.site_of[index] = given
-    reading.new_link(given, element)
-    joint = reading.new_joint(reading.joint_names.give(f"{given}_joint"), "fixed", above, given, element)
-    put_pose(joint, place, element)
+    name = _mark_name(reading, tag, thing["name"], link, element)
+    reading.given.setdefault(tag, {})[index] = name
+    if kind == "lights" and "dir" in said:
+        said["dir"] = " ".join(repr(tidy(value)) for value in thing["dir"])
+    entry = Map(element.span)
+    put_pose(entry, place, element)
+    rest = put_words(entry, said, form, element, rename=lambda word, text: reading.called(_OF[word], text))
+    if rest or node["inner"]:
+        placed = {"name": name, **said, **placing(place)}
+        reading.kept({**node, "attributes": placed}, tag, element.span, link)
+        return
+    marks = reading.links[link].get(kind) or Map(element.span)
+    marks.put(name, entry, element.span, element.span)
+    put(reading.links[link], kind, marks)
+
+
+_OF = {"target": "body", "material": "material"}
+
+
+def _mark_name(reading: Reading, tag: str, name: str, link: str, element: Element) -> str:
+    """Return the name of a mark; a site has that of no link, for each link has a site of its own."""
+    if tag == "site" and name in reading.link_names.taken:
+        given = reading.name(tag, f"{name}_site")
+        reading.renamed.setdefault(tag, {})[name] = given
+        reading.changed(f'the site "{name}" is called "{given}": a link has the name', element.span)
+        return given
+    return reading.name(tag, name, f"{link}_{tag}")
+
+
+def placing(place: Transform) -> dict[str, str]:
+    """Return position and quaternion as attributes of MuJoCo."""
+    quaternion = place.quaternion()
+    made = {"pos": " ".join(repr(plain(tidy(value))) for value in place.xyz)}
+    return made if _is_unturned(place) else made | {"quat": " ".join(map(repr, quaternion))}
 
 
 def _is_unturned(place: Transform) -> bool:
     return all(
         abs(a - b) < 1e-12 for r, s in zip(place.rows, _UNIT_ROWS, strict=True) for a, b in zip(r, s, strict=True)
     )
-
-
-def _tell(reading: Reading, scene: Mapping[str, int]) -> None:
-    """Say once what became of cameras, of sites without a name, and of both in the scene."""
-    sites = [(at, s) for at, s in enumerate(reading.facts["sites"]) if not s["name"] and s["body"] in reading.link_of]
-    if sites:
-        span = reading.places.of("sites", sites[0][0]).span
-        reading.ignored(f"{counted(len(sites), 'site')} without a name: nobody can ask for such a frame", span)
-    for kind, count in scene.items():
-        if count:
-            first = next(at for at, t in enumerate(reading.facts[kind]) if t["body"] not in reading.link_of)
-            message = f"{counted(count, kind[:-1])} of the world: the scene is no part of the robot"
-            reading.ignored(message, reading.places.of(kind, first).span)

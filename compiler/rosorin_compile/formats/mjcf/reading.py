@@ -12,7 +12,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ...diagnostics import NOTE, WARNING, Diagnostic, Span
+from ...diagnostics import NOTE, WARNING, Diagnostic, Span, and_here
 from ...diagnostics.registry import READING, Rule
 from ...frontend.tree import Map, Seq
 from ...model import Transform, geometry
@@ -30,6 +30,11 @@ RULES = (
         topic=READING,
     ),
     Rule(
+        "import-kept",
+        "A note: the language has no word for something, and the description has it as it stands in the file.",
+        topic=READING,
+    ),
+    Rule(
         "import-stand-in",
         "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
         "Put in what the robot has, and take it out of the `stand_ins` of that limit.",
@@ -40,6 +45,15 @@ RULES = (
 
 
 FREE, BALL, SLIDE, HINGE = range(4)
+
+
+class Kept(NamedTuple):
+    """An element that is kept as it is, what it is, its place, and the link that has it, if any."""
+
+    node: Mapping[str, Any]
+    tag: str
+    span: Span
+    link: str
 
 
 class Reading:
@@ -62,24 +76,53 @@ class Reading:
         self.tree = Map(markup.root.span)
         self.links = Map(markup.root.span)
         self.joints = Map(markup.root.span)
-        self.link_names, self.joint_names, self.material_names = Names(), Names(), Names()
+        self.link_names, self.joint_names = Names(), Names()
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.material_of: dict[int, str] = {}
         self.site_of: dict[int, str] = {}
         self.ball_of: dict[int, list[str]] = {}
         self.motion_of: dict[int, Motion] = {}
-        self.servos: dict[int, str] = {}
+        self.actuators: list[str] = []
+        self.actuator_of: dict[int, str] = {}
+        self.servos: dict[int, int] = {}
+        self.in_order = True
+        self.implied_contacts = True
+        self.told: set[Element] = set()
+        self.groups: dict[str, int] = {}
+        self.of_scene: set[tuple[str, str]] = set()
+        self.names: dict[str, Names] = {}
+        self.renamed: dict[str, dict[str, str]] = {}
+        self.given: dict[str, dict[int, str]] = {}
+        self.elements: list[Kept] = []
         self.stand_ins: dict[str, list[tuple[str, float, Span]]] = {}
         self.pairs: set[Element] = set()
         self.joints_in: dict[int, list[int]] = {}
         for index, joint in enumerate(facts["joints"]):
             self.joints_in.setdefault(joint["body"], []).append(index)
+        self.balls_on = {joint["body"] for joint in facts["joints"] if joint["type"] == BALL}
         self.tops = [index for index, body in enumerate(facts["bodies"]) if index and body["parent"] == 0]
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
         self.is_ours = any(geom["class"] == f"{facts['name']}_collision" for geom in facts["geoms"])
+
+    def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
+        """Return the name of an object that no other of its kind has: its own, or one that is made up."""
+        given = self.names.setdefault(kind, Names()).give(name or made_up)
+        if index >= 0:
+            self.given.setdefault(kind, {})[index] = given
+        if name and given != name:
+            self.renamed.setdefault(kind, {})[name] = given
+        return given
+
+    def called(self, kind: str, name: str) -> str:
+        """Return the name that an object has in the description, by its name in the file."""
+        return self.renamed.get(kind, {}).get(name) or legal(name)
+
+    def kept(self, node: Mapping[str, Any], tag: str, span: Span, link: str = "") -> None:
+        """Keep an element as it is: in the body of a link, or at the top."""
+        self.elements.append(Kept(node, tag, span, link))
 
     def lost(self, what: str, span: Span, help: str = "", many: bool = False, others: Sequence[Span] = ()) -> None:
         """Say that something of the robot is not in the tree; ``many`` if ``what`` is a plural."""
@@ -89,6 +132,10 @@ class Reading:
     def ignored(self, what: str, span: Span) -> None:
         """Say that something was passed over that is no part of the robot."""
         self.diagnostics.append(Diagnostic("import-ignored", NOTE, what, span))
+
+    def kept_as_is(self, what: str, spans: Sequence[Span]) -> None:
+        """Say that something is in the tree as it stands in the file, at its first place and at others."""
+        self.diagnostics.append(Diagnostic("import-kept", NOTE, what, spans[0], and_here(spans[1:])))
 
     def changed(self, what: str, span: Span) -> None:
         """Say that something is in the tree, but otherwise than the file says it."""
@@ -160,7 +207,8 @@ def _is_special(reading: Reading, joint: Mapping[str, Any]) -> bool:
         return True
     shifted = joint["type"] != BALL and facts["zero"][joint["address"]] != 0
     held = any(facts[word][dof] for word in ("damping", "friction", "armature"))
-    return bool(shifted or held or joint["limited"] or joint["forced"])
+    more = set(joint["element"]["attributes"]) - {"name", "type", "pos", "axis", "range", "group"}
+    return bool(shifted or held or more or joint["limited"] or joint["forced"])
 
 
 _ILLEGAL = re.compile(r"[<>&\"'\s\x00-\x1f\x7f]+")

@@ -11,17 +11,18 @@ from pathlib import Path
 
 from ...diagnostics import arrange, error
 from ...diagnostics.registry import READING, Rule
-from ...frontend.tree import Map, Seq
+from ...frontend.tree import Map
 from ...frontend.tree import Path as TreePath
 from ...xml.markup import COMMENT, Document, Element, MarkupError, Remark
 from ..checked import accept
 from ..imported import BEFORE, BESIDE, END, INSIDE, Comment, Imported, ReadOptions
-from . import joints, left_out, links, neighbours, sections, shapes
+from . import entries, joints, links, neighbours, sections, shapes
 from .actuators import drives_of
-from .left_out import before, place, refusal
+from .broken import before, place, refusal
 from .process import ask
 from .reading import Reading, legal, put
 from .source import Markup, Places
+from .worded import listing
 
 RULES = (Rule("mjcf-no-body", "An MJCF is a scene without a robot.", "Name the file that has the robot.", READING),)
 
@@ -81,26 +82,31 @@ def _read(reading: Reading, path: Path) -> None:
     joints.name_joints(reading)
     links.add_links(reading)
     joints.add_joints(reading, drives_of(reading))
-    links.add_frames(reading)
+    links.add_marks(reading)
     shapes.add_shapes(reading)
     put(tree, "links", reading.links)
     put(tree, "joints", reading.joints)
-    sections.add_mimics(reading)
+    joints.add_root(reading)
+    entries.add_tendons(reading)
+    sections.add_equalities(reading)
     sections.add_poses(reading)
+    entries.add_sensors(reading)
     neighbours.add_contacts(reading)
-    sections.tell_of_controls(reading)
-    sections.tell_of_free_joints(reading)
+    entries.add_whole(reading)
+    entries.put_elements(reading)
     joints.tell_of_stand_ins(reading)
     joints.tell_of_zeros(reading)
-    joints.tell_of_base(reading)
-    left_out.tell(reading)
 
 
 def _names(reading: Reading) -> dict[str, dict[int, str]]:
-    """Return the names that bodies, joints, sites and materials got."""
+    """Return the names that objects got, by kind and index."""
     bodies = {index: name for index, name in reading.link_of.items() if index}
-    joints, sites, materials = map(dict, (reading.joint_of, reading.site_of, reading.material_of))
-    return {"body": bodies, "joint": joints, "site": sites, "material": materials}
+    names = {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
+    return (
+        names
+        | {"actuator": dict(reading.actuator_of)}
+        | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
+    )
 
 
 def _outputs(reading: Reading) -> Map:
@@ -109,11 +115,15 @@ def _outputs(reading: Reading) -> Map:
     put(mjcf, "file", "robot.xml")
     if reading.free_base:
         put(mjcf, "base", "free")
-    if list(reading.servos) != sorted(reading.servos):
-        order = Seq(reading.tree.span)
-        for name in reading.servos.values():
-            order.put(legal(name), reading.tree.span)
-        put(mjcf, "actuators", order)
+    if not reading.in_order:
+        put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
+    if not reading.implied_contacts:
+        put(mjcf, "contacts", "described")
+    groups = Map(reading.tree.span)
+    for purpose, group in reading.groups.items():
+        put(groups, purpose, group)
+    if groups:
+        put(mjcf, "groups", groups)
     if any(not mesh["taken"] for mesh in reading.facts["meshes"]):
         put(mjcf, "mesh_inertia", "legacy")
     put(mjcf, "option", sections.settings(reading))

@@ -209,6 +209,8 @@ class Comparison:
 
     def _plain(self, kind: str, feature: str, field: str) -> None:
         for one, other in self.maps[kind].items():
+            if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
+                continue  # it touches nothing; a pair that names it says how
             if field in GATES and not (
                 self.is_set(self.source, GATES[field], one) and self.is_set(self.ours, GATES[field], other)
             ):

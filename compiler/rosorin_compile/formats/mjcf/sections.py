@@ -6,11 +6,12 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import Span
-from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...model.standing import HOME
 from ...xml.markup import Element
 from . import SETTINGS
+from .bodies import STIFF
+from .entries import add_constraint
 from .reading import (
     BALL,
     FREE,
@@ -23,49 +24,55 @@ from .reading import (
     plain,
     put,
     put_number,
+    put_pose,
     tidy,
     tidy_position,
+    transform,
 )
+from .worded import put_words, value_of
 
-_CONNECT, _WELD, _JOINT = range(3)
-_SOFT = {"solref": [0.02, 1.0], "solimp": [0.9, 0.95, 0.001, 0.5, 2.0]}  # MuJoCo's own
-_NEAR = 1e-9  # rad or m
-_EXCLUDED = "excluded from contact in the MJCF"
+_JOINT = 2  # mjEQ_JOINT
+_NEAR = 1e-12  # rad or m: rounding
+_NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
+_REST = {"solref": [], "solimp": [0.5, 2.0]}  # what MuJoCo has for the numbers that nobody says
 
 
-def add_mimics(reading: Reading) -> None:
-    """Let joints follow others where an equality says so; list the other equalities."""
+def add_equalities(reading: Reading) -> None:
+    """Let joints follow others where an equality says so; add the other equalities as constraints."""
     elements = reading.markup.listed("equality")
-    entries = reading.facts["equalities"]
+    nodes, entries = reading.facts["elements"]["equalities"], reading.facts["equalities"]
     if len(elements) != len(entries):
         elements = [reading.markup.named("equality", entry["name"]) or reading.markup.root for entry in entries]
-    lost: dict[str, list[Element]] = {}
-    for entry, element in zip(entries, elements, strict=True):
+    constraints, named = Map(reading.markup.root.span), []
+    for index, (entry, node, element) in enumerate(zip(entries, nodes, elements, strict=True)):
         if not _is_mimic(reading, entry):
-            lost.setdefault(element.tag, []).append(element)
+            add_constraint(reading, constraints, index, node, element)
             continue
-        joint = reading.joints[reading.joint_of[entry["first"]]]
-        mimic = Map(element.span)
-        leader = element.attributes.get("joint2")
-        put(mimic, "joint", reading.joint_of[entry["second"]], leader.span if leader else None)
-        offset, factor = (tidy(value) for value in entry["data"][:2])
-        if factor != 1:
-            put_number(mimic, "multiplier", factor, element, "polycoef", 1)
-        if offset:
-            put_number(mimic, "offset", offset, element, "polycoef", 0)
-        for word, usual in _SOFT.items():
-            values = [tidy(value) for value in entry[word]]
-            if values != usual:
-                put(mimic, word, numbers(values, element, word))
-        put(joint, "mimic", mimic)
-    named = [e for entry, e in zip(entries, elements, strict=True) if entry["name"] and e.tag not in lost]
+        put(reading.joints[reading.joint_of[entry["first"]]], "mimic", _mimic(reading, entry, element))
+        if entry["name"] and entry["name"] != reading.joint_of[entry["first"]]:
+            named.append(element)
+    if constraints:
+        put(reading.tree, "constraints", constraints)
     if named:
         what = "the name of an equality" if len(named) == 1 else f"the names of {len(named)} equalities"
         reading.changed(f"{what}: in ours it is called as the joint that follows", named[0].span)
-    for tag, same in lost.items():
-        what = f"the equality <{tag}>" if len(same) == 1 else f"{len(same)} equalities <{tag}>"
-        help, others = "only a joint that follows one other is known", [element.span for element in same[1:]]
-        reading.lost(what, same[0].span, help, len(same) > 1, others)
+
+
+def _mimic(reading: Reading, entry: Mapping[str, Any], element: Element) -> Map:
+    """Return the entry of a joint that follows another."""
+    mimic = Map(element.span)
+    leader = element.attributes.get("joint2")
+    put(mimic, "joint", reading.joint_of[entry["second"]], leader.span if leader else None)
+    offset, factor = (tidy(value) for value in entry["data"][:2])
+    if factor != 1:
+        put_number(mimic, "multiplier", factor, element, "polycoef", 1)
+    if offset:
+        put_number(mimic, "offset", offset, element, "polycoef", 0)
+    for word, usual in STIFF.items():
+        values = [tidy(value) for value in entry[word]]
+        if tuple(values[: len(usual)]) != usual or values[len(usual) :] != _REST[word]:
+            put(mimic, word, numbers(values, element, word))
+    return mimic
 
 
 def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
@@ -84,9 +91,14 @@ def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
 
 
 def add_poses(reading: Reading) -> None:
-    """Add the keyframes: positions of the joints that have one and follow no other; joints not named are at zero."""
+    """Add the keyframes: positions of joints, where the free base is, and what is asked of actuators.
+
+    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero, but
+    a servo holds its joint where it is.
+    """
     elements = reading.markup.listed("keyframe", "key")
     poses, names = Map(reading.markup.root.span), Names()
+    nodes = reading.facts["elements"]["keys"]
     for number, key in enumerate(reading.facts["keys"]):
         element = elements[number] if number < len(elements) else reading.markup.root
         positions = Map(element.span)
@@ -98,6 +110,17 @@ def add_poses(reading: Reading) -> None:
             continue
         pose = Map(element.span)
         put(pose, "positions", positions)
+        if reading.free_base:
+            base = Map(element.span)
+            put_pose(base, transform(key["qpos"][:3], key["qpos"][3:7]), element)
+            put(pose, "base", base)
+        controls = _controls(reading, key, element)
+        if controls:
+            put(pose, "controls", controls)
+        said = {word: text for word, text in (nodes[number] if number < len(nodes) else {}).items() if word != "qpos"}
+        if _is_beyond(reading, key["qpos"]):
+            said["qpos"] = " ".join(repr(tidy(value)) for value in _whole(reading, key["qpos"]))
+        _more(reading, pose, said, element)
         put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
     if poses:
         put(reading.tree, "poses", poses)
@@ -112,6 +135,66 @@ def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
         if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
             return False
     return True
+
+
+def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
+    """Say whether a keyframe puts something where a pose cannot: a follower off its way, or what floats anywhere."""
+    at: dict[str, float] = {}
+    for index, joint in enumerate(reading.facts["joints"]):
+        at.update(_positions(reading, index, joint, qpos))
+        beyond = joint["body"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        size = {FREE: 7, BALL: 4}.get(joint["type"], 1)
+        place = range(joint["address"], joint["address"] + size)
+        if beyond and any(abs(qpos[i] - reading.facts["zero"][i]) > _NEAR for i in place):
+            return True
+    for name, value in at.items():
+        mimic = reading.joints[name].get("mimic")
+        if mimic is not None:
+            led = mimic.get("multiplier", 1) * at.get(mimic["joint"], 0.0) + mimic.get("offset", 0)
+            if abs(led - value) > _NEAR_KEY:
+                return True
+    return False
+
+
+def _whole(reading: Reading, qpos: list[float]) -> list[float]:
+    """Return the positions of all joints as an MJCF of ours counts them, in the order of the file."""
+    made: list[float] = []
+    for index, joint in enumerate(reading.facts["joints"]):
+        at, kind = joint["address"], joint["type"]
+        if joint["body"] in reading.motion_of or kind == FREE:
+            made += qpos[at : at + {FREE: 7, BALL: 4}.get(kind, 1)]
+        else:
+            made += [value for _, value in _positions(reading, index, joint, qpos)]
+    return made
+
+
+def _more(reading: Reading, pose: Map, said: Mapping[str, str], element: Element) -> None:
+    """Set what the language has no word for; speeds only where the joints have as many as in the file."""
+    more = {key: text for key, text in said.items() if key not in ("name", "ctrl")}
+    if reading.ball_of and "qvel" in more:
+        reading.lost("the speeds of a key: the ball joints are others here, they", element.span, "", True)
+        del more["qvel"]
+    for name in put_words(pose, more, "pose", element):
+        reading.lost(f'"{name}" of a key', element.span)
+
+
+def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map:
+    """Return what a keyframe asks of actuators, where that is not what they do by themselves."""
+    made = Map(element.span)
+    for number, fact in enumerate(reading.facts["actuators"]):
+        name = reading.actuator_of.get(number)
+        if name is None:
+            continue
+        asked, usual = key["ctrl"][fact["at"]], 0.0
+        held = reading.servos.get(number)
+        if held is not None:
+            joint = reading.facts["joints"][held]
+            zero, gear = reading.facts["zero"][joint["address"]], fact["gear"][0]
+            asked, usual = asked - gear * zero, gear * (key["qpos"][joint["address"]] - zero)
+        follows = held is not None and "mimic" in reading.joints[reading.joint_of[held]]
+        if follows or abs(asked - usual) > _NEAR:
+            put_number(made, name, tidy(asked), element)
+    return made
 
 
 def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: list[float]) -> list[tuple[str, float]]:
@@ -143,9 +226,23 @@ def settings(reading: Reading) -> Map:
         for flag in reading.markup.children(element):
             for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
                 put(flags, name, attribute.value, attribute.span)
+    _attached(reading, made, flags)
     if flags:
         put(made, "flag", flags)
     return made
+
+
+def _attached(reading: Reading, made: Map, flags: Map) -> None:
+    """Set the settings that hold though the text of the main file does not say them."""
+    root = reading.markup.root
+    for name, text in reading.facts["elements"]["options"].items():
+        flag = name.removeprefix("flag ")
+        if flag != name and flag not in flags:
+            put(flags, flag, text)
+        elif flag == name and name in SETTINGS and name not in made:
+            put(made, name, value_of(text, SETTINGS[name], root, name))
+        elif flag == name and name not in SETTINGS:
+            reading.lost(f'the setting "{name}"', root.span)
 
 
 def _number(text: str) -> float | int | None:
@@ -163,27 +260,3 @@ def _listed(values: Sequence[Any], span: Span) -> Any:
     for value in values:
         made.put(value, span)
     return made
-
-
-def tell_of_controls(reading: Reading) -> None:
-    """Say that a keyframe asks its servos for something else than where it puts their joints."""
-    elements = reading.markup.listed("keyframe", "key")
-    spans = []
-    for number, key in enumerate(reading.facts["keys"]):
-        actuators = [(at, a) for at, a in enumerate(reading.facts["actuators"]) if a["target"][0] in reading.servos]
-        joints = [reading.facts["joints"][actuator["target"][0]] for _, actuator in actuators]
-        pairs = zip(actuators, joints, strict=True)
-        if any(abs(key["ctrl"][at] - key["qpos"][joint["address"]]) > _NEAR for (at, _), joint in pairs):
-            spans.append((elements[number] if number < len(elements) else reading.markup.root).span)
-    if spans:
-        what = f"the controls of {counted(len(spans), 'key')}, which are not where the key puts the joints,"
-        reading.lost(what, spans[0], "the servos are asked to hold the pose", True, spans[1:])
-
-
-def tell_of_free_joints(reading: Reading) -> None:
-    """Say that poses do not tell where the robot is, nor what floats or slides in a plane."""
-    free = any(joint["type"] == FREE for joint in reading.facts["joints"]) or bool(reading.motion_of)
-    if reading.facts["keys"] and free:
-        elements = reading.markup.listed("keyframe", "key")
-        span = (elements[0] if elements else reading.markup.root).span
-        reading.ignored("where the keyframes put what moves freely: a pose has joints of one position", span)

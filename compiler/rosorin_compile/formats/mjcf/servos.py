@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Actuator, Attribute, Joint, Output, Robot
-from ...model.simulation import POSITION, VELOCITY
+from ...model.simulation import MOTOR, POSITION, VELOCITY
 from ...rules.case import Case
 from ...xml.elements import found_in
 from .unsaid import position_range
@@ -61,6 +62,29 @@ def aims(drive: Drive) -> tuple[float, float] | None:
     if actuator.type == VELOCITY:
         speed = joint.limit.known("velocity") if joint.limit else None
         return _ordered(-gear * speed, gear * speed) if speed else None
+    return None
+
+
+def is_clamped(robot: Robot, joint: Joint, effort: float) -> bool:
+    """Say whether the actuators of a joint bring its effort and no more: then that is no second clamp."""
+    own = [joint.actuator] if joint.actuator else []
+    others = robot.simulation.actuators if own and own[0].targets == {} else ()
+    drives = [*own, *(one for one in others if one.targets.get("joint") == joint.name)]
+    most = [_strength(one) for one in drives]
+    total = sum(one for one in most if one is not None)
+    return bool(most) and None not in most and math.isclose(total, effort, rel_tol=_ROUNDING)
+
+
+_ROUNDING = 1e-12
+
+
+def _strength(actuator: Actuator) -> float | None:
+    """Return the largest torque (N*m) or force (N) that an actuator brings to its joint; None if that is not said."""
+    gear = abs(actuator.gear[0]) if actuator.gear else 1.0
+    if actuator.force is not None and actuator.mjcf.get("forcelimited") is not False:
+        return gear * max(map(abs, actuator.force))
+    if actuator.type == MOTOR and actuator.range is not None and not actuator.unlimited:
+        return gear * max(map(abs, actuator.range)) if actuator.mjcf.get("ctrllimited") is not False else None
     return None
 
 

@@ -4,60 +4,215 @@ MuJoCo has no such difference; people say it in two ways. A geom that collides w
 ``conaffinity`` 0) is only there to be seen. One that collides is also seen, unless its model tells the two apart: it
 is in a group that viewers hide (3 to 5), or transparent, or of a class with "collision" in its name, or its body has
 geoms only to be seen and those have groups of their own in this model.
+
+Whom a geom touches becomes layers. A geom that the language has no shape for is kept as it is.
 """
 
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Mapping
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from pathlib import PurePosixPath
 from typing import Any
 
-from ...diagnostics.wording import counted, first_of
+from ...diagnostics import Span
+from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...xml.markup import Element
-from .bodies import COLLISION_GROUP, SHOWN, VISUAL_GROUP
+from .bodies import SHOWN
+from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
+from .worded import listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
 _CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
-_FIRST_HIDDEN_GROUP = 3
+_FIRST_HIDDEN_GROUP = _HIDDEN = 3
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
 
 
 def add_shapes(reading: Reading) -> None:
     """Add the shapes of all links, and the materials that they use."""
     geoms = reading.facts["geoms"]
-    carried = [index for index, geom in enumerate(geoms) if _is_carried(reading, geom)]
-    apart = _groups_apart([geoms[index] for index in carried])
-    decorated = {geoms[index]["body"] for index in carried if not _collides(geoms[index])}
-    materials = Map(reading.markup.root.span)
+    purposes = _purposes(reading)
+    looks = Looks(reading)
+    layers = _Layers(reading, [index for index, found in purposes.items() if "collision" in found])
+    reading.groups = _usual_groups(reading, purposes)
     held: dict[tuple[str, str], Seq] = {}
-    for index in carried:
-        geom = geoms[index]
+    for index, found in purposes.items():
         element = reading.places.of("geoms", index)
-        link = reading.link_of[geom["body"]]
-        purposes = ["collision"] if _collides(geom) else ["visual"]
-        if purposes == ["collision"] and _is_seen(geom) and not (apart and geom["body"] in decorated):
-            purposes = ["visual", "collision"]
-        for purpose in purposes:
+        for purpose in found:
             shape = _shape(reading, index, element)
-            if shape is None:
-                break
             if purpose == "visual":
-                _colour(reading, geom, element, shape, materials)
-            held.setdefault((link, purpose), Seq(element.span)).put(shape, element.span)
+                looks.put(index, shape, element)
+            else:
+                layers.put(index, shape, element)
+            _more(reading, looks, index, shape, purpose, found)
+            held.setdefault((reading.link_of[geoms[index]["body"]], purpose), Seq(element.span)).put(
+                shape, element.span
+            )
     for (link, purpose), shapes in held.items():
         put(reading.links[link], purpose, shapes)
-    if materials:
-        put(reading.tree, "materials", materials)
+    _keep_others(reading)
+    looks.finish()
+    layers.finish()
     _tell(reading)
 
 
+def _purposes(reading: Reading) -> dict[int, list[str]]:
+    """Return what each geom that is carried is there for: to be seen, to collide, or both."""
+    geoms = reading.facts["geoms"]
+    carried = [index for index, geom in enumerate(geoms) if _is_carried(reading, geom)]
+    apart = _groups_apart([geoms[index] for index in carried])
+    decorated = {geoms[index]["body"] for index in carried if not _collides(geoms[index])}
+    made = {}
+    for index in carried:
+        geom = geoms[index]
+        made[index] = ["collision"] if _collides(geom) else ["visual"]
+        if _collides(geom) and _is_seen(geom) and not (apart and geom["body"] in decorated):
+            made[index] = ["visual", "collision"]
+    return made
+
+
+def _usual_groups(reading: Reading, purposes: Mapping[int, list[str]]) -> dict[str, int]:
+    """Return the groups that most geoms have, of those that are seen and of those that collide and are not."""
+    geoms, made = reading.facts["geoms"], {}
+    for purpose in ("visual", "collision"):
+        counts = Counter(geoms[index]["group"] for index, found in purposes.items() if found[0] == purpose)
+        if counts:
+            made[purpose] = counts.most_common(1)[0][0]
+    return made
+
+
+# What is said by the shape, its place, its layers and its looks, or has gone into the mass of the link.
+_SAID = frozenset(
+    [
+        "name",
+        "type",
+        "pos",
+        "quat",
+        "size",
+        "fromto",
+        "mesh",
+        "hfield",
+        "mass",
+        "density",
+        "shellinertia",
+        "fitscale",
+        "contype",
+        "conaffinity",
+        "rgba",
+        "material",
+        "group",
+    ]
+)
+_OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "margin", "gap")
+_LOOKS = ("castshadow",)
+
+
+def _more(reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, purposes: list[str]) -> None:
+    """Set what a shape has for a simulation alone; of two that stand for one geom only one has it."""
+    geom, element = reading.facts["geoms"][index], reading.places.of("geoms", index)
+    said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
+    if len(purposes) > 1:
+        said = {key: text for key, text in said.items() if (key in _LOOKS) == (purpose == "visual")}
+    if purposes[0] == purpose and geom["group"] != reading.groups[purpose]:
+        said["group"] = str(geom["group"])
+    elif purposes[0] != purpose and reading.groups.get(purpose, _HIDDEN) != _HIDDEN:
+        said["group"] = str(_HIDDEN)  # what is seen of it is the visual
+    if purposes == ["collision"] and "rgba" in geom["element"]["attributes"]:
+        said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in geom["rgba"])
+    if purposes == ["collision"] and geom["material"] >= 0:
+        said["material"] = looks.material(geom["material"])
+    inner = Map(element.span)
+    for name in put_words(inner, said, "mjcf_geom", element):
+        reading.lost(f'"{name}" of a geom of link "{reading.link_of[geom["body"]]}"', element.span)
+    for word, value in inner.items():
+        more = shape.get("mjcf") or Map(element.span)
+        put(more, word, value)
+        put(shape, "mjcf", more)
+
+
+class _Layers:
+    """Who may touch whom: a layer for each bit of the masks, and how a geom touches."""
+
+    def __init__(self, reading: Reading, geoms: Iterable[int]) -> None:
+        self.reading = reading
+        masks = [reading.facts["geoms"][index][word] for index in geoms for word in ("contype", "conaffinity")]
+        highest = max((_bits(mask)[-1] for mask in masks if mask), default=0)
+        self.names = ["default", *(f"layer_{bit}" for bit in range(1, highest + 1))]
+
+    def put(self, index: int, shape: Map, element: Element) -> None:
+        """Set how a shape touches."""
+        geom = self.reading.facts["geoms"][index]
+        entry = Map(element.span)
+        for word, key in (("contype", "layers"), ("conaffinity", "touches")):
+            if geom[word] != 1:
+                put(entry, key, listing([self.names[bit] for bit in _bits(geom[word])], element))
+        attributes = geom["element"]["attributes"]
+        said = {key: attributes[key] for key in _OF_CONTACT if key in attributes}
+        for name in put_words(entry, said, "contact", element):
+            self.reading.lost(f'"{name}" of a geom', element.span)
+        if entry:
+            put(shape, "contact", entry)
+
+    def finish(self) -> None:
+        """Set the layers, in the order of their bits."""
+        if len(self.names) > 1:
+            put(self.reading.tree, "contact_layers", listing(self.names, self.reading.markup.root))
+
+
+def _bits(mask: int) -> list[int]:
+    return [bit for bit in range(32) if mask & (1 << bit)]
+
+
+def _keep_others(reading: Reading) -> None:
+    """Keep the geoms of the robot that the language has no shape for, as they are, with what they name."""
+    for index, geom in enumerate(reading.facts["geoms"]):
+        if geom["body"] not in reading.link_of or _is_carried(reading, geom) or _is_scene(geom):
+            continue
+        node, element = geom["element"], reading.places.of("geoms", index)
+        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density", "material")}
+        if geom["rgba"] != list(_NO_COLOUR) or geom["material"] >= 0:
+            seen = reading.facts["materials"][geom["material"]]["rgba"] if "rgba" not in said else geom["rgba"]
+            said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in seen)
+        place = transform(geom["pos"], geom["quat"])
+        if geom["type"] in (MESH, SDF):
+            mesh = reading.facts["meshes"][geom["data"]]
+            place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
+            _keep_asset(reading, "mesh", mesh["name"], element.span)
+        elif geom["type"] == HFIELD:
+            _keep_asset(reading, "hfield", said.get("hfield", ""), element.span)
+        whole = {**node, "attributes": {**said, **placing(place), "density": "0"}}
+        reading.kept(whole, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
+
+
+def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
+    """Keep a mesh, a height field or a texture that something names which is kept as it is; once."""
+    for node in reading.facts["elements"][f"{kind}_assets"]:
+        said = node["attributes"]
+        called = said.get("name") or PurePosixPath(said.get("file", "")).stem
+        if called != name or (kind, name) in reading.of_scene:
+            continue
+        reading.of_scene.add((kind, name))
+        files = {word: reading.markup.place_of(text) for word, text in said.items() if word.startswith("file")}
+        whole = {"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]}
+        reading.kept(whole, f"asset: {kind}", span)
+
+
 def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
+    if geom["type"] == MESH and not mesh_file(reading.facts["meshes"][geom["data"]]):
+        return False
+    more = geom["element"]["inner"]  # plugins
     made_up = geom["class"] == f"{reading.facts['name']}_{SHOWN}"  # ours: it shows what collides, and is nothing else
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not made_up
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not made_up
+
+
+def _is_scene(geom: Mapping[str, Any]) -> bool:
+    """Say whether a geom is ground that the robot stands on."""
+    return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
 
 
 def _collides(geom: Mapping[str, Any]) -> bool:
@@ -74,18 +229,15 @@ def _groups_apart(geoms: list[Mapping[str, Any]]) -> bool:
     return bool(seen) and seen.isdisjoint(geom["group"] for geom in geoms if _collides(geom))
 
 
-def _shape(reading: Reading, index: int, element: Element) -> Map | None:
-    """Return the entry of a shape; None for a mesh that is in no file."""
+def _shape(reading: Reading, index: int, element: Element) -> Map:
+    """Return the entry of a shape."""
     geom = reading.facts["geoms"][index]
     entry = Map(element.span)
     place = transform(geom["pos"], geom["quat"])
     if geom["type"] == MESH:
         mesh = reading.facts["meshes"][geom["data"]]
-        file = mesh_file(mesh)
-        if not file:
-            return None
         made = Map(element.span)
-        put(made, "file", reading.markup.place_of(file))
+        put(made, "file", reading.markup.place_of(mesh_file(mesh)))
         scale = tidy_vector(mesh["scale"])
         if scale != (1, 1, 1):
             put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
@@ -139,60 +291,87 @@ def mesh_file(mesh: Mapping[str, Any]) -> str:
     return posixpath.normpath(posixpath.join(mesh["folder"], file.replace("\\", "/"))) if file else ""
 
 
-def _colour(reading: Reading, geom: Mapping[str, Any], element: Element, shape: Map, materials: Map) -> None:
-    """Set the colour of a visual: its own, or its material."""
-    rgba = tuple(tidy(round(value, 7)) for value in geom["rgba"])  # MuJoCo keeps colours with seven digits
-    if rgba == _NO_COLOUR:
-        if geom["material"] >= 0:
-            put(shape, "material", _material(reading, geom["material"], materials))
-        return
-    put(shape, "rgba", numbers(rgba, element, "rgba"))
-    texture = reading.facts["materials"][geom["material"]]["texture"] if geom["material"] >= 0 else ""
-    if texture:
-        put(shape, "texture", reading.markup.place_of(texture))
+class Looks:
+    """Colours and materials: those that shapes use, and what else the file says of them."""
 
+    def __init__(self, reading: Reading) -> None:
+        self.reading = reading
+        self.materials = Map(reading.markup.root.span)
+        self.nodes = {node["attributes"].get("name"): node for node in reading.facts["elements"]["material_assets"]}
 
-def _material(reading: Reading, index: int, materials: Map) -> str:
-    """Return the name of a material, which the description has from now on."""
-    material = reading.facts["materials"][index]
-    known = reading.material_of.get(index)
-    if known is None:
+    def put(self, index: int, shape: Map, element: Element) -> None:
+        """Set the colour of a visual: its own, or its material."""
+        geom = self.reading.facts["geoms"][index]
+        rgba = tuple(tidy(round(value, 7)) for value in geom["rgba"])  # MuJoCo keeps colours with seven digits
+        at = geom["material"]
+        if rgba == _NO_COLOUR:
+            if at >= 0:
+                put(shape, "material", self.material(at))
+            return
+        put(shape, "rgba", numbers(rgba, element, "rgba"))
+        texture = self.reading.facts["materials"][at]["texture"] if at >= 0 else ""
+        if texture:
+            put(shape, "texture", self.reading.markup.place_of(texture))
+        if at >= 0 and self._said(at):
+            more = Map(element.span)
+            put(more, "material", self.material(at))
+            put(shape, "mjcf", more)
+
+    def _said(self, index: int) -> dict[str, str]:
+        """Return what a material says beside its colour, and the texture that is in a file."""
+        material = self.reading.facts["materials"][index]
+        said = self.nodes.get(material["name"], {"attributes": {}})["attributes"]
+        known = ("name", "rgba", "texture") if material["texture"] else ("name", "rgba")
+        return {key: text for key, text in said.items() if key not in known}
+
+    def material(self, index: int) -> str:
+        """Return the name of a material, which the description has from now on."""
+        reading = self.reading
+        material = reading.facts["materials"][index]
+        if index in reading.material_of:
+            return reading.material_of[index]
         own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "")
-        known = reading.material_of[index] = reading.material_names.give(own or material["name"])
+        known = reading.material_of[index] = reading.name("material", own or material["name"])
         element = reading.markup.named("asset", material["name"]) or reading.markup.root
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
         if material["texture"]:
             put(entry, "texture", reading.markup.place_of(material["texture"]))
-        put(materials, known, entry)
-    return known
+        said = self._said(index)
+        made = said.pop("texture", "")
+        for name in put_words(entry, said, "material", element):
+            reading.lost(f'"{name}" of the material "{known}"', element.span)
+        if made:  # by MuJoCo itself, of no file
+            more = entry.get("mjcf") or Map(element.span)
+            put(more, "texture", made)
+            put(entry, "mjcf", more)
+            _keep_asset(reading, "texture", made, element.span)
+        put(self.materials, known, entry)
+        return known
+
+    def finish(self) -> None:
+        """Set the materials: those of shapes, and those that sites and tendons have, or nobody."""
+        scene: set[int] = set()
+        own: set[int] = set()
+        for geom in self.reading.facts["geoms"]:
+            (own if _is_carried(self.reading, geom) else scene).add(geom["material"])
+        indices = range(len(self.reading.facts["materials"]))
+        for index in (at for at in indices if at in own or at not in scene):
+            self.material(index)
+        if scene - own - {-1}:
+            element = self.reading.markup.sections("asset")[:1] or [self.reading.markup.root]
+            message = f"{counted(len(scene - own - {-1}), 'material')} of the world: the scene is no part of the robot"
+            self.reading.ignored(message, element[0].span)
+        if self.materials:
+            put(self.reading.tree, "materials", self.materials)
 
 
 def _tell(reading: Reading) -> None:
-    """List the geoms that are not carried: those of the robot by their kind, those of the scene together."""
-    kinds: dict[str, list[int]] = {}
+    """Say which geoms are not carried, for they are those of the scene."""
     scene = []
     for index, geom in enumerate(reading.facts["geoms"]):
-        inline = geom["type"] == MESH and not mesh_file(reading.facts["meshes"][geom["data"]])
-        if geom["body"] not in reading.link_of or (geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)):
+        if geom["body"] not in reading.link_of or _is_scene(geom):
             scene.append(index)
-        elif geom["type"] not in _CARRIED or inline:
-            kinds.setdefault("mesh that no file has" if inline else _WORDS[geom["type"]], []).append(index)
-    groups = {(_collides(g), g["group"]) for g in reading.facts["geoms"] if _is_carried(reading, g)}
-    ours = {True: (0, COLLISION_GROUP), False: (VISUAL_GROUP,)}
-    strange = sorted({group for collides, group in groups if group not in ours[collides]})
-    if strange:
-        first = next(at for at, g in enumerate(reading.facts["geoms"]) if g["group"] in strange)
-        message = f"groups of geoms ({', '.join(map(str, strange))}): ours has visuals in {VISUAL_GROUP} and collisions"
-        message += f" in {COLLISION_GROUP}"
-        reading.changed(message, reading.places.of("geoms", first).span)
-    for word, geoms in kinds.items():
-        links = sorted({reading.link_of[reading.facts["geoms"][index]["body"]] for index in geoms})
-        on = first_of(links, 5)
-        many = len(geoms) > 1
-        what = f"a geom of link {on} ({word})" if not many else f"{counted(len(geoms), 'geom')} ({word}) of {on}"
-        spans = [reading.places.of("geoms", index).span for index in geoms]
-        reading.lost(what, spans[0], "the language has no such shape", many, spans[1:])
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

@@ -157,7 +157,7 @@ class Markup:
 
 
 class Places:
-    """Where each body, joint, geom, site and camera of the compiled model stands in the text."""
+    """Where each body, joint, geom, site, camera and light of the compiled model stands in the text."""
 
     def __init__(self, markup: Markup, facts: Mapping[str, Any]) -> None:
         self.markup = markup
@@ -168,7 +168,7 @@ class Places:
         for index, body in enumerate(facts["bodies"]):
             if index:
                 children.setdefault(body["parent"], []).append(index)
-        held = {kind: _by_body(facts[kind]) for kind in ("joints", "geoms", "sites", "cameras")}
+        held = {kind: _by_body(facts[kind]) for kind in _TAGS}
         waiting: list[tuple[int, Sequence[Element]]] = [(0, markup.sections("worldbody"))]
         while waiting:
             index, containers = waiting.pop()
@@ -211,7 +211,13 @@ class Places:
         return self.parts.get((kind, index), self.markup.root)
 
 
-_TAGS = {"joints": ("joint", "freejoint"), "geoms": ("geom",), "sites": ("site",), "cameras": ("camera",)}
+_TAGS = {
+    "joints": ("joint", "freejoint"),
+    "geoms": ("geom",),
+    "sites": ("site",),
+    "cameras": ("camera",),
+    "lights": ("light",),
+}
 
 
 def _by_body(entries: Sequence[Mapping[str, Any]]) -> dict[int, list[int]]:

@@ -9,7 +9,7 @@ from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, counted, first_of
 from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
-from .bodies import WORLD, body_name
+from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
 RULES = (
@@ -109,7 +109,7 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
     """Yield what joints and meshes have that MJCF has no word for."""
     for joint in joints:
         if not joint.moves:
-            yield from _several(joint)
+            yield from () if is_free(robot, joint) else _several(joint)
             continue
         ends = position_range(joint)
         if ends and ends[0] >= ends[1]:

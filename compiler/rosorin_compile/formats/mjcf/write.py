@@ -37,6 +37,7 @@ from markupsafe import Markup
 from ...diagnostics import Diagnostic
 from ...model import (
     IDENTITY,
+    Attribute,
     Box,
     Capsule,
     Cylinder,
@@ -53,7 +54,6 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
-    Values,
     Vector,
     plane_axes,
     principal_moments,
@@ -64,12 +64,12 @@ from ...model.standing import HOME, home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, FRAME, PLANAR, SHOWN, VISUAL, body_name
-from .classes import Classes, Named, Part
+from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
+from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .servos import Drive, controls_of, kept_controls
+from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
 from .write_sensors import Element, elements_of
@@ -127,7 +127,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     ``visuals`` (own, or from_collision for links that have none).
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    free = output.options.get("base", "fixed") == "free"
+    free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
     elements = elements_of(robot, templates, number)
     form = form_of(output)
     seen = _seen(robot, output)
@@ -141,11 +141,13 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
     simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
-    touching = contacts(robot, form)
+    touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "classes": printer.classes.tree(any(link.visual for link in seen.links), bool(shown)),
+        "classes": printer.classes.tree(
+            any(link.visual for link in seen.links), bool(shown), output.options.get("groups", {})
+        ),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
@@ -217,6 +219,7 @@ class _Printer:
         self.form = form
         self.names = _own_names(robot, form)
         self.mesh_inertia = mesh_inertia
+        self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         self.root = stands_at(robot, home_of(robot)) if free else robot.simulation.root.pose
 
@@ -228,6 +231,10 @@ class _Printer:
         self.classes = Classes(self.robot.name, made, kept)
         self.frame = self.classes.named(FRAME)
         self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(single)}
+
+    def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
+        """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
+        return self.classes.tree(any(link.visual for link in self.robot.links), shown, groups)
 
     def actuators(self, drives: Sequence[Drive]) -> list[Part]:
         """Return the elements of actuators, which follow the joints in the list of those that share classes."""
@@ -250,10 +257,10 @@ class _Printer:
 
     def body(self, frame: Frame, after: Frame | None) -> Body:
         """Return the body of a frame; ``after`` is the next frame of the tree."""
-        ends = range(frame.depth, (after.depth if after else 0) - 1, -1)
+        ends = range(frame.depth, (after.depth if after else self.top) - 1, -1)
         link = frame.link or Link(frame.name)
         return Body(
-            _indent(frame.depth),
+            _indent(frame.depth - self.top),
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
@@ -261,12 +268,14 @@ class _Printer:
             attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
-            [indented(text, _indent(frame.depth + 1)) for text in link.mjcf_elements],
-            [_indent(depth) for depth in ends],
+            [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
+            [_indent(depth - self.top) for depth in ends],
         )
 
     def names_of(self, link: Link, frame: Frame) -> Markup:
-        """Return the attributes of a body."""
+        """Return the attributes of a body; none of the world."""
+        if frame.depth < self.top:
+            return Markup()
         pose = self.root if frame.depth == 0 else frame.pose
         values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
         if link.gravity_compensation:
@@ -412,6 +421,8 @@ def _free_joint(robot: Robot) -> str:
 
 def _several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
     """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
+    if is_free(robot, joint):
+        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
     if joint.type == "ball":
         return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
     base = _base_name(joint, robot)
@@ -449,9 +460,9 @@ def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
         dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
-        values |= {word: number(value) for word, value in words.items() if value}
-    effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort:
+        values = {word: number(value) for word, value in words.items() if value}
+    effort = joint.limit.known("effort") if joint.limit is not None and joint.moves else None
+    if effort and not is_clamped(robot, joint, effort):
         values["actuatorfrcrange"] = vector([-effort, effort], number)
     if joint.mjcf:
         values |= SimulationPrinter(robot, number).texts(joint.mjcf)
@@ -469,14 +480,14 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
         tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: vector(numbers, number) for word, numbers in tuned.items() if numbers}
+        words = {word: vector(numbers or STIFF[word], number) for word, numbers in tuned.items()}
         made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
     return made
 
 
 def keys(
     robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
-) -> list[tuple[str, list[float], list[float], Values]]:
+) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
     """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order.
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
@@ -489,8 +500,12 @@ def keys(
         qpos = [number for joint in joints for number in at(joint)]
         place = stands_at(robot, pose) if free else IDENTITY
         base = [*place.xyz, *place.transform().quaternion()] if free else []
-        if qpos or base or ctrl or pose in robot.poses:
-            made.append((pose.name, base + qpos, ctrl + more, pose.mjcf))
+        said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
+        whole = pose.mjcf.get("qpos")
+        if isinstance(whole, tuple):
+            made.append((pose.name, list(map(float, whole)), ctrl + more, said))
+        elif qpos or base or ctrl or pose in robot.poses:
+            made.append((pose.name, base + qpos, ctrl + more, said))
     return made
 
 
@@ -504,7 +519,10 @@ def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float
 
 
 def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    positions: Mapping[str, Sequence[float]] = {
+    positions: dict[str, Sequence[float]] = {
         joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
     }
+    for joint in joints:
+        if is_free(robot, joint):
+            positions[joint.name] = [*joint.origin.xyz, *joint.origin.transform().quaternion()]
     return lambda joint: positions[joint.name]

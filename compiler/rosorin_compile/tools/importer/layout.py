@@ -282,6 +282,7 @@ _OF_JOINT: dict[Path, str] = {
     ("limit", "upper"): "deg",
     ("limit", "velocity"): "deg/s",
     ("mimic", "offset"): "deg",
+    ("dynamics", "spring_reference"): "deg",
     ("calibration", "rising"): "deg",
     ("calibration", "falling"): "deg",
     ("calibration", "reference_position"): "deg",

@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...model.standing import HOME
 from .matched import (
     BALL,
     FREE,
@@ -204,6 +205,8 @@ class Comparison:
                     continue
                 if kind == "body" and mj.body_mass[index] <= NO_MASS:
                     continue
+                if kind == "key" and self.ours.names[kind][index] == HOME:
+                    continue  # every robot of ours has it
                 text = f"{self.ours.called(kind, index)} is in ours alone"
                 self.found.append(Difference(LOST[kind], text))
 

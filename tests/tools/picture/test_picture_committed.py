@@ -21,7 +21,7 @@ SIZE = ("--size", "800x500")
 PICTURES = {
     "rosorin.png": (str(ROSORIN), "--pose", "tuck"),
     "turtlebot3_burger.png": (str(EXAMPLES / "turtlebot3_burger" / "robot.yaml"),),
-    "unitree_a1.png": (str(EXAMPLES / "unitree_a1" / "robot.yaml"), "--pose", "stand"),
+    "unitree_a1.png": (str(EXAMPLES / "unitree_a1" / "robot.yaml"), "--pose", "home"),
     "ur5e.png": (str(EXAMPLES / "ur5e" / "robot.yaml"), "--pose", "home"),
     "rosorin_frames.svg": (str(ROSORIN), "--pose", "tuck", "--frames"),
 }

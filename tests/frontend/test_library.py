@@ -29,9 +29,11 @@ NEEDED = {
     "solids/capsule": "radius: 50 mm, length: 0.2",
     "solids/boxes": "boxes: [{size: [1, 1, 1], xyz: [0, 0, 0]}, {size: [1, 2, 1], xyz: [1, 0, 0], rpy: [0, 0, 1]}]",
     "wheels/fixed": "radius: 50 mm, width: 30 mm, mass: 0.2",
+    "wheels/steered": "radius: 50 mm, width: 30 mm, mass: 0.2",
     "wheels/caster": "radius: 30 mm, width: 20 mm, mass: 0.1, trail: 25 mm, height: 40 mm",
     "wheels/ball": "radius: 30 mm, mass: 0.1",
     "wheels/mecanum": "radius: 48 mm, width: 40 mm, mass: 0.2",
+    "wheels/omni": "radius: 48 mm, width: 30 mm, mass: 0.2",
     "servos/servo": "child: horn, effort: 1.5 N*m, velocity: 5 rad/s",
 }
 

@@ -287,8 +287,8 @@ def _figure(title: str, unit: str, curves: Sequence[Curve]) -> dict[str, Any]:
     return {
         "title": title,
         "unit": unit,
-        "low": f"{low:.4g}",
-        "high": f"{high:.4g}",
+        "low": f"{low:.2g}",
+        "high": f"{high:.2g}",
         "end": f"{end:.3g}",
         "lines": lines,
     }

@@ -68,7 +68,7 @@ EDITS = [
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
-        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 480, column 0)",
+        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 483, column 0)",
         id="damaged-xml",
     ),
     pytest.param(

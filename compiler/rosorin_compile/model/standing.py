@@ -9,7 +9,7 @@ from typing import NamedTuple
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
 from .robot import JointPose, Robot
-from .shape import Box, Capsule, Cylinder, Mesh, Shape
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape
 
 HOME = "home"
 
@@ -87,6 +87,8 @@ def _along(solid: Shape, place: Transform, direction: Vector) -> float:
     elif isinstance(geometry, Cylinder | Capsule):
         flat = 1.0 if isinstance(geometry, Capsule) else math.hypot(inside[0], inside[1])
         own = abs(inside[2]) * geometry.length / 2 + geometry.radius * flat
+    elif isinstance(geometry, Ellipsoid):
+        own = math.hypot(*(part * radius for part, radius in zip(inside, geometry.radii, strict=True)))
     else:
         own = getattr(geometry, "radius", 0.0)
     return dot(there.xyz, direction) + own

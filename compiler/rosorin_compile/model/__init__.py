@@ -2,8 +2,8 @@
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
 and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``bounds``,
-``touching``, ``pulses``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only a simulation
-has), ``frame_tree``.
+``touching``, ``pulses``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only a
+simulation has), ``frame_tree``.
 """
 
 from .drive import Drive

@@ -58,7 +58,7 @@ def test_lists_of_frames_say_it_in_a_sentence_alone(tmp_path: Path) -> None:
     assert "Checked: one frame has one parent" in page
     assert "roller" not in in_words(prove(robot))
     assert "roller" not in files["frames.svg"]
-    assert "tip" not in files["frames.svg"]
+    assert ">tip<" not in files["frames.svg"]
     without = made(tmp_path, UNPUBLISHED)[1]
     assert "Only simulations" not in without["frames.md"]
     assert "| roller " in without["frames.md"]

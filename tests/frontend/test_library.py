@@ -12,6 +12,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 import library_reference  # noqa: E402
 from rosorin_compile.frontend.load import load_mapping  # noqa: E402
+from rosorin_compile.model import ROBOT_STATE_PUBLISHER, UNPUBLISHED  # noqa: E402
 from rosorin_compile.pipeline import compile_robot  # noqa: E402
 from rosorin_compile.project import data_folder  # noqa: E402
 from support.paths import ROOT  # noqa: E402
@@ -136,12 +137,80 @@ def test_mecanum_wheels_drive_in_every_direction(tmp_path: Path, directions, exp
     assert turning / (speed * radius) == pytest.approx(yaw, abs=0.08 * max(1, yaw))
 
 
-def test_rollers_of_a_wheel_touch_neither_each_other_nor_the_hub(tmp_path: Path) -> None:
-    for rollers in (0, 6, 9, 12):
-        given = f"{{{NEEDED['wheels/mecanum']}, rollers: {rollers}}}"
-        model, data = probe(tmp_path, f"use: {{it: {{part: wheels/mecanum, parent: base_link, with: {given}}}}}")
-        assert (data.ncon, model.njnt) == (0, 1 + rollers)
-        assert model.body_mass.sum() == pytest.approx(0.2)
+@pytest.mark.parametrize("kind", ["mecanum", "omni"])
+@pytest.mark.parametrize("rollers", [0, 6, 9, 12])
+def test_rollers_of_a_wheel_touch_neither_each_other_nor_the_hub(tmp_path: Path, kind: str, rollers: int) -> None:
+    given = f"{{{NEEDED[f'wheels/{kind}']}, rollers: {rollers}}}"
+    model, data = probe(tmp_path, f"use: {{it: {{part: wheels/{kind}, parent: base_link, with: {given}}}}}")
+    assert (data.ncon, model.njnt) == (0, 1 + rollers)
+    assert model.body_mass.sum() == pytest.approx(0.2)
+
+
+def test_rollers_reach_as_far_as_the_wheel_all_around(tmp_path: Path) -> None:
+    """Each sphere of a roller touches the surface of the ideal wheel, as far along the axle as its roller leans."""
+    for kind, leans in (("mecanum", True), ("omni", False)):
+        wheel = f"{{part: wheels/{kind}, parent: base_link, with: {{{NEEDED[f'wheels/{kind}']}}}}}"
+        model, data = probe(tmp_path, f"use: {{it: {wheel}}}")
+        ball = mujoco.mjtGeom.mjGEOM_SPHERE
+        balls = [i for i in range(model.ngeom) if model.geom_type[i] == ball and model.geom_contype[i]]
+        x, y, z = data.geom_xpos[balls].T
+        np.testing.assert_allclose(np.hypot(x, z) + model.geom_size[balls, 0], 0.048, atol=1e-12)
+        turns = np.sort(np.degrees(np.arctan2(z, x)) % 360)
+        np.testing.assert_allclose(np.diff(turns), 360 / 27, atol=1e-9)
+        assert (np.ptp(y) > 0.01) == leans
+
+
+def test_an_omni_wheel_rolls_and_slides_along_its_axle(tmp_path: Path) -> None:
+    text = emitted(tmp_path, CART.format(kind="omni"))
+    found, _ = driven(text, (5, 5, 5, 5), WHEELS, 0.0485)
+    np.testing.assert_allclose(found / (5 * 0.048), [1, 0], atol=0.05)
+    pushed = text.replace("<worldbody>", '<option gravity="0 2 -9.6"/><worldbody>')  # as on a slope to the left
+    found, _ = driven(pushed, (0, 0, 0, 0), WHEELS, 0.0485)
+    assert found[1] > 0.8 * 2 * 0.6  # m/s, as without friction after 0.3 to 0.9 s
+    assert abs(found[0]) < 0.02
+
+
+MOTOR = "kv: 0.5, effort: 2 N*m, velocity: 10 rad/s, damping: 0.02, armature: 0.003"
+
+
+@pytest.mark.parametrize("kind", ["fixed", "steered", "mecanum", "omni"])
+def test_a_wheel_has_the_motor_the_looks_and_the_publisher_that_it_is_given(tmp_path: Path, kind: str) -> None:
+    given = f"{NEEDED[f'wheels/{kind}']}, {MOTOR}, rgba: [0.1, 0.2, 0.3, 1], publisher: {{none: no encoder}}"
+    made = compiled(written(tmp_path, f"use: {{it: {{part: wheels/{kind}, parent: base_link, with: {{{given}}}}}}}"))
+    assert made.robot is not None
+    publisher = made.robot.joint["it_joint"].publisher
+    assert (publisher.kind, publisher.about) == (UNPUBLISHED, "no encoder")
+    model, _ = load(made.artifacts[0].text)
+    motor, joint = model.actuator("it_joint"), model.joint("it_joint")
+    assert (motor.gainprm[0], *motor.biasprm[:3]) == (0.5, 0, 0, -0.5)
+    assert (*motor.ctrlrange, *model.jnt_actfrcrange[joint.id]) == (-10, 10, -2, 2)
+    assert (joint.damping[0], joint.armature[0]) == (0.02, 0.003)
+    seen = [i for i in range(model.ngeom) if model.geom_group[i] == 2]
+    assert len(seen) == {"mecanum": 10, "omni": 10}.get(kind, 1)
+    np.testing.assert_allclose(made.robot.link["it_link"].visual[0].rgba, (0.1, 0.2, 0.3, 1))
+
+
+@pytest.mark.parametrize("kind", ["fixed", "steered", "mecanum", "omni"])
+def test_a_wheel_that_is_given_no_motor_has_none(tmp_path: Path, kind: str) -> None:
+    given = NEEDED[f"wheels/{kind}"]
+    made = compiled(written(tmp_path, f"use: {{it: {{part: wheels/{kind}, parent: base_link, with: {{{given}}}}}}}"))
+    assert made.robot is not None
+    joint = made.robot.joint["it_joint"]
+    assert (joint.actuator, joint.limit, joint.publisher.kind) == (None, None, ROBOT_STATE_PUBLISHER)
+    assert all(not link.visual for link in made.robot.links)
+
+
+def test_a_steered_wheel_is_held_where_it_is_told(tmp_path: Path) -> None:
+    wheel = f"{{part: wheels/steered, parent: base_link, with: {{{NEEDED['wheels/steered']}, most: 30 deg}}}}"
+    model, data = probe(tmp_path, f"use: {{it: {wheel}}}")
+    servo = model.actuator("it_steering_joint")
+    np.testing.assert_allclose(servo.ctrlrange, np.radians([-30, 30]))
+    data.ctrl[:] = 0.4
+    with no_warning():
+        mujoco.mj_step(model, data, 500)
+    assert data.joint("it_steering_joint").qpos[0] == pytest.approx(0.4, abs=1e-3)
+    axle = data.body("it_link").xmat.reshape(3, 3)[:, 1]
+    np.testing.assert_allclose(axle, [-np.sin(0.4), np.cos(0.4), 0], atol=2e-3)
 
 
 def test_fixed_wheels_roll_forward_on_both_sides(tmp_path: Path) -> None:

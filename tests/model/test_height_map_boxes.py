@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from rosorin_compile.model import GROUNDED, MERGED, ROWS, Box, HeightMap, Pose, Shape
+from rosorin_compile.model.bounds import Bounds, bounds_of
 from support.robots import compiled
 
 STEP = 0.05
@@ -20,7 +21,7 @@ def grids(draw: st.DrawFn) -> HeightMap:
     count, across = draw(st.integers(1, 7)), draw(st.integers(1, 7))
     heights = st.sampled_from((0.0, 0.11, 0.15, 0.16, 0.3))
     rows = tuple(tuple(draw(heights) for _ in range(across)) for _ in range(count))
-    lows = st.sampled_from((0.0, 0.05, 0.07, 0.1))
+    lows = st.sampled_from((0.0, 0.05, 0.07, 0.1, 0.15, 0.15 - 1e-9, 0.2, 0.3))
     cells = tuple(tuple(draw(lows) for _ in range(across)) for _ in range(count))
     return HeightMap((-0.3, 0.2), CELL, rows, STEP, "", draw(st.sampled_from((0.0, 0.04, cells))))
 
@@ -44,7 +45,8 @@ def meant(grid: HeightMap, form: str) -> dict[tuple[int, int], tuple[float, floa
             low = grid.bottom_of(i, j) if form != GROUNDED else 0.0
             if isinstance(grid.bottom, tuple) and form != GROUNDED:
                 low = math.floor(low / STEP + 1e-6) * STEP
-            if height:
+            well = form != GROUNDED and grid.bottom_of(i, j) >= height - 1e-8
+            if height and not well:
                 made[i, j] = (pytest.approx(low), pytest.approx(math.ceil(height / STEP - 1e-6) * STEP))
     return made
 
@@ -71,9 +73,17 @@ def test_equal_cells_are_one_box_and_a_hole_is_none() -> None:
     assert HeightMap((0.0, 0.0), CELL, ((0.0,),), STEP).boxes(MERGED) == ()
 
 
-def test_the_reference_robot_has_a_third_of_the_boxes() -> None:
+def test_a_cell_that_would_begin_at_its_top_is_a_well() -> None:
+    grid = HeightMap((0.0, 0.0), 1.0, ((0.5, 0.5, 0.9), (0.5, 0.5, 0.5)), 0.1, "", ((0.1, 0.5, 0.9), (0.1, 0.1, 0.6)))
+    assert [grid.is_body(0, j) for j in range(3)] == [True, False, False]
+    assert grid.boxes(ROWS) == (Box((0, 0, 0.1), (1, 1, 0.5)), Box((1, 0, 0.1), (2, 2, 0.5)))
+    assert len(grid.boxes(GROUNDED)) == 3  # which knows of no bottom
+    assert bounds_of([Shape(grid)]) == Bounds((0, 0, 0.1), (2, 3, 0.5))
+
+
+def test_the_reference_robot_has_a_quarter_of_the_boxes() -> None:
     (shape,) = compiled().robot.link["base_footprint"].collision
-    assert (len(shape.solids(ROWS)), len(shape.solids(MERGED))) == (148, 45)
+    assert [len(shape.solids(form)) for form in (GROUNDED, ROWS, MERGED)] == [148, 112, 29]  # wells for its wheels
     assert [piece.name for piece in Shape(shape.geometry, name="body").solids(MERGED)][:2] == ["body_1", "body_2"]
 
 

@@ -59,6 +59,8 @@ def _both(kind: str, old: Mapping[str, Any], new: Mapping[str, Any]) -> Iterator
 
 
 def _text(publisher: Publisher) -> str:
+    if publisher.simulated:
+        return "simulations"
     return "nobody" if publisher.kind == UNPUBLISHED else publisher.name
 
 
@@ -74,7 +76,7 @@ def _publishers(pairing: Pairing) -> Iterator[Item]:
         if mine is None or theirs is None:
             continue
         old, new = mine.publisher, theirs.publisher
-        if (old.kind, old.name) != (new.kind, new.name):
+        if (old.kind, old.name, old.simulated) != (new.kind, new.name, new.simulated):
             yield _published(name, old, new)
 
 

@@ -88,7 +88,8 @@ class HeightMap:
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
     to whose multiples the boxes are rounded up, so that they are never smaller than the body. ``bottom`` is where the
-    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``.
+    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``. A cell whose
+    bottom is not below its height has no body.
     """
 
     origin: tuple[float, float]
@@ -102,6 +103,10 @@ class HeightMap:
         """Return where the body begins above z = 0 (m) in a cell, as it was given."""
         return self.bottom if isinstance(self.bottom, (int, float)) else self.bottom[i][j]
 
+    def is_body(self, i: int, j: int) -> bool:
+        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
+        return self.heights[i][j] > self.bottom_of(i, j)
+
     def boxes(self, form: str = ROWS) -> tuple[Box, ...]:
         """Return the body as boxes: in ``rows``, ``merged`` or ``grounded``."""
         if form not in self._made:
@@ -114,7 +119,7 @@ class HeightMap:
 
     def _boxes(self, form: str) -> tuple[Box, ...]:
         layers = [
-            [self._layer(i, j, height, form) if self._is_body(i, j, form) else None for j, height in enumerate(row)]
+            [self._layer(i, j, height, form) if height > 0 else None for j, height in enumerate(row)]
             for i, row in enumerate(self.heights)
         ]
         x0, y0 = self.origin
@@ -125,19 +130,15 @@ class HeightMap:
             made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
         return tuple(made)
 
-    def _is_body(self, i: int, j: int, form: str) -> bool:
-        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
-        return self.heights[i][j] > (0.0 if form == GROUNDED else self.bottom_of(i, j))
-
-    def _layer(self, i: int, j: int, height: float, form: str) -> _Layer:
-        """Return from where to where the body reaches in a cell (m), as the boxes have it."""
+    def _layer(self, i: int, j: int, height: float, form: str) -> _Layer | None:
+        """Return from where to where the body reaches in a cell (m), as the boxes have it; None if there is none."""
         high = round(_steps(height, self.step) * self.step, 12)
         if form == GROUNDED:
             return 0.0, high
         low = self.bottom_of(i, j)
         if not isinstance(self.bottom, (int, float)):
             low = round(math.floor(low / self.step + 1e-6) * self.step, 12)
-        return low, high
+        return (low, high) if low < high and self.is_body(i, j) else None
 
 
 _Layer = tuple[float, float]

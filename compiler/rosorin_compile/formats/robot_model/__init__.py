@@ -61,12 +61,13 @@ _UNITS = {"revolute": "rad", "continuous": "rad", "prismatic": "m"}
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:  # noqa: ARG001
     """Return the driver's model of a robot.
 
-    Options: ``joints`` (names, in the order wanted; default all), ``rename`` (link name: its name in this artifact),
-    ``servos`` (the group for pulse_to_rad, needed if there are several), ``source`` (default: the robot's source note).
+    Options: ``joints`` (names, in the order wanted; default all but those of simulations alone), ``rename`` (link
+    name: its name in this artifact), ``servos`` (the group for pulse_to_rad, needed if there are several), ``source``
+    (default: the robot's source note).
     """
     options = output.options
     diagnostics = _unknown_names(robot, options)
-    joints = [robot.joint[name] for name in options.get("joints", robot.joint) if name in robot.joint]
+    joints = [robot.joint[name] for name in _asked(robot, output) if name in robot.joint]
     joints = [joint for joint in joints if _has_word(joint, diagnostics)]
     rename: Mapping[str, str] = options.get("rename", {})
     links = _links(joints) or [robot.root]
@@ -88,6 +89,13 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     for link, *_ in height_maps[1:]:
         diagnostics.append(_left_out(link, "a second height map: the format has room for one"))
     return json.dumps(model, allow_nan=False) + "\n", diagnostics
+
+
+def _asked(robot: Robot, output: Output) -> Iterable[str]:
+    """Return the names of the joints to carry, as asked for: by default all but those of simulations alone."""
+    real = (joint.name for joint in robot.joints if joint.child not in robot.simulated_frames)
+    asked: Iterable[str] = output.options.get("joints", tuple(real))
+    return asked
 
 
 def _unknown_names(robot: Robot, options: Mapping[str, Any]) -> list[Diagnostic]:
@@ -297,7 +305,7 @@ def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) ->
 def _leaves_out(robot: Robot, link: str) -> bool:
     """Say whether no joint that was asked for has a link."""
     output = FORMAT.output(robot)
-    joints = output.options.get("joints", list(robot.joint)) if output else []
+    joints = _asked(robot, output) if output else []
     ends = ((robot.joint[name].parent, robot.joint[name].child) for name in joints if name in robot.joint)
     return not any(link in pair for pair in ends)
 
@@ -318,7 +326,7 @@ FORMAT = Format(
     options={
         "joints": {
             "type": "array",
-            "description": "The joints to carry, in this order; default all.",
+            "description": "The joints to carry, in this order; default all but those of simulations alone.",
             "items": {"$ref": "#/$defs/name"},
         },
         "rename": {

@@ -292,7 +292,8 @@ class _Lowering:
         optical = entry.get("optical")
         pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY)) if optical else IDENTITY
         frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "", joint, pose)
-        stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
+        own = [] if by.always.simulated else [frame, frames.optical] if optical else [frame]
+        stamps = tuple(entry.get("stamps", own))
         simulated = self.elements(name, entry, frames)
         gazebo = self.gazebo(name, entry, frames)
         made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)

@@ -202,6 +202,8 @@ def _unsigned_zeros(values: Sequence[float]) -> tuple[float, ...]:
 
 def publisher_words(publisher: Publisher) -> str:
     """Return who publishes an edge, as one says it."""
+    if publisher.simulated:
+        return f"of simulations alone: {publisher.about}"
     if publisher.kind == UNPUBLISHED:
         return f"nobody publishes it: {publisher.about}" if publisher.about else "nobody publishes it"
     if publisher.kind == STATIC_TRANSFORM_PUBLISHER:

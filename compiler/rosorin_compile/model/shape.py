@@ -88,8 +88,8 @@ class HeightMap:
 
     ``heights[i][j]`` covers x from ``origin[0] + i * cell`` and y from ``origin[1] + j * cell``. ``step`` is the height
     to whose multiples the boxes are rounded up, so that they are never smaller than the body. ``bottom`` is where the
-    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``. A cell whose
-    bottom is not below its height has no body.
+    body begins above z = 0: one number, or one for each cell, which is rounded down to a multiple of ``step``. A cell
+    whose bottom is not below its height has no body.
     """
 
     origin: tuple[float, float]

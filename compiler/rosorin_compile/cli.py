@@ -41,6 +41,7 @@ GROUPS = {
         "frames": "show the tree of frames with who publishes them",
         "view": "show the robot in the browser, and follow its files",
         "picture": "draw the robot into a PNG or SVG, without a browser",
+        "simulate": "say how the robot behaves in MuJoCo: resting, in its poses, driving",
         "pulses": "turn servo pulses into joint positions and back",
         "args": "list the arguments of a robot",
     },
@@ -74,6 +75,7 @@ WORDS = {
     "frames": "[ROBOT]",
     "view": "[ROBOT]",
     "picture": "[ROBOT] -o FILE",
+    "simulate": "[ROBOT]",
     "pulses": "[ROBOT] [JOINT=VALUE ...]",
     "args": "[ROBOT ...]",
     "package": "[ROBOT] -o FOLDER",
@@ -103,6 +105,7 @@ _EXITS = {
     "verify": "0 the robot that is described, 1 another one, or nothing that can be read",
     "view": "0 it was ended by Ctrl-C or SIGTERM, or the page is written; with --html also 1 errors",
     "picture": "0 drawn, 1 errors, or what draws is not installed",
+    "simulate": "0 within the limits, 1 errors, or something beyond a limit",
     "cmake-dir": "0 printed",
     "schema": "0 printed",
     "completion": "0 printed",
@@ -119,6 +122,7 @@ MODULES = {
     "pulses": "transforms.pulses",
     "view": "view.command",
     "picture": "picture.command",
+    "simulate": "simulate.command",
     "package": "package.command",
     "deploy": "package.deploy_command",
     "verify": "verify.command",
@@ -171,7 +175,8 @@ def _run(words: list[str]) -> int:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return PROBLEMS
     except Exception as problem:
-        return _stopped(problem)
+        # Python 3.11 wraps what comes while a class is made.
+        return 130 if isinstance(problem.__cause__, KeyboardInterrupt) else _stopped(problem)
     finally:
         hide()
     return code

@@ -297,7 +297,8 @@ def _emit(
         diagnostics += [
             d if d.span else d._replace(span=place.span, related=(*d.related, *place.stack())) for d in said
         ]
-        artifacts.append(Artifact(output.file, text, output.backend, output.name))
+        withheld = FORMATS[output.backend].is_withheld(output)
+        artifacts.append(Artifact(output.file, text, output.backend, output.name, withheld))
     return tuple(artifacts), diagnostics, templates.own()
 
 

@@ -21,7 +21,7 @@ _BOUNDS = {
 # The topics of what is said of a robot while it is compiled.
 _COMPILING = (
     *(registry.FILES, registry.ARGUMENTS, registry.SHAPE, registry.JOINTS, registry.NUMBERS, registry.POSES),
-    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS, registry.PHYSICS),
+    *(registry.FRAMES, registry.OUTPUTS, registry.FORMATS, registry.SIMULATION, registry.PHYSICS),
 )
 _SOME = r"\$\{"
 _WHOLE = r"^\$\{[\s\S]*\}$"

@@ -51,23 +51,23 @@ def spoiled(name: str, old: str, new: str) -> list[str]:
 SPOILED = [
     pytest.param(
         *("rosorin.urdf", "0.00074282 0.08513", "0.00074282 0.0852"),
-        "link3 origin z: rosorin.urdf says 0.0852 m, rosorin.xml and the model say 0.08513 m",
+        "link3 origin z: rosorin.urdf says 0.0852 m, rosorin_sim.urdf and the model say 0.08513 m",
         id="urdf",
     ),
     pytest.param(
         *("rosorin.xml", 'pos="0.048156 7.5552e-05 0.106748"', 'pos="0.048156 7.5552e-05 0.106749"'),
-        "laser origin z: rosorin.xml says 0.106749 m, static_tf.launch.py and the model say 0.106748 m",
+        "laser origin z: rosorin.xml says 0.106749 m, rosorin_sim.urdf and the model say 0.106748 m",
         id="mjcf",
     ),
     pytest.param(
         *("static_tf.launch.py", "'--yaw', '3.14159265'", "'--yaw', '3.14159255'"),
         "laser roll pitch yaw: static_tf.launch.py says 0 0 3.14159255 rad,"
-        " rosorin.xml and the model say 0 0 3.14159265 rad",
+        " rosorin_sim.urdf and the model say 0 0 3.14159265 rad",
         id="static_tf",
     ),
     pytest.param(
         *("static_tf.json", '"--x",\n        "0.048156"', '"--x",\n        "0.0481561"'),
-        "laser origin x: static_tf.json says 0.0481561 m, rosorin.xml and the model say 0.048156 m",
+        "laser origin x: static_tf.json says 0.0481561 m, rosorin_sim.urdf and the model say 0.048156 m",
         id="static_tf_json",
     ),
     pytest.param(
@@ -87,12 +87,12 @@ SPOILED = [
     ),
     pytest.param(
         *("rosorin.xml", 'mass="0.010597277181335"', 'mass="0.0106"'),
-        "link1 mass: rosorin.xml says 0.0106 kg, the model says 0.0105973 kg",
+        "link1 mass: rosorin.xml says 0.0106 kg, rosorin_sim.urdf and the model say 0.0105973 kg",
         id="mass",
     ),
     pytest.param(
         *("rosorin.xml", 'joint2="r_joint"', 'joint2="joint1"'),
-        "l_joint mimic joint: rosorin.xml says joint1, the model says r_joint",
+        "l_joint mimic joint: rosorin.xml says joint1, rosorin_sim.urdf and the model say r_joint",
         id="mimic",
     ),
     pytest.param(
@@ -112,12 +112,17 @@ SPOILED = [
     ),
     pytest.param(
         *("rosorin.urdf", '<parent link="link2"/>', '<parent link="link1"/>'),
-        "link3 parent: rosorin.urdf says link1, rosorin.xml and the model say link2",
+        "link3 parent: rosorin.urdf says link1, rosorin_sim.urdf and the model say link2",
         id="parent",
     ),
     pytest.param(
+        *("rosorin_sim.urdf", '<mass value="0.0222221884545253"/>', '<mass value="0.0322221884545253"/>'),
+        "laser mass: rosorin_sim.urdf says 0.0322222 kg, rosorin.xml and the model say 0.0222222 kg",
+        id="mass-for-simulators",
+    ),
+    pytest.param(
         *("rosorin.xml", "</mujoco>", ""),
-        "rosorin.xml cannot be read back: no element found: line 297, column 0",
+        "rosorin.xml cannot be read back: no element found: line 480, column 0",
         id="damaged",
     ),
 ]

@@ -8,49 +8,53 @@ import pytest
 
 from support.comparing import block, described, meaning
 
-ALL = "urdf, mjcf, static_tf, static_tf_json, robot_model, frames"
+ALL = "urdf, urdf_sim, mjcf, static_tf, static_tf_json, robot_model, frames"
 
 PICTURES = "frames_amcl, frames_slam"
 
 CHANGES = [
     pytest.param(
         ("arm.yaml", "0.00074282, 0.08513]", "0.00074282, 0.08613]"),
-        ["link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: urdf, mjcf, robot_model, frames"],
+        ["link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: urdf, urdf_sim, mjcf, robot_model, frames"],
         id="origin",
     ),
     pytest.param(
         ("arm.yaml", "lower: -2.09", "lower: -1.57"),
-        [f"joint{n} limit lower -2.09 -> -1.57 rad (+29.8 deg): urdf, mjcf, robot_model" for n in range(1, 6)],
+        [
+            f"joint{n} limit lower -2.09 -> -1.57 rad (+29.8 deg): urdf, urdf_sim, mjcf, robot_model"
+            for n in range(1, 6)
+        ],
         id="limit",
     ),
     pytest.param(
         ("arm.yaml", "mass: 0.0136322197327749", "mass: 0.015"),
-        ["link2 mass 0.0136322 -> 0.015 kg (+1.4 g): mjcf"],
+        ["link2 mass 0.0136322 -> 0.015 kg (+1.4 g): urdf_sim, mjcf"],
         id="mass",
     ),
     pytest.param(
         ("arm.yaml", "ixx: 3.65656868148961e-06", "ixx: 3.65656868149e-06"),
         [
             "link2 inertia ixx 3.6565686814896e-06 -> 3.65656868149e-06 kg*m^2"
-            " (by 1.1e-11 % of the largest moment): mjcf"
+            " (by 1.1e-11 % of the largest moment): urdf_sim, mjcf"
         ],
         id="tiny",
     ),
     pytest.param(
         ("arm.yaml", "max: [0.02398, 0.02399, 0.03955]", "max: [0.02398, 0.02399, 0.04]"),
-        ["link1 collision: box max z 0.03955 -> 0.04 m (+0.45 mm): urdf, mjcf, robot_model"],
+        ["link1 collision: box max z 0.03955 -> 0.04 m (+0.45 mm): urdf, urdf_sim, mjcf, robot_model"],
         id="box",
     ),
     pytest.param(
         ("arm.yaml", "axis: [0, 0, -1]", "axis: [0, 0, 1]"),
-        ["joint5 counts the other way round: axis 0 0 -1 -> 0 0 1: urdf, mjcf, robot_model"],
+        ["joint5 counts the other way round: axis 0 0 -1 -> 0 0 1: urdf, urdf_sim, mjcf, robot_model"],
         id="axis",
     ),
     pytest.param(
         ("lidar_and_imu.yaml", "7.5552e-05, 0.106748]", "7.5552e-05, 0.116748]"),
         [
             "laser moved 10.0 mm in base_link: origin z 0.106748 -> 0.116748 m"
-            f" (and therefore the shapes of base_link): {ALL}"
+            f" (and therefore the shapes of base_link): {ALL}",
+            "contact pairs: 1 new (laser link1): mjcf",
         ],
         id="lidar-mount",
     ),
@@ -66,18 +70,18 @@ CHANGES = [
         ("lidar_and_imu.yaml", "max: [0.02695, 0.02684, 0]", "max: [0.02695, 0.02684, 0.01]"),
         [
             "laser collision: box max z 0 -> 0.01 m"
-            " (+10.0 mm; and therefore the shapes of base_link): urdf, mjcf, robot_model"
+            " (+10.0 mm; and therefore the shapes of base_link): urdf, urdf_sim, mjcf, robot_model"
         ],
         id="lidar-box",
     ),
     pytest.param(
         ("gripper.yaml", "rpy: [-3.1416, -1.5681, 3.1416]", "rpy: [-3.1, -1.5681, 3.1416]"),
-        ["gripper_link turned 2.4 deg in link5: roll -3.1416 -> -3.1 rad: urdf, mjcf, robot_model, frames"],
+        ["gripper_link turned 2.4 deg in link5: roll -3.1416 -> -3.1 rad: urdf, urdf_sim, mjcf, robot_model, frames"],
         id="angle-as-written",
     ),
     pytest.param(
         ("gripper.yaml", "rpy: [-0.0038422, 1.5647, -0.012569]", "rpy: [-0.0038422, 1.5, -0.012569]"),
-        ["r_link turned 3.7 deg in gripper_link: pitch 1.5647 -> 1.5 rad: mjcf, frames"],
+        ["r_link turned 3.7 deg in gripper_link: pitch 1.5647 -> 1.5 rad: urdf_sim, mjcf, frames"],
         id="angle-of-quaternion",
     ),
     pytest.param(
@@ -99,7 +103,7 @@ CHANGES = [
         ("chassis.yaml", "[0.061, 0.061, 0.061, 0.094", "[0.091, 0.062, 0.061, 0.094"),
         [
             "base_footprint height map: 2 cells changed, by up to 30.0 mm"
-            " (and therefore the shapes of base_footprint, base_link): urdf, mjcf, robot_model"
+            " (and therefore the shapes of base_footprint, base_link): urdf, urdf_sim, mjcf, robot_model"
         ],
         id="height-map",
     ),
@@ -111,8 +115,8 @@ CHANGES = [
     pytest.param(
         ("chassis.yaml", "step: 10 mm", "step: 5 mm"),
         [
-            "base_footprint collision: 66 of 148 shapes changed, up to 5.0 mm"
-            " (and therefore the shapes of base_link): urdf, mjcf"
+            "base_footprint collision: 45 -> 55 shapes, 34 of them changed, up to 155.0 mm"
+            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf"
         ],
         id="height-step",
     ),
@@ -120,16 +124,15 @@ CHANGES = [
         ("chassis.yaml", "xyz: [0, 0, 0.025]", "xyz: [0, 0, 0.026]"),
         [
             "base_link moved 1.0 mm in base_footprint: origin z 0.025 -> 0.026 m"
-            " (and therefore the shapes of base_link): urdf, mjcf, robot_model, frames"
+            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf, robot_model, frames"
         ],
         id="mount-of-the-chassis",
     ),
     pytest.param(
         ("camera.yaml", "parent: link4", "parent: link5"),
         [
-            f"camera_link0 parent link4 -> link5: urdf, mjcf, robot_model, frames, {PICTURES}",
-            "excluded contacts: 2 new (link4 camera_link0, link4 camera_link),"
-            " 6 removed (link3 camera_link0, link3 camera_link, camera_link0 link5, 3 more): mjcf",
+            f"camera_link0 parent link4 -> link5: urdf, urdf_sim, mjcf, robot_model, frames, {PICTURES}",
+            "contact pairs: 6 removed (link3 camera_link0, link3 camera_link, camera_link0 link5, 3 more): mjcf",
         ],
         id="parent",
     ),
@@ -156,9 +159,9 @@ def test_several_changes_are_sorted_by_the_tree(tmp_path: Path) -> None:
         ("arm.yaml", "mass: 0.010597277181335", "mass: 0.02"),
     )
     assert meaning(comparison) == [
-        "link1 mass 0.0105973 -> 0.02 kg (+9.4 g): mjcf",
-        "link4 moved 0.15 mm in link3: origin z 0.085147 -> 0.085 m: urdf, mjcf, robot_model, frames",
-        "laser mass 0.0222222 -> 0.03 kg (+7.8 g): mjcf",
+        "link1 mass 0.0105973 -> 0.02 kg (+9.4 g): urdf_sim, mjcf",
+        "link4 moved 0.15 mm in link3: origin z 0.085147 -> 0.085 m: urdf, urdf_sim, mjcf, robot_model, frames",
+        "laser mass 0.0222222 -> 0.03 kg (+7.8 g): urdf_sim, mjcf",
         "pose tuck: joint5 0.00418879 -> 0 rad (-0.24 deg): mjcf, frames",
     ]
 
@@ -198,13 +201,14 @@ def test_a_renamed_joint_is_one_line(tmp_path: Path) -> None:
         ("camera.yaml", "joint: camera_joint", "joint: camera_mount"),
         ("robot.yaml", "camera_joint, lidar_joint", "camera_mount, lidar_joint"),
     ]
-    said = f"joint camera_joint renamed to camera_mount: urdf, robot_model, {PICTURES}"
+    said = f"joint camera_joint renamed to camera_mount: urdf, urdf_sim, robot_model, {PICTURES}"
     assert meaning(described(tmp_path, *edits)) == [said]
 
 
 def test_a_removed_joint_is_one_line_however_many_numbers_it_had(tmp_path: Path) -> None:
     assert meaning(described(tmp_path, ("gripper.yaml", block("gripper.yaml", "r_out"), ""))) == [
-        f"removed: link r_out_link (revolute on r_in_link, r_out_joint, published by nobody): mjcf, frames, {PICTURES}"
+        "removed: link r_out_link (revolute on r_in_link, r_out_joint, published by nobody):"
+        f" urdf_sim, mjcf, frames, {PICTURES}"
     ]
 
 
@@ -213,9 +217,9 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
     said = meaning(described(tmp_path, ("camera.yaml", "type: fixed", moving)))
     assert said[:2] == [
         f"camera_link0: topic /tf_static -> /tf: frames, {PICTURES}",
-        f"camera_connect_joint type fixed -> revolute: urdf, mjcf, robot_model, {PICTURES}",
+        f"camera_connect_joint type fixed -> revolute: urdf, urdf_sim, mjcf, robot_model, {PICTURES}",
     ]
-    assert len(said) == 3
+    assert [line.partition(":")[0] for line in said[2:]] == ["contact pairs", "excluded contacts"]
 
 
 def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) -> None:
@@ -230,5 +234,5 @@ def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) 
 
 def test_inertials_that_an_artifact_gets_are_a_line_a_link(tmp_path: Path) -> None:
     comparison = described(tmp_path, ("robot.yaml", "elements: [collision]", "elements: [collision, inertial]"))
-    assert meaning(comparison)[:2] == ["base_link mass: new, 0.808717 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
+    assert meaning(comparison)[:2] == ["base_link mass: new, 0.830939 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
     assert len(comparison.changes) == 9

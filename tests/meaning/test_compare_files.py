@@ -68,7 +68,7 @@ EDITS = [
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
-        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 297, column 0)",
+        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 480, column 0)",
         id="damaged-xml",
     ),
     pytest.param(
@@ -92,7 +92,7 @@ def test_an_edit_and_a_change_are_told_apart(tmp_path: Path) -> None:
     urdf = COMMITTED["rosorin.urdf"].replace(b"0.00074282 0.08513", b"0.00074282 0.0853")
     assert meaning(against(made, {**COMMITTED, "rosorin.urdf": urdf})) == [
         "link3 moved 0.83 mm in link2: origin z 0.0853 -> 0.08613 m: urdf",
-        "link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: mjcf, robot_model, frames",
+        "link3 moved 1.0 mm in link2: origin z 0.08513 -> 0.08613 m: urdf_sim, mjcf, robot_model, frames",
     ]
 
 
@@ -118,7 +118,7 @@ def test_files_that_are_missing_extra_or_no_text() -> None:
 def test_nothing_is_committed() -> None:
     comparison = against(BASE, {})
     assert comparison.changes == ()
-    assert [text.kind for text in comparison.texts] == ["missing"] * 8
+    assert [text.kind for text in comparison.texts] == ["missing"] * 9
 
 
 def test_a_file_of_a_template_is_compared_as_text(tmp_path: Path) -> None:

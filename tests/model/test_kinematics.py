@@ -174,7 +174,7 @@ def test_planar_joints_move_as_the_model_moves_them(
         assert np.abs(found[index] - matrix(expected.inverse() if up else expected)).max() < TOLERANCE
 
 
-@pytest.mark.parametrize("kind", ["planar", "floating"])
+@pytest.mark.parametrize("kind", ["planar", "floating", "ball"])
 def test_joints_of_several_coordinates_are_at_zero_unless_they_are_given(kind: str) -> None:
     joint = Joint("free", kind, "a", "b", Pose((1, 2, 3), (0.1, 0.2, 0.3)))
     arm = Joint("arm", "revolute", "b", "c")
@@ -182,17 +182,20 @@ def test_joints_of_several_coordinates_are_at_zero_unless_they_are_given(kind: s
     kinematics = Kinematics(robot)
     found = blocks(kinematics.transforms("a", "c", {"arm": [0.5, 0.6]}))
     assert np.abs(found[1] - matrix(robot.transform("a", "c", {"arm": 0.6}))).max() < TOLERANCE
-    one = [0.0] * (3 if kind == "planar" else 6) + [1.0] * (kind == "floating")
+    one = {"planar": [0.0] * 3, "floating": [0.0] * 6 + [1.0], "ball": [0.0] * 3 + [1.0]}[kind]
     same = blocks(kinematics.transforms("c", "a", {"arm": [0.5, 0.6], "free": one}))
     assert np.abs(same[0] - matrix(robot.transform("c", "a", {"arm": 0.5}))).max() < TOLERANCE
     with pytest.raises(ValueError, match=r'the positions of joint "free" have the shape \(2,\)'):
         kinematics.transforms("a", "c", {"free": [0.0, 0.0]})
 
 
-def test_floating_joints_backwards_are_the_inverse() -> None:
-    joint = Joint("free", "floating", "a", "b", Pose((1, 2, 3), (0.1, 0.2, 0.3)))
+@pytest.mark.parametrize(
+    ("kind", "coordinates"),
+    [("floating", (0.1, 0.2, 0.3, 0.5, -0.5, 0.1, 0.7)), ("ball", (0.5, -0.5, 0.1, 0.7))],
+)
+def test_floating_joints_backwards_are_the_inverse(kind: str, coordinates: tuple[float, ...]) -> None:
+    joint = Joint("free", kind, "a", "b", Pose((1, 2, 3), (0.1, 0.2, 0.3)))
     robot = Robot("made", (Link("a"), Link("b")), (joint,))
-    coordinates = (0.1, 0.2, 0.3, 0.5, -0.5, 0.1, 0.7)
     found = blocks(Kinematics(robot).transforms("b", "a", {"free": [coordinates]}))
     assert np.abs(found[0] - matrix(joint.transform(coordinates).inverse())).max() < TOLERANCE
 

@@ -14,6 +14,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend.load import parse_yaml
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.frontend.validate import validate
+from rosorin_compile.model.driving import Twist, driving_of
 from rosorin_compile.rules import check
 from support.robots import rules
 
@@ -103,6 +104,17 @@ POSE = some(
     positions=st.dictionaries(JOINTS, NUMBERS, max_size=3),
     pulses=st.dictionaries(JOINTS, st.integers(0, 1000), max_size=2),
 )
+WHEELS = st.lists(JOINTS, min_size=1, max_size=3)
+STEERED = some(Steering=WHEELS, Driven=WHEELS, rolling=WHEELS)
+DRIVE = some(
+    mecanum=some(Front_left=JOINTS, Rear_left=JOINTS, Front_right=JOINTS, Rear_right=JOINTS),
+    differential=some(Left=WHEELS, Right=WHEELS),
+    omni=some(Wheels=WHEELS),
+    tricycle=some(Steering=JOINTS, Driven=WHEELS, rolling=WHEELS),
+    ackermann=STEERED,
+    frame=NAMES,
+    radius=BARE,
+)
 OUTPUT = some(
     File=st.sampled_from(["a.urdf", "A.urdf", "a.urdf/b", "../x", "/x", "x\\y", "C:x", "a//b", ".", " ", ".git/x"]),
     backend=st.sampled_from([*FORMATS, "urfd"]),
@@ -122,6 +134,7 @@ DESCRIPTION = some(
     servos=st.dictionaries(st.sampled_from(["s1", "s2"]), SERVOS, max_size=2),
     poses=st.dictionaries(st.sampled_from(["p1", "p2"]), POSE, max_size=2),
     disabled_contacts=st.lists(some(Links=st.lists(NAMES, min_size=2, max_size=2), Reason=st.just("r")), max_size=2),
+    drive=DRIVE,
     outputs=st.dictionaries(st.sampled_from([*FORMATS, "own"]), OUTPUT, max_size=3),
     source=SOURCE,
 )
@@ -144,6 +157,50 @@ def test_no_rule_crashes(description):
         assert 0 < diagnostic.span.column <= len(line) + 1, diagnostic
         assert all(related.span is not None for related in diagnostic.related), diagnostic
         assert diagnostic.help or diagnostic.severity == NOTE, diagnostic
+
+
+TURNING = some(
+    Type=st.sampled_from(["continuous", "revolute", "prismatic"]), Axis=VECTOR, xyz=LENGTHS, rpy=ANGLES, mimic=MIMIC
+)
+SHAPE = st.one_of(
+    st.builds(lambda radius: {"sphere": {"radius": radius}}, BARE),
+    st.builds(lambda radius, length: {"cylinder": {"radius": radius, "length": length}}, BARE, BARE),
+    st.just({"box": {"size": [1, 1, 1]}}),
+)
+ONE_KIND = st.one_of(
+    *(
+        st.builds(lambda kind, wheels, more: {kind: wheels, **more}, st.just(kind), wheels, some(radius=BARE))
+        for kind, wheels in (
+            ("mecanum", some(Front_left=JOINTS, Rear_left=JOINTS, Front_right=JOINTS, Rear_right=JOINTS)),
+            ("differential", some(Left=WHEELS, Right=WHEELS)),
+            ("omni", some(Wheels=st.lists(JOINTS, min_size=3, max_size=4, unique=True))),
+            ("tricycle", some(Steering=JOINTS, Driven=WHEELS, rolling=WHEELS)),
+            ("ackermann", some(Steering=st.lists(JOINTS, min_size=2, max_size=2), Driven=WHEELS)),
+        )
+    )
+)
+
+
+@given(st.lists(TURNING, min_size=5, max_size=5), st.lists(SHAPE, min_size=5, max_size=5), ONE_KIND)
+@settings(max_examples=300, deadline=None, suppress_health_check=list(HealthCheck))
+def test_no_rule_about_drives_crashes(turning, shapes, drive):
+    """Wheels anywhere on one tree, of any size; what no rule refuses has kinematics."""
+    names = ["j1", "j2", "j3", "wrist", "jj"]
+    links: dict[str, Any] = {"base": {}}
+    joints = {}
+    for name, joint, shape in zip(names, turning, shapes, strict=True):
+        links[f"{name}_link"] = {"collision": [shape]}
+        joints[name] = {"parent": "base", "child": f"{name}_link", **joint}
+    description = {"robot": "made", "links": links, "joints": joints, "drive": drive}
+    tree = parse_yaml(Source("robot.yaml", yaml.safe_dump(description, sort_keys=False)))
+    if has_errors(validate(tree, FORMATS)):
+        return
+    lowered = lower(tree)
+    if lowered.robot is None:
+        return
+    if not has_errors(check(lowered.robot, tree, lowered.places, FORMATS)):
+        driving = driving_of(lowered.robot)
+        assert all(math.isfinite(speed) for speed in driving.speeds(Twist(1.0, 0.0, 0.5)).values())
 
 
 @st.composite

@@ -7,7 +7,7 @@ from typing import Any
 
 from rosorin_compile.model import Joint, Link, Mimic, Pose, Robot
 
-KINDS = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating")
+KINDS = ("fixed", "revolute", "continuous", "prismatic", "planar", "floating", "ball")
 
 
 def _axis(rng: random.Random) -> tuple[float, float, float]:

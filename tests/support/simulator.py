@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 import mujoco
@@ -12,16 +13,21 @@ from numpy.typing import NDArray
 
 from rosorin_compile.formats.mjcf import write as mjcf
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.model import Output, Robot, Transform
+from rosorin_compile.model import Output, Robot, Root, Transform
 from support.robots import compiled
 
 BASES = ("fixed", "free")
 
 
-def emit(robot: Robot, base: str = "fixed", number_format: str = "exact") -> str:
-    """Return the MJCF of a robot."""
-    options = {"base": base, "number_format": number_format}
+def emit(robot: Robot, base: str = "fixed", number_format: str = "exact", **more: object) -> str:
+    """Return the MJCF of a robot; ``more`` are options of the output."""
+    options = {"base": base, "number_format": number_format, **more}
     return mjcf.write(robot, Output("mjcf", "mjcf", "robot.xml", options), Templates())[0]
+
+
+def at_origin(robot: Robot) -> Robot:
+    """Return a robot whose root is at the origin of the world, where it would stand on a floor if it is free."""
+    return replace(robot, simulation=replace(robot.simulation, root=Root(placed=True)))
 
 
 @contextmanager

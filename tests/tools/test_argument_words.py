@@ -38,6 +38,7 @@ WORDS = {
     "args": ["r.yaml"],
     "view": ["r.yaml", "--html", "r.html"],
     "picture": ["r.yaml", "-o", "r.png"],
+    "simulate": ["r.yaml"],
     "package": ["r.yaml", "-o", "pkg"],
     "deploy": ["r.yaml", "--to", "."],
     "verify": [str(DATA / "recordings" / "session.txt"), "r.yaml"],

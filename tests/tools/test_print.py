@@ -28,6 +28,7 @@ LISTED = {
     "frames_slam": ("frames_picture", "frames_slam.svg"),
     "mjcf": ("mjcf", "rosorin.xml"),
     "robot_model": ("robot_model", "robot_model.json"),
+    "scene": ("scene", "scene.xml"),
     "static_tf": ("static_tf", "static_tf.launch.py"),
     "static_tf_json": ("static_tf_json", "static_tf.json"),
     "urdf": ("urdf", "rosorin.urdf"),

@@ -31,8 +31,8 @@ def test_all_lists_the_stand_in_and_what_it_wrote(project: Path, capsys: pytest.
     edit(project, "arm.yaml", "0.08513]", "0.08613]")
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    written = "written: frames.md, robot_model.json, rosorin.urdf, rosorin.xml"
-    assert f"8 artifacts in outputs/rosorin, {written}" in shown.out
+    written = "written: frames.md, robot_model.json, rosorin.urdf, rosorin.xml, rosorin_sim.urdf, scene.xml"
+    assert f"10 artifacts in outputs/rosorin, {written}" in shown.out
     assert "note[stand-in]: " in shown.err
     assert "chassis height map" in shown.err
 
@@ -42,7 +42,7 @@ def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture
     capsys.readouterr()
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    assert shown.out == "rosorin: 8 artifacts in outputs/rosorin, unchanged\n"
+    assert shown.out == "rosorin: 9 artifacts in outputs/rosorin, unchanged\n"
     assert "note[stand-in]: " in shown.err
 
 

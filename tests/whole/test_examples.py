@@ -253,6 +253,7 @@ def test_mujoco_has_the_frames_of_pinocchio(name: str, base: str) -> None:
     from support import simulator
 
     robot = robot_of(name)
+    robot = simulator.at_origin(robot)
     model, data = simulator.load(simulator.emit(robot, base))
     assert simulator.contacts(model, data) == set()
     assert sum(model.body_mass) == pytest.approx(MASSES[name], rel=1e-12)
@@ -292,7 +293,7 @@ def test_ur5e_holds_its_home() -> None:
 
 def test_a1_stands() -> None:
     model, data = scene("unitree_a1")
-    data.qpos[2] = 0.27  # of the base; the feet are just above the floor
+    assert data.qpos[2] == pytest.approx(0.2686, abs=1e-4)  # of the base; the feet touch the floor
     run(model, data)
     feet = touching(model, data)
     assert feet == {"FR_foot", "FL_foot", "RR_foot", "RL_foot"}

@@ -76,12 +76,16 @@ def remarks(folder: Path) -> list[Remark]:
     """Return what both judges say of the robots, whose artifacts are written into a folder."""
     found: list[Remark] = []
     for description in ROBOTS:
-        for artifact in compiled(description).artifacts:
+        artifacts = compiled(description).artifacts
+        robot = {one.backend: one.file for one in artifacts}
+        for artifact in artifacts:
             if artifact.file.endswith(ENDINGS):
                 path = folder / artifact.file
                 path.write_text(artifact.text, "utf-8")
-                found += by_simcheck(path)
-                found += by_mjcf_doctor(path) if path.suffix == ".xml" else ()
+                said = [*by_simcheck(path), *(by_mjcf_doctor(path) if path.suffix == ".xml" else ())]
+                # A scene is the robot that it includes, and a floor: what is said of both is answered once.
+                file = robot["mjcf"] if artifact.backend == "scene" else artifact.file
+                found += [remark._replace(file=file) for remark in said]
     return found
 
 

@@ -238,16 +238,18 @@ outputs: {{urdf: {{file: a.urdf}}, frames: {{file: a.md}}}}
 
 def test_coordinates():
     assert Joint("a", "floating", "x", "y").coordinates == ("x", "y", "z", "qx", "qy", "qz", "qw")
+    assert Joint("a", "ball", "x", "y").coordinates == ("qx", "qy", "qz", "qw")
     assert Joint("a", "planar", "x", "y").coordinates == ("x", "y", "angle")
     assert Joint("a", "revolute", "x", "y").coordinates == ("position",)
     assert Joint("a", "fixed", "x", "y").coordinates == ()
     origin = Pose((1.0, 2.0, 3.0), (0.1, 0.2, 0.3))
-    for kind in ("floating", "planar", "fixed", "prismatic"):
+    for kind in ("floating", "ball", "planar", "fixed", "prismatic"):
         assert Joint("a", kind, "x", "y", origin, (0.0, 0.0, 1.0)).transform() == origin.transform()
 
 
 @pytest.mark.parametrize(
-    ("kind", "numbers"), [("planar", (1.0,)), ("floating", (1.0,) * 6), ("planar", 1.0), ("revolute", (1.0,))]
+    ("kind", "numbers"),
+    [("planar", (1.0,)), ("floating", (1.0,) * 6), ("ball", (1.0,) * 3), ("planar", 1.0), ("revolute", (1.0,))],
 )
 def test_wrong_number_of_coordinates(kind, numbers):
     with pytest.raises(ValueError, match="position"):

@@ -25,6 +25,8 @@ export function pieces(shape) {
       return [{ solid: "box", scale: shape.size, z: 0 }];
     case "sphere":
       return [{ solid: "sphere", scale: [shape.radius, shape.radius, shape.radius], z: 0 }];
+    case "ellipsoid":
+      return [{ solid: "sphere", scale: shape.radii, z: 0 }];
     case "cylinder":
       return [{ solid: "cylinder", scale: [shape.radius, shape.radius, shape.length], z: 0 }];
     case "capsule": {

@@ -2,13 +2,13 @@
  * Where every frame of a robot is at given joint positions.
  *
  * A robot is what `schemas/page.schema.json` says. A state maps the names of joints to positions: a number (rad or m)
- * for a joint with one coordinate; [x, y, angle] for a planar, [x, y, z, qx, qy, qz, qw] for a floating one. Joints
- * that it does not name are at zero.
+ * for a joint with one coordinate; [x, y, angle] for a planar, [x, y, z, qx, qy, qz, qw] for a floating one, the
+ * quaternion alone for a ball. Joints that it does not name are at zero.
  */
 
 import { IDENTITY, about, along, inverse, ofPose, ofQuaternion, then } from "./transform.js";
 
-const SEVERAL = { planar: [0, 0, 0], floating: [0, 0, 0, 0, 0, 0, 1] };
+const SEVERAL = { planar: [0, 0, 0], floating: [0, 0, 0, 0, 0, 0, 1], ball: [0, 0, 0, 1] };
 
 /** Say whether a joint moves on its own, so that a person can move it. */
 export function isFree(joint) {
@@ -45,6 +45,8 @@ export function motion(joint, at) {
       return planar(joint.axis, at);
     case "floating":
       return ofQuaternion(at.slice(0, 3), at.slice(3));
+    case "ball":
+      return ofQuaternion([0, 0, 0], at);
     default:
       return IDENTITY;
   }

@@ -31,11 +31,13 @@ POSES = "Servos and poses"
 FRAMES = "Frames and publishers"
 OUTPUTS = "Outputs and stand-ins"
 FORMATS = "What a format cannot say"
+SIMULATION = "Simulation"
 TEMPLATES = "Templates"
 WRITING = "Writing and comparing"
 READING = "Reading the files of others"
 MESHES = "Numbers from meshes"
 PHYSICS = "Physics"
+SIMULATION = "Simulation"
 ASKING = "Asking for a transform, asking for pulses"
 PACKAGES = "ROS packages"
 RECORDINGS = "Recordings"
@@ -51,7 +53,8 @@ class Rule(NamedTuple):
     ``topic`` is the heading under which it stands. ``accept`` is what a description may name that breaks the rule all
     the same: "link", "joint" or "link or joint"; empty if nothing may. ``imported`` says when a robot of others is
     accepted like that: "always", for all readers live with it, or "lenient", for some do; empty for never. ``asked``
-    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics"; empty for every run.
+    says what a run has to ask for to tell it: "meshes" (mesh files are looked for), "physics", "simulation"; empty for
+    every run.
     """
 
     id: str

@@ -142,9 +142,9 @@ def published() -> Format:
     return next(one for one in FORMATS.values() if one.write and one.read and ROBOT_STATE_PUBLISHER in one.feeds)
 
 
-def feeds(name: str, publisher: str) -> bool:
-    """Say whether publishers of a kind read a format."""
-    return publisher in FORMATS[name].feeds
+def feeds(artifact: Artifact, publisher: str) -> bool:
+    """Say whether publishers of a kind read an artifact, by its format."""
+    return publisher in FORMATS[artifact.backend].feeds and not artifact.withheld
 
 
 def names_meshes(artifact: Artifact) -> bool:

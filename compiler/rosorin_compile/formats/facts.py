@@ -20,7 +20,7 @@ from collections.abc import Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from ..model import Joint, Link, Pose, Robot, Transform, Vector
+from ..model import Inertial, Joint, Pose, Robot, Transform, Vector
 from ..model.geometry import dot
 from ..numbers import SIX, six
 from ..xml.elements import tree_of
@@ -41,6 +41,7 @@ SIZES = {
     "cylinder": ("radius", "length"),
     "capsule": ("radius", "length"),
     "sphere": ("radius",),
+    "ellipsoid": ("size x", "size y", "size z"),
     "mesh": ("scale x", "scale y", "scale z"),
 }
 # What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.
@@ -251,7 +252,7 @@ def facts_of(robot: Robot) -> Facts:
         elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
             facts |= frame_facts(edge.child, edge.parent, edge.pose)
     for link in robot.links:
-        facts |= _mass_facts(link)
+        facts |= mass_facts(link.name, link.inertial) if link.inertial is not None else {}
     return facts
 
 
@@ -271,13 +272,11 @@ def _joint_facts(joint: Joint) -> Facts:
     return {Fact("joint", joint.name, quantity): value for quantity, value in values.items()}
 
 
-def _mass_facts(link: Link) -> Facts:
-    inertial = link.inertial
-    if inertial is None:
-        return {}
+def mass_facts(link: str, inertial: Inertial) -> Facts:
+    """Return what is said of the mass of a link."""
     values = {"mass": Value(float(inertial.mass), "kg")}
     values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, inertial.pose.xyz, strict=True)}
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     along = along_link(six, inertial.pose.transform())
     values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, along, strict=True)}
-    return {Fact("link", link.name, quantity): value for quantity, value in values.items()}
+    return {Fact("link", link, quantity): value for quantity, value in values.items()}

@@ -17,7 +17,7 @@ from ..diagnostics import Diagnostic, Source, Span, error
 if TYPE_CHECKING:
     from ..diagnostics.registry import Rule
     from ..frontend.tree import Map
-    from ..model import Edge, Output, Robot, Shape
+    from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
     from .imported import Imported, Proof, ReadOptions
@@ -25,12 +25,16 @@ if TYPE_CHECKING:
 
 
 class Artifact(NamedTuple):
-    """One emitted file: its name in the outputs folder, its text, the format that made it, the name of its output."""
+    """One emitted file: its name in the outputs folder, its text, the format that made it, the name of its output.
+
+    ``withheld`` says that publishers are not to read it, though they read its format.
+    """
 
     file: str
     text: str
     backend: str
     output: str
+    withheld: bool = False
 
     def __repr__(self) -> str:
         """Return all but the text, which may be long."""
@@ -188,23 +192,26 @@ class Format:
     - ``frames``: the frames that it has to carry, as ``facts`` names them.
     - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
       the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
+    - ``inertials``: what its links weigh where that is not what the robot's do, because they carry others. Raises
+      ValueError where that is no number.
     - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
     - ``disagreements``: what else it says wrongly, in words.
     - ``names``: what it calls links otherwise than the robot does: the name of the link by the name in the artifact.
     - ``complete``: it carries every frame, with the shapes of each.
 
-    When two robots are compared: ``lacks`` (topics that it has no word for, see ``meaning.unsaid``), ``leaves_out``
-    and ``why`` (links that its files lack by nature), ``adds`` (links of its files that stand for something else in a
-    description), ``brings`` (the elements of XML that it makes of what a description says in words), ``names_robot``
-    (its files say what the robot is called).
+    When two robots are compared: ``links`` (those that an output has), ``lacks`` (topics that it has no word for, see
+    ``meaning.unsaid``), ``leaves_out`` and ``why`` (links that its files lack by nature), ``adds`` (links of its
+    files that stand for something else in a description), ``brings`` (the elements of XML that it makes of what a
+    description says in words), ``names_robot`` (its files say what the robot is called).
 
-    In ROS: ``feeds`` (kinds of publishers that read it), ``folder`` (where ``package`` puts it; empty: by the ending of
-    its name), ``deploys`` (``deploy`` puts it there too, where no copy is yet), ``packaged`` (a package carries it, and
-    has none of its own), ``located`` (its text depends on where other artifacts stand), ``meshes`` (it names meshes as
-    URDF does), ``opens`` (the file of a mesh as seen from the artifact, by its name in the description; empty where it
-    is not opened), ``embeds`` (it holds the meshes themselves), ``beside`` (the names of files that it wants beside
-    it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so), ``adapted`` (a
-    head of a text that has been changed for a package).
+    In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read),
+    ``folder`` (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there
+    too, where no copy is yet), ``packaged`` (a package carries it, and has none of its own), ``located`` (its text
+    depends on where other artifacts stand), ``meshes`` (it names meshes as URDF does), ``opens`` (the file of a mesh
+    as seen from the artifact, by its name in the description; empty where it is not opened), ``embeds`` (it holds the
+    meshes themselves), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file
+    was generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for
+    a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
     source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
@@ -240,10 +247,12 @@ class Format:
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False
+    inertials: Callable[[Robot, Output], Mapping[str, Inertial]] | None = None
     cannot_say: Callable[[Robot, Fact], bool] | None = None
     disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None
     names: Callable[[Output], Mapping[str, str]] | None = None
     complete: bool = False
+    links: Callable[[Robot, Output], Collection[str]] | None = None
     lacks: frozenset[str] = frozenset()
     leaves_out: Callable[[Robot, str], bool] | None = None
     brings: Callable[[Robot, Output], Sequence[str]] | None = None
@@ -251,6 +260,7 @@ class Format:
     adds: Callable[[Robot, str, Robot], bool] | None = None
     names_robot: bool = True
     feeds: tuple[str, ...] = ()
+    withheld: Callable[[Output], bool] | None = None
     folder: str = ""
     deploys: bool = False
     packaged: bool = True
@@ -284,6 +294,10 @@ class Format:
         if self.write is None:
             raise ValueError(f"{self.word} is not written")
         return self.write(robot, output, templates)
+
+    def is_withheld(self, output: Output) -> bool:
+        """Say whether publishers that read the format are not to read an output."""
+        return self.withheld is not None and self.withheld(output)
 
     def output(self, robot: Robot) -> Output | None:
         """Return the first output of a robot in this format."""

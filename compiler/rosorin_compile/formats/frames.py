@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
+from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
@@ -66,6 +67,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "robot": robot,
         "frames": _table(_FRAME_HEADERS, _FRAME_WIDTHS, _frame_rows(frames, number)),
         "nodes": [node for node in publishers if node.kind != UNPUBLISHED and (node.package or node.about)],
+        "simulated": _simulated(robot),
         "stand_ins": _stand_ins(robot),
         "proof": _wrapped(_escape(in_words(prove(robot)))),
         "stamps": list(_stamps(robot)),
@@ -80,6 +82,8 @@ def _frames(robot: Robot) -> list[_Frame]:
     """Return the joints in the order of the description, then the transforms of other nodes."""
     frames: list[_Frame] = []
     for joint in robot.joints_down():
+        if joint.child in robot.simulated_frames:
+            continue
         turns = robot.turns.get(joint.name, ())
         if joint.publisher.kind != UNPUBLISHED or not turns:
             ends, pose = (joint.parent, joint.child), joint.origin
@@ -97,6 +101,15 @@ def _stamps(robot: Robot) -> Iterator[tuple[str, str]]:
     named = [(f"{sensor.name} ({sensor.type})", sensor.stamps) for sensor in robot.sensors]
     named += [(node.name, node.stamps) for node in robot.publishers]
     yield from ((name, ", ".join(frames)) for name, frames in named if frames)
+
+
+def _simulated(robot: Robot) -> str:
+    """Return what only simulations have, by the reason; empty if there is nothing."""
+    by_reason: dict[str, list[str]] = {}
+    for name, why in robot.simulated_frames.items():
+        by_reason.setdefault(why, []).append(name)
+    told = [f"{first_of(names, 3)} ({' '.join(why.split())})" for why, names in by_reason.items()]
+    return _wrapped(_escape(f"Only simulations have {listed(told)}.")) if told else ""
 
 
 def _frame_rows(frames: list[_Frame], number: NumberFormat) -> list[list[str]]:
@@ -269,7 +282,8 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
 
 def carried(robot: Robot) -> list[str]:
     """Return the rows of the table: each joint, or the turns of its publishers where nobody has it always."""
-    rows = [[row_name(edge) for edge in robot.turns.get(joint.name, ())] or [joint.child] for joint in robot.joints]
+    known = [joint for joint in robot.joints if joint.child not in robot.simulated_frames]
+    rows = [[row_name(edge) for edge in robot.turns.get(joint.name, ())] or [joint.child] for joint in known]
     return [name for row in rows for name in row]
 
 

@@ -82,7 +82,7 @@ def _differences(robot: Robot, drawn: Shown, situation: Situation) -> Iterator[s
     """Yield what is wrong with the tree of one situation."""
     where = f" when {situation.label}" if situation.label else ""
     edges = situation.edges
-    frames = {link.name for link in robot.links} | {name for row in edges for name in (row.parent, row.child)}
+    frames = {*robot.frames} | {name for row in edges for name in (row.parent, row.child)}
     for frame in sorted(frames.symmetric_difference(drawn.frames)):
         yield f"it should {'' if frame in frames else 'not '}show the frame {frame}{where}"
     for row in sorted(set(edges).symmetric_difference(drawn.edges)):

@@ -20,6 +20,7 @@ from .format import Asked, Fact, Facts, Format, Value
 from .templating import TemplateProblem
 
 if TYPE_CHECKING:
+    from ..model import Inertial
     from .imported import Imported
 
 _ENDING = re.compile(r"\.[a-z0-9_+-]+")
@@ -226,6 +227,15 @@ def _shapes(value: Any) -> Sequence[Any] | None:
     return shapes
 
 
+def _inertials(value: Any) -> Mapping[str, Inertial]:
+    from ..model import Inertial
+
+    found = dict(value)
+    if not all(isinstance(one, Inertial) for one in found.values()):
+        raise TypeError(f"inertials are those of links by name, not {str(value)[:60]!r}")
+    return found
+
+
 def _text(value: Any) -> str:
     return _texts([value])[0]
 
@@ -242,6 +252,9 @@ _GIVES: Mapping[str, Callable[[Any], Any]] = {
     "frames": _texts,
     "solids": _shapes,
     "cannot_say": bool,
+    "inertials": _inertials,
+    "links": _texts,
+    "withheld": bool,
     "names": _text_by_text,
     "leaves_out": bool,
     "adds": bool,

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from ..diagnostics import ERROR, MAX_LISTED, NOTE, WARNING, Diagnostic
 from ..diagnostics import error as problem
-from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, Rule, find
+from ..diagnostics.registry import OF_PLUGINS, OUTPUTS, PHYSICS, SIMULATION, Rule, find
 from ..diagnostics.wording import and_more, first_of
 from .tree import Map, Path, Seq, locate
 
@@ -54,17 +54,32 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     entry = entry.get(name) if isinstance(entry, dict) else None
     if section == "links":
         return (str(name),)
+    if section == "drive":
+        return _text_at(tree, path)
     if section == "poses":
         return tuple(str(step) for step in path[3:4])
     if not isinstance(entry, dict):
         return ()
     if section == "joints":
         return (str(name), str(entry.get("child")))
+    if section in ("actuators", "tendons", "constraints", "mjcf_sensors"):
+        return (str(name),)
     if section != "sensors":
         return ()
     inner: Any = entry.get("optical") if path[2:3] == ("optical",) else entry
     frame = inner.get("frame") if isinstance(inner, dict) else None
     return () if frame is None else (str(inner.get("joint", f"{frame}_joint")), str(frame))
+
+
+def _text_at(tree: Map, path: Path) -> tuple[str, ...]:
+    """Return the text at a path, the name of a joint of the drive; nothing if something else is there."""
+    node: Any = tree
+    for step in path:
+        try:
+            node = node[step]
+        except (KeyError, IndexError, TypeError):
+            return ()
+    return (str(node),) if isinstance(node, str) else ()
 
 
 def accepted(tree: Map, diagnostic: Diagnostic, acceptable: Mapping[str, Rule]) -> bool:
@@ -177,4 +192,6 @@ def _asked(id: str, acceptable: Mapping[str, Rule]) -> str:
     rule = acceptable.get(id) or OF_PLUGINS.get(id) or find([id]).get(id)
     if rule is None or rule.topic == PHYSICS:
         return "physics" if rule else ""
+    if rule.topic == SIMULATION:
+        return "simulation"
     return rule.asked

@@ -51,6 +51,9 @@ _UNITS = {
 }
 _SIGNS = {"\u00b2": "^2", "\u00b3": "^3", "**": "^", "\u00b7": "*", "\u22c5": "*", "\u00d7": "*", " per ": "/"}
 
+# What nobody means who leaves its key out.
+_VERBATIM = ("urdf_elements", "mjcf_elements")
+
 
 def unit_meant(text: str, wanted: Sequence[str]) -> str:
     """Return the unit that a text may stand for, one of the kinds of ``wanted`` if it can be; "" for none.
@@ -340,7 +343,7 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
     for key in [*fragment.get("required", ()), *legal]:
         part = resolve(legal[key]) if key in legal else {}
         wanted = part.get("type") or ("string" if "enum" in part else "")
-        if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in ("urdf_elements", "mjcf_elements", "name"):
+        if kind in ([wanted] if isinstance(wanted, str) else wanted) and key not in (*_VERBATIM, "name"):
             if kind == "array" and part.get("minItems", len(value)) != len(value):
                 continue
             if "enum" in part:
@@ -348,7 +351,7 @@ def mapping_meant(value: Any, path: Sequence[str | int], fragment: Mapping[str, 
             others = [f"{other}: ..." for other in fragment.get("required", ()) if other != key]
             shown = ", ".join([_short(value), *others])
             return f"write {path[-1]}: {{{key}: {shown}}}" if isinstance(path[-1], str) else f"write {key}: {shown}"
-    keys = fragment.get("required") or [key for key in legal if key not in ("source", "urdf_elements", "mjcf_elements")][:4]
+    keys = fragment.get("required") or [key for key in legal if key not in ("source", *_VERBATIM)][:4]
     return f"write {{{', '.join(f'{key}: ...' for key in keys)}}}" if keys else ""
 
 

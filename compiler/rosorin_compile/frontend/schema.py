@@ -15,6 +15,9 @@ if TYPE_CHECKING:
 # An entry of outputs with this key is made by it, whatever its name.
 TEMPLATE = "template"
 
+# Sections that are one entry, not many by name.
+ONE_ENTRY = ("drive",)
+
 Steps = list[str | int]
 
 
@@ -134,7 +137,10 @@ def unit_at(path: Sequence[str | int]) -> str | list[str] | None:
     None where the schema has no number at all.
     """
     # The names of entries and the indices of items make no difference: what is asked for is found once for all.
-    return _unit_of(tuple("*" if i == 1 else 0 if isinstance(step, int) else step for i, step in enumerate(path)))
+    named = 0 if path and path[0] in ONE_ENTRY else 1
+    return _unit_of(
+        tuple("*" if i == named == 1 else 0 if isinstance(step, int) else step for i, step in enumerate(path))
+    )
 
 
 @lru_cache(maxsize=2_000)

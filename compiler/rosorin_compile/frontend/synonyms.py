@@ -37,6 +37,14 @@ _POSE = {
     **_all("roll pitch yaw theta", "write rpy: [ROLL, PITCH, YAW]"),
     **_all("quat quaternion wxyz xyzw q", "write the rotation as rpy: [ROLL, PITCH, YAW]"),
 }
+_ACTUATOR = {
+    **_all("p gain stiffness pgain", "kp"),
+    **_all("d damping dgain", "kv"),
+    **_all("dampratio", "damping_ratio"),
+    **_all("ctrlrange", "range"),
+    **_all("forcerange", "force"),
+    **_all("gearratio ratio", "gear"),
+}
 _PARENT = _all("parentlink base from attachedto mounton relativeto refframe", "parent")
 _WITH = _all("params parameters param args arguments arg config options settings values inputs", "with")
 
@@ -69,7 +77,11 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("version schema schemaversion", "rosorin_compile"),
         **_all("color colors colour colours material", "materials"),
         **_all("transmission transmissions gazebo plugin plugins ros2control ros2controls xml raw", _XML),
-        **_all("actuator actuators motor motors", "a joint has an actuator; servos has the calibration of pulses"),
+        **_all("actuator motor motors", "actuators"),
+        **_all("tendon", "tendons"),
+        **_all("equality equalities loops closedloops constraint", "constraints"),
+        **_all("contactpair pair pairs", "contact_pairs"),
+        **_all("mujoco mjcf mjcfelement mujocoelements", "mjcf_elements"),
         **_all("statictransforms statictfs transforms transform tf tfs", _FIXED),
         **_all("keyframe keyframes groupstate groupstates states configurations", "poses"),
         **_all("contact contacts exclude excludes disablecollisions disabledcollisions acm", "disabled_contacts"),
@@ -80,7 +92,7 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("rosparameters", "parameters of nodes are no part of a description"),
     },
     "link": {
-        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule mesh", _IN_SHAPES),
+        **_all("geometry geom geoms geometries shape shapes box sphere cylinder capsule ellipsoid mesh", _IN_SHAPES),
         **_all("collider colliders collisions", "collision"),
         **_all("visuals visualization appearance", "visual"),
         **_all("mass com cog cg density inertia centerofmass diaginertia weight", _IN_INERTIAL),
@@ -100,8 +112,8 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("childlink to link target", "child"),
         **_all("limits lim range bounds jointlimit jointlimits", "limit"),
         **_all("lower upper effort velocity min max maxeffort maxvelocity torque speed", _IN_LIMIT),
-        **_all("damping friction armature frictionloss damper viscousfriction", _IN_DYNAMICS),
-        **_all("kp kv p d gain stiffness motor servo", "it belongs into actuator: {kp: ..., kv: ...}"),
+        **_all("damping friction armature frictionloss damper viscousfriction stiffness springref", _IN_DYNAMICS),
+        **_all("kp kv p d gain motor servo", "it belongs into actuator: {kp: ..., kv: ...}"),
         **_all("transmission gazebo hardwareinterface", _XML),
         **_all("name id", _NAME),
         **_all("jointtype kind jtype", "type"),
@@ -151,9 +163,21 @@ KEYS: dict[str, dict[str, str]] = {
         **_all("damper d viscous", "damping"),
         **_all("frictionloss coulomb static", "friction"),
         **_all("rotorinertia", "armature"),
-        **_all("spring stiffness springstiffness", _XML),
+        **_all("spring springstiffness", "stiffness"),
+        **_all("springref rest restposition", "spring_reference"),
     },
-    "actuator": {**_all("p gain stiffness pgain", "kp"), **_all("d damping dgain", "kv")},
+    "actuator": _ACTUATOR,
+    "other_actuator": {**_ACTUATOR, **_all("link target", "body"), **_all("refsite", "reference_site")},
+    "tendon": {**_all("frictionloss", "friction"), **_all("limit limits", "range"), **_all("sites", "path")},
+    "constraint": {
+        **_all("bodies body1 body2 link1 link2", "links"),
+        **_all("anchor point", "at"),
+        **_all("polycoef coefficients", "polynomial"),
+        **_all("relpose", "write xyz and rpy: where the second link sits in the first"),
+    },
+    "contact": {**_all("mu", "friction"), **_all("contype layer groups", "layers"), **_all("conaffinity", "touches")},
+    "contact_pair": {**_all("bodies body1 body2 link1 link2", "links"), **_all("geoms geom1 geom2", "shapes")},
+    "mjcf_sensor": {**_all("type", "kind"), **_all("body", "link"), **_all("geom", "shape")},
     "material": {**_all("color colour rgb diffuse", "rgba"), **_all("image filename file", "texture"), "name": _NAME},
     "sensor": {
         **_POSE,
@@ -229,6 +253,7 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("wheel spin spinning endless rolling roller unlimited", "continuous"),
         **_all("weld welded rigid static none glue locked mounted", "fixed"),
         **_all("free 6dof freejoint float base", "floating"),
+        **_all("spherical socket", "ball"),
         **_all("ball spherical universal screw gearbox cylindrical cardan", "build it of several joints and links"),
     },
     "which gazebo": {

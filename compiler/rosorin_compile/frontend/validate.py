@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
-from .schema import Steps, subject, unit_at, validator_of, with_outputs
+from .schema import ONE_ENTRY, Steps, subject, unit_at, validator_of, with_outputs
 from .tree import Map, Seq, locate
 
 if TYPE_CHECKING:
@@ -88,6 +88,8 @@ class _Walk:
         """Return the dimensions that a number may have at a key of the piece that is walked; None for any."""
         # The names of entries and the indices of items make no difference.
         path = self.path
+        if path and path[0] in ONE_ENTRY:
+            return _dimensions((*path, key))
         where = (path[0], "*", *[0 if type(s) is int else s for s in path[2:]]) if len(path) > 1 else tuple(path)
         last = "*" if len(path) == 1 else 0 if type(key) is int else key
         return _dimensions((*where, last))

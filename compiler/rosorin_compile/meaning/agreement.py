@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
+from itertools import chain
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import ANGLES, facts_of
+from ..formats.facts import ANGLES, facts_of, mass_facts
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
 from .solids import COLLISION, Solid, remainder, same_set, solid_from
@@ -71,15 +72,28 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
         try:
-            reading = _reading(robot, artifact, model)
+            known = _known(robot, artifact, model)
+            reading = _reading(robot, artifact, known)
         except ValueError:
             return _disagreements(robot, artifacts)
         if reading is None:
             continue
-        meant = view_of_model(model, reading.view.turns)
+        meant = view_of_model(known, reading.view.turns)
         if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
             return _disagreements(robot, artifacts)
     return []
+
+
+def _known(robot: Robot, artifact: Artifact, model: Facts) -> Facts:
+    """Return what the model says, as an artifact has to say it: its links may weigh more, for they carry others."""
+    weighs = FORMATS[artifact.backend].inertials
+    if weighs is None:
+        return model
+    output = next(output for output in robot.outputs if output.name == artifact.output)
+    weights = weighs(robot, output).items()
+    others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
+    more = (mass_facts(name, inertial).items() for name, inertial in others.items())
+    return {**model, **dict(chain.from_iterable(more))} if others else model
 
 
 def _reading(robot: Robot, artifact: Artifact, known: Facts) -> _Reading | None:
@@ -121,8 +135,9 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
                 found += _misfits(artifact)
                 readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    model = view_of(facts_of(robot), {})
+    facts = facts_of(robot)
     for reading in readings:
+        model = view_of(_known(robot, reading.artifact, facts), {})
         found += _wrong(robot, reading, model, readings)
     return found
 
@@ -138,7 +153,11 @@ def _wrong(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Rea
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each frame that an artifact should carry and does not."""
-    for frame in reading.format.frames(robot) if reading.format.frames else ():
+    has_to_carry = reading.format.frames
+    # What publishers are not to read has other frames: its format itself says which are missing.
+    if has_to_carry is None or reading.artifact.withheld:
+        return
+    for frame in has_to_carry(robot):
         if not reading.view.parent(frame):
             message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
             yield error(_RULE, message, None, _HELP)

@@ -13,7 +13,7 @@ from ..formats import Fact
 from ..model import MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Change, Pair, joints_by_child
-from .solids import COLLISION, Solid, remainder, same_set, shape_of, solid_from
+from .solids import COLLISION, Solid, remainder, same_bodies, same_set, shape_of, solid_from
 from .view import View, transform_of
 
 # A damaged height beyond this (m) is not cut into steps.
@@ -50,7 +50,7 @@ def causes(
         shapes, lenders = tree.shapes_at(link, view.names, purpose)
         # Colours and materials are said differently in each artifact.
         mine = [solid._replace(words=()) for solid in view.shapes.get(thing, ())]
-        if not same_set(mine, [solid_from(shape, tolerance) for shape in shapes]):
+        if not same_bodies(mine, [solid_from(shape, tolerance) for shape in shapes]):
             return []
         members |= lenders
     return [at for at, change in enumerate(found) if members and _moves(change, pair, thing, members, trees)]

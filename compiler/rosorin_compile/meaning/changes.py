@@ -10,7 +10,7 @@ from ..formats.facts import ANGLES, AXES, INERTIA
 from ..model import Pose, Robot, Vector
 from .causes import causes
 from .entities import Change, Entities, Entry, Numbers, Pair
-from .solids import Delta, Solid, delta, same_set
+from .solids import COLLISION, Delta, Solid, delta, same_set
 from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (
@@ -35,7 +35,8 @@ _QUANTITIES = (
     *("effort", "velocity", "damping", "friction", "armature", "mimic", "kp", "kv", "ctrl", "cells", "cell", "base"),
     *("mass", "centre", "inertia", "collision", "visual", "site", "contact"),
 )
-_CONTACT = "contact with "
+# What is said of two links, and what a change of it is called.
+_BETWEEN = {"contact with ": "excluded contacts", "pairs with ": "contact pairs"}
 # Numbers that say one thing together.
 _GROUPS: Mapping[str, Sequence[str]] = {
     "origin": AXES,
@@ -106,7 +107,7 @@ def _things(pair: Pair) -> Iterator[Fact]:
 def _entries(pair: Pair) -> Iterator[tuple[Fact, Entry]]:
     for thing in _things(pair):
         before, after = _numbers(pair.old, thing), _numbers(pair.new, thing)
-        if thing.quantity.startswith(_CONTACT):
+        if thing.quantity.startswith(tuple(_BETWEEN)):
             continue
         if thing.quantity in _REPEATED:
             twin = thing._replace(quantity=_REPEATED[thing.quantity])
@@ -238,19 +239,20 @@ def _grid(cells: Mapping[tuple[int, int], float]) -> str:
 
 
 def _contact_changes(pairs: Sequence[Pair], entities: Entities) -> Iterator[Change]:
-    """Yield one change for all pairs of links that are excluded from contact now, or no more."""
+    """Yield one change for all pairs of links that are excluded from contact now, or no more, and one for pairs."""
     for pair in pairs:
         facts = [(old, new) for old, new in ((pair.old.plain, pair.new.plain), (pair.new.plain, pair.old.plain))]
-        removed, new = (
-            [
-                f"{fact.name} {fact.quantity.removeprefix(_CONTACT)}"
-                for fact in here
-                if fact.quantity.startswith(_CONTACT) and fact not in there and not entities.hides(pair, fact)
-            ]
-            for here, there in facts
-        )
-        if removed or new:
-            yield Change("contact", "contact", "", *contacts_change(new, removed), (pair.output,))
+        for begin, title in _BETWEEN.items():
+            removed, new = (
+                [
+                    f"{fact.name} {fact.quantity.removeprefix(begin)}"
+                    for fact in here
+                    if fact.quantity.startswith(begin) and fact not in there and not entities.hides(pair, fact)
+                ]
+                for here, there in facts
+            )
+            if removed or new:
+                yield Change("contact", "contact", "", *contacts_change(new, removed, title), (pair.output,))
 
 
 def _shape_changes(
@@ -259,6 +261,7 @@ def _shape_changes(
     """Return the changes found so far and those of shapes, the ones that follow from another under that other."""
     found, own = list(found), []
     shapes: dict[int, _Shapes] = {}
+    solids = [one for one in solids if not _is_as_collision(*one)]
     # A link that others carry the shapes of comes first: what it says may explain the shapes of the others.
     for pair, link, purpose in solids:
         reasons = causes(robot, pair, (link, purpose), pairs, None, found)
@@ -274,6 +277,14 @@ def _shape_changes(
         else:
             _add(found, shapes, pair, link, purpose)
     return found
+
+
+def _is_as_collision(pair: Pair, link: str, purpose: str) -> bool:
+    """Say whether the visuals of a link were and are its collision shapes, which differ: those are told."""
+    seen, solid = _solids(pair, link, purpose), _solids(pair, link, COLLISION)
+    if purpose == COLLISION or not all(solid) or delta(*solid) == Delta((), ()):
+        return False
+    return all(same_set(_bare(one), _bare(other)) for one, other in zip(seen, solid, strict=True))
 
 
 def _add(found: list[Change], shapes: dict[int, _Shapes], pair: Pair, link: str, purpose: str) -> None:

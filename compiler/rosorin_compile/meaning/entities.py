@@ -87,7 +87,7 @@ class Entities:
         if kind == "link":
             if quantity.startswith(_INERTIAL) and (pair.output, "inertial", name) in self.hidden:
                 return True
-            other = quantity.removeprefix("contact with ")
+            other = quantity.removeprefix("contact with ").removeprefix("pairs with ")
             return (pair.output, "frame", name) in self.hidden or (pair.output, "link", other) in self.hidden
         return kind == "pose" and (pair.output, "joint", quantity) in self.hidden
 

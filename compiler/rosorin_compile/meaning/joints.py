@@ -20,17 +20,20 @@ from .wording import About, amount, axis_change, mimic_change, mimic_text, numbe
 
 # The parts of a joint that are numbers: attribute of the model, and its fields.
 _PARTS: Mapping[str, tuple[str, ...]] = {
-    "dynamics": ("damping", "friction", "armature"),
+    "dynamics": ("damping", "friction", "armature", "stiffness", "spring_reference"),
     "actuator": ("kp", "kv"),
     "calibration": ("rising", "falling", "reference_position"),
     "safety": ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity"),
 }
 # What is zero where it is not said.
-_ZERO = {"damping", "friction", "armature", "kv"}
+_ZERO = {"damping", "friction", "armature", "stiffness", "spring_reference", "kv"}
+_TOPICS = {"spring_reference": "stiffness"}
 _UNITS = {
     "damping": ("N*m*s/rad", "N*s/m"),
     "friction": ("N*m", "N"),
     "armature": ("kg*m^2", "kg"),
+    "stiffness": ("N*m/rad", "N/m"),
+    "spring_reference": ("rad", "m"),
     "kp": ("N*m/rad", "N/m"),
     "kv": ("N*m*s/rad", "N*s/m"),
     "effort": ("N*m", "N"),
@@ -87,7 +90,7 @@ def compare_joints(pairing: Pairing, coordinates: Mapping[str, Coordinate], unsa
             yield from _mimic(pairing, joint, twin)
         for part, fields in _PARTS.items():
             for quantity in fields:
-                if part not in unsaid and quantity not in unsaid:
+                if part not in unsaid and _TOPICS.get(quantity, quantity) not in unsaid:
                     values = _field(joint, part, quantity), _field(twin, part, quantity)
                     name = f"{part} {quantity}" if part in ("calibration", "safety") else quantity
                     yield from _number(pairing, joint, (JOINT, name), quantity, values)

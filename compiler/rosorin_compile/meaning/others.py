@@ -12,12 +12,14 @@ from typing import Any, NamedTuple
 
 from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
+from ..model.drive import ROLES
 from ..model.geometry import minus, norm
 from ..xml.elements import fragments
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
+from .simulation import compare_simulation
 from .tolerance import HERE, ROOT_THREE, TURNS, Placed, joined
 from .wording import centre_change, contacts_change, inertia_change, number_change, row, several, subject, value_change
 
@@ -36,6 +38,10 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
         yield from _servos(pairing, all(side.format is YAML for side in sides))
     if "sensor" not in unsaid:
         yield from _sensors(pairing.a.robot, pairing.b.robot)
+    if "simulation" not in unsaid:
+        yield from compare_simulation(pairing.a.robot, pairing.b.robot)
+    if "drive" not in unsaid:
+        yield from _drives(pairing)
     if "contact" not in unsaid:
         yield from _contacts(pairing.a.robot, pairing.b.robot)
     if "urdf_elements" not in unsaid:
@@ -163,6 +169,29 @@ def _sensors(a: Robot, b: Robot) -> Iterator[Item]:
                 yield Item(OTHER, name, quantity, text, before, after)
 
 
+def _drives(pairing: Pairing) -> Iterator[Item]:
+    a, b = pairing.a.robot.drive, pairing.b.robot.drive
+    if a is None or b is None or a.kind != b.kind:
+        before, after = a.kind if a else None, b.kind if b else None
+        if before != after:
+            text = f"drive {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", "kind", text, before, after)
+        return
+    pairs = [("frame", a.frame or pairing.a.robot.root, b.frame or pairing.b.robot.root)]
+    for role in ROLES[a.kind]:
+        pairs.append((role, ", ".join(a.joints.get(role, ())), ", ".join(b.joints.get(role, ()))))
+    for quantity, before, after in pairs:
+        if before != after:
+            text = f"drive {quantity.replace('_', ' ')} {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, "drive", quantity, text, before, after)
+    if a.radius is not None and b.radius is not None:
+        if differ(pairing.a, pairing.b, "radius", (a.radius, b.radius), pairing.tolerance):
+            yield changed(OTHER, "drive", "radius", (a.radius, b.radius), "m")
+    elif a.radius != b.radius:
+        said = ["from its shapes" if one is None else f"{one:.6g} m" for one in (a.radius, b.radius)]
+        yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
+
+
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
     old, new = ({" - ".join(sorted(pair)) for pair in robot.disabled_contacts} for robot in (a, b))
     if old != new:
@@ -258,13 +287,19 @@ def _heavy(bodies: Bodies, names: Sequence[str]) -> list[str]:
 
 def _link(pairing: Pairing, name: str) -> Iterator[Item]:
     """Yield what differs in the mass of one link, seen in its own frame."""
-    old, new = pairing.a.robot.link[name].inertial, pairing.b.robot.link[name].inertial
+    old, new = (_known(bodies.robot.link[name].inertial) for bodies in (pairing.a, pairing.b))
     if old is None or new is None:
         if old is not new:
             values = (old.mass if old else None, new.mass if new else None)
             yield changed(MASS, name, "mass", values, "kg")
         return
     yield from _weights(pairing, name, _weight(pairing.a, old, HERE), _weight(pairing.b, new, HERE))
+
+
+def _known(inertial: Inertial | None) -> Inertial | None:
+    """Return an inertial that says something: one of zeros says what none says."""
+    i = inertial
+    return i if i is not None and any((i.mass, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)) else None
 
 
 def _weights(pairing: Pairing, name: str, one: Weight, other: Weight) -> Iterator[Item]:

@@ -183,6 +183,12 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
             for pose in robot.poses
         ),
         disabled_contacts=tuple((link(one), link(other)) for one, other in robot.disabled_contacts),
+        drive=robot.drive
+        and replace(
+            robot.drive,
+            joints={role: tuple(map(joint, names)) for role, names in robot.drive.joints.items()},
+            frame=robot.drive.frame and link(robot.drive.frame),
+        ),
     )
 
 

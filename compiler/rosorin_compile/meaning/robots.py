@@ -6,7 +6,9 @@ seen from the nearest thing that both have. What a format cannot say is told as 
 
 from __future__ import annotations
 
-from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, Difference, Item, Side
+from dataclasses import replace
+
+from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames, furthest
 from .joints import compare_joints
 from .others import compare_masses, compare_others
@@ -62,7 +64,27 @@ def _known_names(a: Side, b: Side) -> tuple[Side, Side]:
             free = {new: old for new, old in names.items() if old not in other.robot.link}
             changed = other._replace(robot=renamed(other.robot, free, {}))
             return (a, changed) if other is b else (changed, b)
-    return a, b
+    return _carrying(a, b), _carrying(b, a)
+
+
+def _carrying(side: Side, other: Side) -> Side:
+    """Return a description with the masses where the other file has them: with what carries links that it leaves out.
+
+    What is fixed to each other is compared as a whole in any case; this is for what a joint moves.
+    """
+    robot, leaves_out = side.robot, other.format.leaves_out
+    carried = {name for name in robot.link if name in other.robot.link}
+    if side.format is not YAML or leaves_out is None or not carried or len(carried) == len(robot.links):
+        return side
+    gone = [name for name, (carrier, _) in robot.carriers(carried).items() if robot.moves_between(name, carrier)]
+    if not gone or not all(leaves_out(robot, name) for name in gone):
+        return side
+    try:
+        masses = robot.inertials_at(robot.link.keys() - set(gone))
+    except ValueError:
+        return side
+    links = tuple(replace(link, inertial=masses.get(link.name)) for link in robot.links)
+    return side._replace(robot=replace(robot, links=links))
 
 
 def _prefix_note(pairing: Pairing, a: Side, b: Side) -> list[str]:

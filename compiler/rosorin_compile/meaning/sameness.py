@@ -12,7 +12,7 @@ from dataclasses import fields, is_dataclass, replace
 from typing import Any
 
 from ..formats import published
-from ..model import Box, Dynamics, Joint, Link, Material, Robot, Shape
+from ..model import Box, Dynamics, Ellipsoid, Joint, Link, Material, Robot, Shape, plain
 from .difference import YAML, Side
 from .robots import compare_robots
 from .wording import number_pair
@@ -27,8 +27,15 @@ _NOT_IN_URDF = (
     "poses",
     "modes",
     "disabled_contacts",
+    "drive",
     "publisher",
     "actuator",
+    "simulation",
+    "contact",
+    "mjcf",
+    "marked",
+    "gravity_compensation",
+    "mjcf_elements",
 )
 _NAMED = (Link, Joint, Material)
 
@@ -105,8 +112,12 @@ def _plain(value: Any) -> Any:
     if isinstance(value, Shape) and isinstance(value.geometry, Box):
         x, y, z = (size / 2 for size in value.geometry.size)
         return replace(value, geometry=Box((-x, -y, -z), (x, y, z)), pose=value.origin())
+    if isinstance(value, Shape) and isinstance(value.geometry, Ellipsoid):
+        return replace(value, geometry=plain(value.geometry))
+    if isinstance(value, Joint) and value.type == "ball":
+        return replace(value, type="floating")
     if isinstance(value, Dynamics):
-        return _without_zeros(replace(value, armature=0.0))
+        return _without_zeros(replace(value, armature=0.0, stiffness=0.0, spring_reference=0.0))
     if isinstance(value, str) and "<" in value:
         return " ".join(value.split())
     return value

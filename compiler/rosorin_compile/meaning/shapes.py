@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format, published
-from ..model import IDENTITY, Box, Capsule, HeightMap, Link, Shape
+from ..model import IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
@@ -77,9 +77,9 @@ def _same_body(pairing: Pairing, top: str, name: str) -> bool:
 
 
 def _capsules_told(pairing: Pairing, sides: tuple[Side, Side], purpose: str) -> bool:
-    """Say whether capsules are compared as such: not where a URDF has none and the other side has some."""
+    """Say whether capsules and ellipsoids are compared as such: not where a URDF has none, the other side some."""
     has = [
-        any(isinstance(s.geometry, Capsule) for link in bodies.robot.links for s in _of(link, purpose))
+        any(isinstance(s.geometry, (Capsule, Ellipsoid)) for link in bodies.robot.links for s in _of(link, purpose))
         for bodies in (pairing.a, pairing.b)
     ]
     rows = zip(has, has[::-1], sides, strict=True)
@@ -151,7 +151,7 @@ class _Shapes:
                 for name in names:
                     some[name] = [piece for piece in some.get(name, ()) if (name, piece.number) not in taken]
             links = several(sorted({piece.link for pieces in boxes for piece in pieces}))
-            self.notes.append(f"boxes are cut otherwise, and fill the same space: {links}")
+            self.notes.append(f"{self.purpose.name} boxes are cut otherwise, and fill the same space: {links}")
 
     def _pieces(self, bodies: Bodies, name: str) -> list[Piece]:
         shapes = _of(bodies.robot.link[name], self.purpose.name)
@@ -275,4 +275,23 @@ def _height_maps(pairing: Pairing, name: str, one: Shape, other: Shape, simple: 
     if steps:
         text = cells_change(name, steps, (sizes[0], sizes[1])).text
         items.append(Item(SHAPE, name, "height map", text, None, None, "m", max(steps)))
-    return items
+    return items if simple else [*items, *_bottoms(pairing, name, old, new)]
+
+
+def _bottoms(pairing: Pairing, name: str, old: HeightMap, new: HeightMap) -> list[Item]:
+    """Return what differs in where two height maps of one size begin."""
+    lows = [
+        [grid.bottom_of(i, j) for i, row in enumerate(grid.heights) for j, height in enumerate(row) if height > 0]
+        for grid in (old, new)
+    ]
+    ends = [(min(low, default=0.0), max(low, default=0.0)) for low in lows]
+    if all(low == high for low, high in ends):
+        before, after = ends[0][0], ends[1][0]
+        same = abs(after - before) <= pairing.tolerance
+        return [] if same else [changed(SHAPE, name, "height map bottom", (before, after), "m")]
+    steps = [abs(b - a) for a, b in zip(*lows, strict=False)]
+    largest = max(steps, default=0.0)
+    if len(lows[0]) != len(lows[1]) or largest <= pairing.tolerance:
+        return []
+    text = f"{name} height map: the bottom changed, by up to {1000 * largest:.1f} mm"
+    return [Item(SHAPE, name, "height map bottom", text, None, None, "m", largest)]

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES
-from ..model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform, Vector
+from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
 from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
@@ -102,6 +102,9 @@ def shape_of(solid: Solid) -> Shape | None:
     if solid.kind in ("cylinder", "capsule") and len(solid.sizes) == 2:
         radius, length = solid.sizes
         return Shape(Cylinder(radius, length) if solid.kind == "cylinder" else Capsule(radius, length), place)
+    if solid.kind == "ellipsoid" and len(solid.sizes) == 3:
+        x, y, z = (size / 2 for size in solid.sizes)
+        return Shape(Ellipsoid((x, y, z)), place)
     return Shape(Sphere(solid.sizes[0]), place) if solid.kind == "sphere" and solid.sizes else None
 
 
@@ -120,6 +123,9 @@ def solid_from(shape: Shape, tolerance: float = 0.0) -> Solid:
         sizes = (geometry.radius, geometry.length)
     elif isinstance(geometry, Sphere):
         sizes = (geometry.radius,)
+    elif isinstance(geometry, Ellipsoid):
+        x, y, z = geometry.radii
+        sizes = (2 * x, 2 * y, 2 * z)
     elif isinstance(geometry, Mesh):
         sizes = geometry.scale
     rows = rotation_of_rpy(pose.rpy)
@@ -183,6 +189,14 @@ def same_set(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
     if all(same(a, b, _NOISE) for a, b in zip(one, other, strict=True)):  # in one order, as a rule
         return True
     return remainder(one, other) == Delta((), ())
+
+
+def same_bodies(one: Sequence[Solid], other: Sequence[Solid]) -> bool:
+    """Say whether two writers mean the same solids, though boxes may be cut otherwise."""
+    if same_set(one, other):
+        return True
+    rest = remainder(one, other)
+    return bool(rest.removed and rest.added) and same_space(rest.removed, rest.added, _NOISE)
 
 
 def same_space(one: Sequence[Solid], other: Sequence[Solid], noise: float) -> bool:
@@ -276,20 +290,13 @@ class Piece(NamedTuple):
 
 
 def pieces_of(link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True) -> list[Piece]:
-    """Return the solids of a link in its own frame; without ``capsules`` they are cylinders of the same full length."""
+    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them."""
     found: list[Piece] = []
     for whole in shapes:
         for shape in whole.solids():
-            made = shape if capsules else _without_capsule(shape)
+            made = shape if capsules else replace(shape, geometry=plain(shape.geometry))
             found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
     return found
-
-
-def _without_capsule(shape: Shape) -> Shape:
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return replace(shape, geometry=Cylinder(geometry.radius, geometry.length + 2 * geometry.radius))
 
 
 def _solid(shape: Shape, whole: Shape, printing: Printing) -> Solid:

@@ -9,6 +9,7 @@ from ..diagnostics.wording import plural
 from ..model import Joint, Robot
 from .difference import YAML, Side
 from .pairing import Pairing
+from .simulation import count_of
 from .wording import several
 
 Count = Callable[[Robot], int]
@@ -36,12 +37,15 @@ TOPICS: Mapping[str, tuple[str, Count]] = {
         _joints(lambda joint: joint.dynamics and (joint.dynamics.damping or joint.dynamics.friction)),
     ),
     "armature": ("armature", _joints(lambda joint: joint.dynamics and joint.dynamics.armature)),
+    "stiffness": ("spring", _joints(lambda joint: joint.dynamics and joint.dynamics.stiffness)),
+    "simulation": ("thing of a simulation", count_of),
     "actuator": ("actuator", _joints(lambda joint: joint.actuator)),
     "calibration": ("calibration", _joints(lambda joint: joint.calibration)),
     "safety": ("safety controller", _joints(lambda joint: joint.safety)),
     "pose": ("named pose", lambda robot: len(robot.poses)),
     "servo": ("servo group", lambda robot: len(robot.servos)),
     "sensor": ("sensor", lambda robot: len(robot.sensors)),
+    "drive": ("drive", lambda robot: int(robot.drive is not None)),
     "contact": ("disabled contact", lambda robot: len(robot.disabled_contacts)),
     "publisher": (
         "publisher",
@@ -117,13 +121,28 @@ def not_carried(pairing: Pairing, a: Side, b: Side) -> tuple[frozenset[str], lis
         if not left:
             continue
         names.update(left)
+        output = _output_without(robot, side, its)
+        if output:
+            lines.append(f"{several(left)} of {side.label}: its output {output} has no such links")
+            continue
         why = (its if side.format is YAML or its.format is not YAML else side).format.why
         lines.append(f"{several(left)} of {side.label}: {why}")
     return frozenset(names), lines
+
+
+def _output_without(robot: Robot, side: Side, other: Side) -> str:
+    """Return the output of a description that has the very links of the other file, and not all; empty if none."""
+    links = other.format.links
+    if side.format is not YAML or links is None or len(other.robot.links) == len(robot.links):
+        return ""
+    outputs = [one for one in robot.outputs if one.backend == other.format.name and other.format.is_withheld(one)]
+    return next((one.name for one in outputs if set(links(robot, one)) == set(other.robot.link)), "")
 
 
 def _left_out(robot: Robot, link: str, side: Side, other: Side) -> bool:
     """Say whether it is no surprise that the other file lacks a link of this robot."""
     if other.format is YAML:
         return side.format.adds is not None and side.format.adds(robot, link, other.robot)
+    if _output_without(robot, side, other):
+        return True
     return other.format.leaves_out is not None and other.format.leaves_out(robot, link)

@@ -341,16 +341,16 @@ def renamed(what: str, old: str, new: str) -> Sentence:
     return Sentence(f"{what} {old} renamed to {new}", "", Row(new, f"name of the {what}", old, new, "renamed"))
 
 
-def contacts_change(new: Sequence[str], removed: Sequence[str]) -> Sentence:
-    """Return which pairs of links are excluded from contact now, or no more."""
+def contacts_change(new: Sequence[str], removed: Sequence[str], title: str = "excluded contacts") -> Sentence:
+    """Return which pairs of links are excluded from contact now, or no more; or are what the title says."""
     shown = {}
     for pairs, what in ((new, NEW), (removed, REMOVED)):
         rest = f", {len(pairs) - _MAX_PAIRS} more" if len(pairs) > _MAX_PAIRS else ""
         shown[what] = f"{', '.join(pairs[:_MAX_PAIRS])}{rest}"
     counts = {what: f"{len(pairs)} {what}" for pairs, what in ((new, NEW), (removed, REMOVED)) if pairs}
     text = ", ".join(f"{count} ({shown[what]})" for what, count in counts.items())
-    row = Row("excluded contacts", "", shown[REMOVED], shown[NEW], ", ".join(counts.values()))
-    return Sentence(f"excluded contacts: {text}", "", row)
+    row = Row(title, "", shown[REMOVED], shown[NEW], ", ".join(counts.values()))
+    return Sentence(f"{title}: {text}", "", row)
 
 
 def shapes_change(link: str, purpose: str, counts: tuple[int, int], difference: Delta) -> Sentence:

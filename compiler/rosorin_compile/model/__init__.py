@@ -1,12 +1,15 @@
 """The model of a robot: frozen values in SI units. Of the rooms it knows ``diagnostics`` alone, for "did you mean".
 
 To be read in this order: ``geometry`` (poses), ``shape`` and ``link``, ``joint`` and ``motion``, ``robot`` (all of it,
-and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``pulses``,
-``simulated`` (sensors), ``simulation`` (all else that only a simulation has), ``frame_tree``.
+and what one asks a robot), ``kinematics`` (where frames sit in each other). Then single topics: ``mass``, ``bounds``,
+``touching``, ``pulses``, ``drive`` and ``driving``, ``simulated`` (sensors), ``simulation`` (what else only simulations
+have), ``frame_tree``.
 """
 
+from .drive import Drive
 from .geometry import IDENTITY, Pose, Transform, Vector, pose_of
 from .joint import (
+    AXLELESS,
     MOVING_TYPES,
     NODE,
     ROBOT_STATE_PUBLISHER,
@@ -32,12 +35,14 @@ from .shape import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     HeightMap,
     Material,
     Mesh,
     Shape,
     Sphere,
+    plain,
 )
 from .simulated import (
     AT_JOINT,
@@ -66,6 +71,7 @@ from .simulation import (
 
 __all__ = [
     "AT_JOINT",
+    "AXLELESS",
     "BODY_ELEMENT",
     "GROUNDED",
     "IDENTITY",
@@ -88,8 +94,10 @@ __all__ = [
     "Contact",
     "ContactPair",
     "Cylinder",
+    "Drive",
     "Dynamics",
     "Edge",
+    "Ellipsoid",
     "Entry",
     "GazeboSensor",
     "Geometry",
@@ -124,6 +132,7 @@ __all__ = [
     "Values",
     "Vector",
     "inertial_of",
+    "plain",
     "plane_axes",
     "pose_of",
     "principal_moments",

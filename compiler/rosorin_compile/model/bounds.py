@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from typing import NamedTuple
 
 from .geometry import IDENTITY, Vector
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape
 
 
 class Bounds(NamedTuple):
@@ -101,6 +101,9 @@ def _own(geometry: Geometry) -> tuple[Vector, Vector]:
         return (x, y, low), (x + rows * geometry.cell, y + columns * geometry.cell, top)
     if isinstance(geometry, Mesh):
         raise ValueError("the size of a mesh is not known")
+    if isinstance(geometry, Ellipsoid):
+        a, b, c = map(abs, geometry.radii)
+        return (-a, -b, -c), (a, b, c)
     radius = abs(geometry.radius)  # a size below zero may be accepted
     half = radius
     if isinstance(geometry, (Cylinder, Capsule)):

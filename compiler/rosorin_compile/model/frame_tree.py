@@ -54,12 +54,15 @@ class Row(NamedTuple):
 def rows(robot: Robot) -> tuple[Row, ...]:
     """Return all edges: joints from the root down, then the transforms of other nodes, as the list of frames has them.
 
+    What only simulations have is no frame.
     A joint that somebody else publishes under the same parent is one edge with that transform, and named there.
     """
     first: dict[str, str] = {}
     table: list[Row] = []
     joints = robot.joints_down()
     for joint in joints:
+        if joint.child in robot.simulated_frames:
+            continue
         first.setdefault(joint.child, joint.parent)
         if joint.name in robot.turns and joint.publisher.kind == UNPUBLISHED:
             continue  # its publishers are edges below, each in its modes
@@ -189,7 +192,7 @@ def html(robot: Robot) -> str:
     """Return the tree of frames in all modes; every name is escaped."""
     from html import escape  # not at the top: it brings thousands of entities along
 
-    tree = lines(rows(robot), [link.name for link in robot.links])
+    tree = lines(rows(robot), robot.frames)
     heads = "".join(f'<th style="{_LEFT}">{head}</th>' for head in _HEADS)
     body = "".join(map(_line, tree[:MOST]))
     if len(tree) > MOST:

@@ -16,7 +16,9 @@ UNPUBLISHED = "none"
 NODE = "node"
 
 MOVING_TYPES = ("revolute", "continuous", "prismatic")
-SEVERAL_COORDINATES = ("planar", "floating")
+SEVERAL_COORDINATES = ("planar", "floating", "ball")
+# Joints that turn every way, and so have no axis.
+AXLELESS = ("floating", "ball")
 
 
 @dataclass(frozen=True)
@@ -91,7 +93,8 @@ class Publisher:
 
     ``kind`` is ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, NODE (any other node) or UNPUBLISHED. ``name`` is the
     name of the node; ``about`` says what is worth knowing, for UNPUBLISHED why nobody publishes it. ``stamps`` are
-    frames that the node writes into the headers of messages.
+    frames that the node writes into the headers of messages. ``simulated``: the edge is one of simulations alone, and
+    what hangs on it no frame of the robot's.
     """
 
     kind: str
@@ -99,6 +102,7 @@ class Publisher:
     package: str = ""
     about: str = ""
     stamps: tuple[str, ...] = ()
+    simulated: bool = False
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,7 +135,7 @@ class Joint:
 
     @property
     def moves(self) -> bool:
-        """Whether the joint has a position: one number. A planar and a floating joint have more than one."""
+        """Whether the joint has a position: one number. Those of SEVERAL_COORDINATES have more than one."""
         return self.type in MOVING_TYPES
 
     @property
@@ -152,7 +156,7 @@ class Joint:
     def transform(self, position: float | Sequence[float] = 0.0) -> Transform:
         """Return the child in the parent at a position (radians or metres).
 
-        Of a planar and a floating joint the position is one number for each of its ``coordinates``; 0 is at its origin.
+        Of one of SEVERAL_COORDINATES the position is one number for each of its ``coordinates``; 0 is at its origin.
         Raises ValueError for another number of them.
         """
         origin = self.origin.transform()

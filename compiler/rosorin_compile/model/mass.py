@@ -9,12 +9,13 @@ several solids: the parallel axis theorem (C. Huygens, J. Steiner).
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
-from .geometry import Pose, Transform, Vector, dot
+from .geometry import Pose, Transform, Vector, dot, minus, pose_of
 from .link import Inertial
-from .shape import Box, Capsule, Cylinder, Geometry, HeightMap, Mesh, Shape, Sphere
+from .shape import Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 
 class _Solid(NamedTuple):
@@ -82,6 +83,9 @@ def _volume_and_moments(geometry: Geometry) -> tuple[float, Vector]:
         return math.pi * r * r * length, (across, across, r * r / 2)
     if isinstance(geometry, Capsule):
         return _capsule(geometry.radius, geometry.length)
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = (radius * radius for radius in geometry.radii)
+        return 4 / 3 * math.pi * math.prod(geometry.radii), ((y + z) / 5, (x + z) / 5, (x + y) / 5)
     what = "a mesh" if isinstance(geometry, Mesh) else type(geometry).__name__
     raise ValueError(f"the volume of {what} is not known")
 
@@ -119,6 +123,50 @@ def _about(solid: _Solid, d: Vector) -> tuple[float, ...]:
         return turned + (square if i == j else 0.0) - d[i] * d[j]
 
     return (entry(0, 0), entry(1, 1), entry(2, 2), entry(0, 1), entry(0, 2), entry(1, 2))
+
+
+def together(parts: Sequence[tuple[Inertial, Transform]]) -> Inertial:
+    """Return inertials that move as one: each with where its link sits in the frame that the result is of.
+
+    One alone keeps its axes, several lie along those of the frame. Without any mass the inertia is about the frame.
+    Raises ValueError if there is none, or the sum is beyond the numbers that a double holds.
+    """
+    if not parts:
+        raise ValueError("no inertial, no mass")
+    if len(parts) == 1:
+        inertial, transform = parts[0]
+        return replace(inertial, pose=pose_of(transform.then(inertial.pose.transform())))
+    placed = [(inertial, transform.then(inertial.pose.transform())) for inertial, transform in parts]
+    try:
+        made = _together(placed)
+    except OverflowError:
+        made = None
+    if made is None or not all(map(math.isfinite, (made.mass, *made.pose.xyz, made.ixx, made.iyy, made.izz))):
+        raise ValueError("masses so large, or so far apart, that together they are no number")
+    return made
+
+
+def _together(placed: Sequence[tuple[Inertial, Transform]]) -> Inertial:
+    mass = math.fsum(inertial.mass for inertial, _ in placed)
+    centre: Vector = (0.0, 0.0, 0.0)
+    if mass:
+        x, y, z = (math.fsum(inertial.mass * place.xyz[i] for inertial, place in placed) / mass for i in range(3))
+        centre = (x, y, z)
+    terms: list[list[float]] = [[] for _ in range(6)]
+    for inertial, place in placed:
+        for total, value in zip(terms, _seen_from(inertial, place, minus(place.xyz, centre)), strict=True):
+            total += value
+    ixx, iyy, izz, ixy, ixz, iyz = map(math.fsum, terms)
+    return Inertial(mass, Pose(centre), ixx, iyy, izz, ixy, ixz, iyz)
+
+
+def _seen_from(inertial: Inertial, place: Transform, d: Vector) -> Iterator[tuple[float, ...]]:
+    """Yield the terms of xx yy zz xy xz yz of an inertial about a point from which its centre of mass is ``d`` away."""
+    i, rows, square = inertial, place.rows, dot(d, d)
+    own = ((i.ixx, i.ixy, i.ixz), (i.ixy, i.iyy, i.iyz), (i.ixz, i.iyz, i.izz))
+    for r, c in ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)):
+        turned = (rows[r][k] * own[k][m] * rows[c][m] for k in range(3) for m in range(3))
+        yield (*turned, inertial.mass * ((square if r == c else 0.0) - d[r] * d[c]))
 
 
 def principal_moments(inertial: Inertial) -> tuple[float, float, float]:

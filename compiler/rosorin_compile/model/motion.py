@@ -3,6 +3,7 @@
 planar: two slides along the plane, then a turn about its normal. The axes x and y of the plane are those of the frame
 of the joint, turned the shortest way that brings z to the normal, as MuJoCo's reader of URDF has them; of a normal
 along z they are x and y. floating: a position, then an orientation as a quaternion, its numbers in the order of ROS.
+ball: the orientation alone.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from collections.abc import Mapping, Sequence
 
 from .geometry import Transform, Vector, norm, rotation_about, transform_of_quaternion
 
-# In radians and metres; the quaternion of a floating joint may have any length but zero.
+# In radians and metres; the quaternion of a floating or ball joint may have any length but zero.
 COORDINATES: Mapping[str, tuple[str, ...]] = {
     "fixed": (),
     "revolute": ("position",),
@@ -20,9 +21,10 @@ COORDINATES: Mapping[str, tuple[str, ...]] = {
     "prismatic": ("position",),
     "planar": ("x", "y", "angle"),
     "floating": ("x", "y", "z", "qx", "qy", "qz", "qw"),
+    "ball": ("qx", "qy", "qz", "qw"),
 }
 
-_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0)}
+_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 1.0), "ball": (0.0, 0.0, 0.0, 1.0)}
 
 
 def motion(kind: str, axis: Vector, position: float | Sequence[float]) -> Transform:
@@ -48,6 +50,9 @@ def _several(kind: str, axis: Vector, numbers: Sequence[float]) -> Transform:
     if kind == "floating":
         x, y, z, qx, qy, qz, qw = numbers
         return transform_of_quaternion((x, y, z), (qw, qx, qy, qz))
+    if kind == "ball":
+        qx, qy, qz, qw = numbers
+        return transform_of_quaternion((0.0, 0.0, 0.0), (qw, qx, qy, qz))
     first, second = plane_axes(axis)
     (a, b, c), (d, e, f) = _along(first, numbers[0]), _along(second, numbers[1])
     return Transform(rotation_about(axis, numbers[2]), (a + d, b + e, c + f))

@@ -7,9 +7,11 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
+from .drive import Drive
 from .geometry import Pose, Transform
-from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, Joint, Publisher
-from .link import NO_SOURCE, Link, Source
+from .joint import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Joint, Publisher
+from .link import NO_SOURCE, Inertial, Link, Source
+from .mass import together
 from .motion import motion
 from .shape import ROWS, Material, Rgba, Shape
 from .simulated import GazeboSensor, Simulated
@@ -131,7 +133,7 @@ class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
-    of each that is.
+    of each that is, and of each image.
     """
 
     name: str
@@ -149,6 +151,7 @@ class Robot:
     materials: tuple[Material, ...] = ()
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
+    drive: Drive | None = None
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 
@@ -211,6 +214,12 @@ class Robot:
         if visual.rgba is not None or visual.texture or visual.material not in self.material:
             return visual.rgba
         return self.material[visual.material].rgba
+
+    def texture(self, visual: Shape) -> str:
+        """Return the image of a visual: its own, or that of its material; empty if neither has one."""
+        if visual.rgba is not None or visual.texture or visual.material not in self.material:
+            return visual.texture
+        return self.material[visual.material].texture
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
@@ -312,6 +321,22 @@ class Robot:
                 by_joint.setdefault(edge.joint, []).append(edge)
         return {name: tuple(edges) for name, edges in by_joint.items()}
 
+    @cached_property
+    def simulated_frames(self) -> Mapping[str, str]:
+        """The links that only simulations have, in the order of the tree, each with the reason."""
+        found: dict[str, str] = {}
+        for joint in self.joints_down():
+            if joint.publisher.simulated:
+                found[joint.child] = joint.publisher.about
+            elif joint.parent in found and joint.publisher.kind == UNPUBLISHED:
+                found[joint.child] = found[joint.parent]
+        return found
+
+    @property
+    def frames(self) -> list[str]:
+        """The links that are frames of the robot: all but those of simulations alone."""
+        return [link.name for link in self.links if link.name not in self.simulated_frames]
+
     def published_by(self, kind: str) -> tuple[Joint, ...]:
         """Return the joints whose publisher is of a kind, in the order of the description."""
         return tuple(joint for joint in self.joints if joint.publisher.kind == kind)
@@ -345,6 +370,47 @@ class Robot:
             waiting += reversed(steps)
         own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)]
         return [*moved, *own], seen - {link}
+
+    def carriers(self, carried: Set[str]) -> Mapping[str, tuple[str, Transform]]:
+        """Return who carries each link where only some frames are ``carried``, and where it sits in that one.
+
+        A link that is not carried itself is carried by the next one above it that is; what hangs on none, by the
+        topmost of those that are. Joints between are at zero, those that mimic another where that puts them.
+        """
+        top = next(link.name for link in self.walk() if link.name in carried)
+        found, here = {top: (top, Transform())}, Transform()
+        for joint in reversed(self.chain(top)):
+            here = here.then(self._at_zero(joint).inverse())
+            found[joint.parent] = (top, here)
+        for link in self.walk():
+            above = self.joint_to.get(link.name)
+            if link.name in carried:
+                found[link.name] = (link.name, Transform())
+            elif link.name not in found and above is not None:
+                carrier, transform = found[above.parent]
+                found[link.name] = (carrier, transform.then(self._at_zero(above)))
+        return found
+
+    def _at_zero(self, joint: Joint) -> Transform:
+        return joint.transform(self.position(joint, {}) if joint.moves else 0.0)
+
+    def moves_between(self, one: str, other: str) -> bool:
+        """Say whether a joint between two links moves."""
+        ways = ({joint.name for joint in self.chain(name)} for name in (one, other))
+        return any(not self.joint[name].is_fixed for name in set.symmetric_difference(*ways))
+
+    def inertials_at(self, carried: Set[str]) -> Mapping[str, Inertial]:
+        """Return the inertials of the links that are ``carried``, with those of what each carries (see ``carriers``).
+
+        Raises ValueError where the sum of some is no number.
+        """
+        parts: dict[str, list[tuple[Inertial, Transform]]] = {}
+        for name, (carrier, transform) in self.carriers(carried).items():
+            inertial = self.link[name].inertial
+            if inertial is not None:
+                parts.setdefault(carrier, []).append((inertial, transform))
+        own = {name: self.link[name].inertial for name in parts}
+        return {name: one if (one := own[name]) and len(some) == 1 else together(some) for name, some in parts.items()}
 
     def fixed_neighbours(self, link: str) -> Iterator[tuple[str, Transform]]:
         """Yield the links joined to a link by one fixed joint, and where they sit in it; children before the parent."""

@@ -57,6 +57,13 @@ class Sphere:
 
 
 @dataclass(frozen=True)
+class Ellipsoid:
+    """An ellipsoid around the origin; ``radii`` are half its extents along x, y and z."""
+
+    radii: Vector
+
+
+@dataclass(frozen=True)
 class Mesh:
     """A mesh file by reference, in the units of the file times ``scale``.
 
@@ -107,7 +114,7 @@ class HeightMap:
 
     def _boxes(self, form: str) -> tuple[Box, ...]:
         layers = [
-            [self._layer(i, j, height, form) if height > 0 else None for j, height in enumerate(row)]
+            [self._layer(i, j, height, form) if self._is_body(i, j, form) else None for j, height in enumerate(row)]
             for i, row in enumerate(self.heights)
         ]
         x0, y0 = self.origin
@@ -117,6 +124,10 @@ class HeightMap:
             lower = (x0 + rectangle.top * self.cell, y0 + rectangle.left * self.cell, low)
             made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
         return tuple(made)
+
+    def _is_body(self, i: int, j: int, form: str) -> bool:
+        """Say whether there is a body in a cell: not where it would begin at its top, as in a well for a wheel."""
+        return self.heights[i][j] > (0.0 if form == GROUNDED else self.bottom_of(i, j))
 
     def _layer(self, i: int, j: int, height: float, form: str) -> _Layer:
         """Return from where to where the body reaches in a cell (m), as the boxes have it."""
@@ -195,7 +206,20 @@ def _steps(height: float, step: float) -> int:
     return math.ceil(height / step - 1e-6) if height > 0 else 0
 
 
-Geometry = Box | Cylinder | Capsule | Sphere | Mesh | HeightMap
+Geometry = Box | Cylinder | Capsule | Sphere | Ellipsoid | Mesh | HeightMap
+
+
+def plain(geometry: Geometry) -> Geometry:
+    """Return what stands for a geometry in a URDF 1.0, as large: a cylinder for a capsule, a box for an ellipsoid.
+
+    All others are in it as they are.
+    """
+    if isinstance(geometry, Capsule):
+        return Cylinder(geometry.radius, geometry.length + 2 * geometry.radius)
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = geometry.radii
+        return Box((-x, -y, -z), (x, y, z))
+    return geometry
 
 
 Rgba = tuple[float, float, float, float]
@@ -245,6 +269,21 @@ class Shape:
     @cached_property
     def _pieces(self) -> dict[str, tuple[Shape, ...]]:
         return {}
+
+    def drawn(self) -> tuple[Shape, ...]:
+        """Return what is drawn of the shape, where height maps stand on z = 0 of their own frame.
+
+        A height map with one bottom is lifted; one with a bottom for each cell is its boxes.
+        """
+        grid = self.geometry
+        if not isinstance(grid, HeightMap) or not grid.bottom:
+            return (self,)
+        if not isinstance(grid.bottom, (int, float)):
+            return self.solids(MERGED)
+        low = grid.bottom
+        heights = tuple(tuple(height - low if height > 0 else 0.0 for height in row) for row in grid.heights)
+        lifted = Pose(self.pose.transform().apply((0.0, 0.0, low)), self.pose.rpy)
+        return (replace(self, geometry=replace(grid, heights=heights, bottom=0.0), pose=lifted),)
 
     def origin(self) -> Pose:
         """Return the pose of the middle of the geometry in the link's frame."""

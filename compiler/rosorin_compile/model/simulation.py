@@ -102,12 +102,14 @@ class ContactPair:
 class Root:
     """How the root link stands in the world, and what a free joint there is called and does.
 
+    ``placed`` says that the description says its pose: a free base that has none stands on the floor (``standing``).
     ``world`` says that it is no body in the world, but the world itself.
     """
 
     pose: Pose = IDENTITY
     joint: str = ""
     values: Values = field(default_factory=dict, hash=False)
+    placed: bool = False
     world: bool = False
 
 

@@ -1,4 +1,4 @@
-"""Whether two solids touch, without an engine: boxes, cylinders, capsules and spheres at any pose.
+"""Whether two solids touch, without an engine: boxes, cylinders, capsules, spheres and ellipsoids at any pose.
 
 The distance of two convex bodies is that of their Minkowski difference from the origin, which is approached by
 simplices of support points (E. G. Gilbert, D. W. Johnson, S. S. Keerthi, "A fast procedure for computing the distance
@@ -10,12 +10,13 @@ ends it. The closest point of a simplex: C. Ericson, "Real-Time Collision Detect
 from __future__ import annotations
 
 import math
+from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from .bounds import ball_of
 from .geometry import Transform, Vector, dot, minus, plus
-from .shape import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere
+from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
 
 # Faces that lie on each other touch, whatever the rounding of the poses made of it (m).
 NEAR = 1e-6
@@ -28,13 +29,15 @@ Simplex = list[Vector]
 class _Core(NamedTuple):
     """A convex body seen from some frame: what is at ``place``, and how much is around it on all sides (m).
 
-    ``half`` are the half extents of a box; of what is ``round`` about z the radius, the same, and the half length.
+    ``half`` are the half extents of a box; of what is ``round`` about z the radius, the same, and the half length; of
+    what is ``oval`` the radii.
     """
 
     place: Transform
     half: Vector
-    round: bool
-    around: float
+    round: bool = False
+    oval: bool = False
+    around: float = 0.0
 
     def support(self, direction: Vector) -> Vector:
         """Return the point that is farthest in a direction, without what is around it."""
@@ -42,6 +45,9 @@ class _Core(NamedTuple):
         x, y, z = direction
         u, v, w = a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z
         r, s, half = self.half
+        if self.oval:
+            length = math.hypot(r * u, s * v, half * w)
+            return self.place.apply((r * r * u / length, s * s * v / length, half * half * w / length))
         if self.round:
             length = math.hypot(u, v)
             u, v = (r * u / length, r * v / length) if length > 0 else (0.0, 0.0)
@@ -50,41 +56,61 @@ class _Core(NamedTuple):
         return self.place.apply((u, v, math.copysign(half, w)))
 
 
-def touch(one: Shape, other: Shape, way: Transform, near: float = NEAR) -> bool | None:
-    """Say whether two shapes are closer than ``near`` (m); None where a mesh takes part, whose file is not read here.
+def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform, near: float = NEAR) -> bool:
+    """Say whether any of some shapes is closer than ``near`` (m) to any of others; a mesh touches nothing here.
 
-    ``way`` is where the frame that the other shape is given in sits in the frame of the first one.
+    ``way`` is where the frame that the others are given in sits in the frame of the first ones.
     """
-    if isinstance(one.geometry, Mesh) or isinstance(other.geometry, Mesh):
+    first = sorted(_balls(ones, Transform()), key=lambda one: one[0][0])
+    second = _balls(others, way)
+    middles, largest = [middle[0] for middle, _, _ in first], max((radius for _, radius, _ in first), default=0.0)
+    for middle, radius, solid in second:
+        reach = radius + largest + near
+        window = first[bisect_left(middles, middle[0] - reach) : bisect_right(middles, middle[0] + reach)]
+        for other_middle, other_radius, other in window:
+            if math.dist(middle, other_middle) <= radius + other_radius + near:
+                cores = _core(other, Transform()), _core(solid, way)
+                if not _apart(*cores, near + cores[0].around + cores[1].around):
+                    return True
+    return False
+
+
+def _balls(shapes: Sequence[Shape], way: Transform) -> list[tuple[Vector, float, Shape]]:
+    """Return the solids of shapes with a ball around each: its middle and its radius (m)."""
+    solids = ((solid, around(solid)) for shape in shapes for solid in shape.solids(MERGED))
+    return [(way.apply(ball[0]), ball[1], solid) for solid, ball in solids if ball is not None]
+
+
+def around(shape: Shape) -> tuple[Vector, float] | None:
+    """Return the middle and the radius (m) of the smallest ball around a shape; None of a mesh."""
+    ball, geometry = ball_of(shape), shape.geometry
+    if ball is None:
         return None
-    there = [(solid, way) for solid in other.solids()]
-    return any(_touch(solid, mate, way, near) for solid in one.solids() for mate, way in there)
-
-
-def _touch(one: Shape, other: Shape, way: Transform, near: float) -> bool:
-    balls = ball_of(one), ball_of(other)
-    if balls[0] is None or balls[1] is None:
-        return False
-    if math.dist(balls[0].middle, way.apply(balls[1].middle)) > balls[0].radius + balls[1].radius + near:
-        return False
-    first, second = _core(one, Transform()), _core(other, way)
-    return not _apart(first, second, near + first.around + second.around)
+    if isinstance(geometry, Sphere):
+        return ball.middle, abs(geometry.radius)
+    if isinstance(geometry, Capsule):
+        return ball.middle, abs(geometry.radius) + abs(geometry.length) / 2
+    if isinstance(geometry, Cylinder):
+        return ball.middle, math.hypot(geometry.radius, geometry.length / 2)
+    return ball.middle, ball.radius
 
 
 def _core(shape: Shape, way: Transform) -> _Core:
     geometry, place = shape.geometry, way.then(shape.origin().transform())
     if isinstance(geometry, Box):
         x, y, z = (abs(side) / 2 for side in geometry.size)
-        return _Core(place, (x, y, z), round=False, around=0.0)
+        return _Core(place, (x, y, z))
+    if isinstance(geometry, Ellipsoid):
+        x, y, z = map(abs, geometry.radii)
+        return _Core(place, (x, y, z), oval=True)
     if isinstance(geometry, Cylinder):
         radius = abs(geometry.radius)
-        return _Core(place, (radius, radius, abs(geometry.length) / 2), round=True, around=0.0)
+        return _Core(place, (radius, radius, abs(geometry.length) / 2), round=True)
     if isinstance(geometry, Capsule):
-        return _Core(place, (0.0, 0.0, abs(geometry.length) / 2), round=False, around=abs(geometry.radius))
+        return _Core(place, (0.0, 0.0, abs(geometry.length) / 2), around=abs(geometry.radius))
     if isinstance(geometry, Sphere):
-        return _Core(place, (0.0, 0.0, 0.0), round=False, around=abs(geometry.radius))
-    what = "height map" if isinstance(geometry, HeightMap) else "mesh"
-    raise TypeError(f"a {what} is no convex body")
+        return _Core(place, (0.0, 0.0, 0.0), around=abs(geometry.radius))
+    raise TypeError(f"a {type(geometry).__name__} is no convex body that is known")
 
 
 def _apart(one: _Core, other: _Core, reach: float) -> bool:

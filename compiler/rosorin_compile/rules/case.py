@@ -118,7 +118,8 @@ class Case(NamedTuple):
 def feeding(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
     """Return the outputs that publishers of a kind read, by their format."""
     known = [output for output in robot.outputs if output.backend in formats]
-    return [output for output in known if publisher in formats[output.backend].feeds]
+    read = [output for output in known if publisher in formats[output.backend].feeds]
+    return [output for output in read if not formats[output.backend].is_withheld(output)]
 
 
 def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Output]:
@@ -131,7 +132,9 @@ def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Out
         return outputs
     readable = [one for one in formats.values() if one.read is not None and publisher in one.feeds]
     endings = tuple(ending for one in readable for ending in one.endings)
-    return [*outputs, *(one for one in robot.outputs if one not in outputs and one.file.endswith(endings))]
+    withheld = [one for one in robot.outputs if one.backend in formats and formats[one.backend].is_withheld(one)]
+    others = (one for one in robot.outputs if one not in outputs and one not in withheld)
+    return [*outputs, *(one for one in others if one.file.endswith(endings))]
 
 
 def exists(tree: Map, path: Path) -> bool:

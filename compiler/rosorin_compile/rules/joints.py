@@ -9,7 +9,7 @@ from ..diagnostics.registry import JOINTS, Check, rule
 from ..diagnostics.wording import listed
 from ..frontend.schema import subject, unit_at
 from ..frontend.tree import Path
-from ..model import Joint, Limit
+from ..model import AXLELESS, Joint, Limit
 from ..model.geometry import norm
 from ..units import Quantity, describe, parse_unit
 from .case import Case, at, exists, number
@@ -23,6 +23,7 @@ ZERO_AXIS = 1e-9
 _WITHOUT_EFFECT = {
     "fixed": ("axis", "limit", "dynamics", "actuator", "calibration", "safety_controller"),
     "floating": ("axis", "limit", "actuator", "calibration", "safety_controller"),
+    "ball": ("axis", "limit", "actuator", "calibration", "safety_controller"),
     "planar": ("actuator",),
 }
 
@@ -39,7 +40,7 @@ _WITHOUT_EFFECT = {
 def axes(case: Case) -> Iterator[Diagnostic]:
     """Axes that are zero, or not of unit length. Readers differ in whether they normalise."""
     for joint in case.robot.joints:
-        if joint.type in ("fixed", "floating"):
+        if joint.is_fixed or joint.type in AXLELESS:
             continue
         length = norm(joint.axis)
         path = case.joint(joint, "axis")

@@ -9,7 +9,8 @@ from ..diagnostics.registry import JOINTS, rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.lower import owner_of_frame
 from ..frontend.tree import Path
-from ..model import Joint, Robot
+from ..model import Drive, Joint, Robot
+from ..model.drive import MECANUM, TRICYCLE
 from .case import Case, suggest
 
 AFTER = ""
@@ -46,6 +47,8 @@ def _mentions_of_links(case: Case) -> Iterator[_Mention]:
     for index, pair in enumerate(robot.disabled_contacts):
         for side, name in enumerate(pair):
             yield name, ("disabled_contacts", index, "links", side), "one of two links that may touch"
+    if robot.drive is not None and robot.drive.frame:
+        yield robot.drive.frame, ("drive", "frame"), "the base frame of the drive"
     for output in robot.outputs:
         for name in output.options.get("rename", ()):
             yield name, ("outputs", output.name, "rename", name), f'renamed in output "{output.name}"'
@@ -58,9 +61,19 @@ def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
     for group in robot.servos:
         for index, name in enumerate(group.joints):
             yield name, ("servos", group.name, "joints", index), f'in servo group "{group.name}"'
+    if robot.drive is not None:
+        for role, names in robot.drive.joints.items():
+            for index, name in enumerate(names):
+                yield name, place_in_drive(robot.drive, role, index), f"named as {role.replace('_', ' ')} of the drive"
     for pose in robot.poses:
         for name in pose.positions:
             yield name, ("poses", pose.name, "positions", name), f'in pose "{pose.name}"'
+
+
+def place_in_drive(drive: Drive, role: str, index: int) -> Path:
+    """Return the path of a joint of the drive: a role is one name, or a list of names."""
+    single = drive.kind == MECANUM or (drive.kind == TRICYCLE and role == "steering")
+    return ("drive", drive.kind, role) if single else ("drive", drive.kind, role, index)
 
 
 def _unknown(case: Case, kind: str, mentions: Iterable[_Mention], known: set[str]) -> Iterator[Diagnostic]:

@@ -15,7 +15,7 @@ AFTER = "joints"
 @rule("mimic-unknown", "A joint follows a joint that does not exist.", "Name its leader.", JOINTS)
 @rule(
     "mimic-fixed",
-    "A joint without a single position (fixed, planar, floating) follows, or is followed.",
+    "A joint without a single position (fixed, planar, floating, ball) follows, or is followed.",
     "Name a joint that moves.",
     JOINTS,
     accept="joint",
@@ -45,11 +45,11 @@ def leaders(case: Case) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" follows "{leader.name}", which is {what}'
             related = [case.related("the leader", case.joint(leader), key=True)]
             yield case.problem("mimic-fixed", message, path, "name a joint that moves", related=related)
-    for circle in _circles(case):
+    for circle in circles(case):
         yield _circle(case, circle)
 
 
-def _circles(case: Case) -> Iterator[list[Joint]]:
+def circles(case: Case) -> Iterator[list[Joint]]:
     """Yield each circle of followers once, beginning with the joint that the description names first."""
     done: set[str] = set()
     for start in case.robot.joints:

@@ -29,7 +29,7 @@ class Proof(NamedTuple):
 def prove(robot: Robot) -> Proof:
     """Return what is so about the frames of a robot, by a count in every combination of modes."""
     whens: dict[str, list[str]] = {}
-    for joint in robot.joints:
+    for joint in (joint for joint in robot.joints if joint.child not in robot.simulated_frames):
         whens.setdefault(joint.child, []).extend([""] if joint.publisher.kind != UNPUBLISHED else [])
     for edge in robot.edges:
         whens.setdefault(edge.child, []).extend([edge.when] if edge.publisher.kind != UNPUBLISHED else [])

@@ -19,6 +19,7 @@ _WHAT = {
     "damping": "it would drive the joint instead of braking it",
     "friction": "it would drive the joint instead of braking it",
     "armature": "no rotor has such an inertia",
+    "stiffness": "the spring would push away from where it is at rest",
     "kp": "the servo would drive the joint away from where it shall be",
     "kv": "the servo would drive the joint instead of braking it",
 }

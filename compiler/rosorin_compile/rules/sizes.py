@@ -9,7 +9,7 @@ from typing import Any
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import NUMBERS, rule
 from ..frontend.tree import Path
-from ..model import Box, Capsule, Cylinder, Joint, Link, Mesh, Shape, Sphere
+from ..model import Box, Capsule, Cylinder, Ellipsoid, Joint, Link, Mesh, Shape, Sphere
 from ..model.bounds import Bounds, ball_of, bounds_of
 from ..units import Quantity
 from .case import Case, at, exists, number
@@ -182,6 +182,9 @@ def longest(shape: Shape) -> tuple[Path, float]:
         return ("box", "size", max(range(3), key=lambda index: size[index])), max(size)
     if isinstance(geometry, Sphere):
         return ("sphere", "radius"), 2 * geometry.radius
+    if isinstance(geometry, Ellipsoid):
+        radii = geometry.radii
+        return ("ellipsoid", "radii", max(range(3), key=lambda index: radii[index])), 2 * max(radii)
     if isinstance(geometry, (Cylinder, Capsule)):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         sides = {"length": geometry.length, "radius": 2 * geometry.radius}

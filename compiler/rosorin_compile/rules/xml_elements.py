@@ -33,13 +33,13 @@ _CLOSES = r"</(.+)> closes what is not open: <(.+)> is"
 
 @rule(
     "bad-xml",
-    "A text of `urdf_elements` is not whole elements of XML.",
+    "A text of `urdf_elements` or `mjcf_elements` is not whole elements of XML.",
     "Correct it as the message says.",
     NUMBERS,
 )
 def well_formed(case: Case) -> Iterator[Diagnostic]:
-    """Texts that would make the URDF unreadable, or would end the element that they stand in."""
-    for path, text in _kept(case):
+    """Texts that would make an artifact unreadable, or would end the element that they stand in."""
+    for path, text in (*_kept(case), *_of_mjcf(case)):
         wrong = damage(text)
         if wrong:
             yield _damaged(case, path, text, wrong)
@@ -49,7 +49,8 @@ def _damaged(case: Case, path: Path, text: str, wrong: str) -> Diagnostic:
     """Return what is wrong with a text that is no XML, at its line where the file has it as it is."""
     from ..xml.markup import MarkupError, parse
 
-    help = "write whole elements, such as <gazebo>...</gazebo>"
+    example = "<gazebo>...</gazebo>" if "urdf_elements" in path else "<site .../>"
+    help = f"write whole elements, such as {example}"
     try:
         parse(Source("", f"<{_AROUND}>{text}</{_AROUND}>"))
     except MarkupError as problem:
@@ -96,6 +97,14 @@ def _kept(case: Case) -> Iterator[tuple[Path, str]]:
     for joint in robot.joints:
         if joint.urdf_elements:
             yield from _listed(case.joint(joint), joint.urdf_elements)
+
+
+def _of_mjcf(case: Case) -> Iterator[tuple[Path, str]]:
+    for index, text in enumerate(case.robot.simulation.elements):
+        yield ("mjcf_elements", index), text
+    for link in case.robot.links:
+        for index, text in enumerate(link.mjcf_elements):
+            yield case.link(link.name, "mjcf_elements", index), text
 
 
 def _listed(path: Path, texts: Sequence[str]) -> Iterator[tuple[Path, str]]:
@@ -216,15 +225,20 @@ def _problem(case: Case, message: str, uses: list[Mention], help: str) -> Diagno
 def _placed(case: Case, message: str, use: Mention, help: str) -> Diagnostic:
     """Return the diagnostic at the very name, where the file has it as it is: below the beginning of the text."""
     made = case.problem("unknown-reference", message, use.path, help, severity=WARNING)
+    return at_name(made, use.found.name, use.line)
+
+
+def at_name(made: Diagnostic, name: str, number: int) -> Diagnostic:
+    """Return a diagnostic at a name in a line of its text, where the file has it as it is."""
     if made.span is None:
         return made
-    form = re.compile(rf"(?<![\w./-]){re.escape(use.found.name)}(?![\w./-])")
+    form = re.compile(rf"(?<![\w./-]){re.escape(name)}(?![\w./-])")
     span, column = made.span, made.span.column - 1
     block = span.source.line(span.line)[column : column + 1] in ("|", ">")  # in YAML, its text begins a line below
-    line = span.line + use.line - (0 if block else 1)
+    line = span.line + number - (0 if block else 1)
     found = form.search(span.source.line(line), column if line == span.line else 0)
     if found:
-        return made._replace(span=span._replace(line=line, column=found.start() + 1, length=len(use.found.name)))
+        return made._replace(span=span._replace(line=line, column=found.start() + 1, length=len(name)))
     return made
 
 

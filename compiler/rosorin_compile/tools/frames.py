@@ -82,7 +82,7 @@ def _check_names(robot: Robot, options: argparse.Namespace) -> None:
 
     edges = rows(robot)
     if options.frame is not None:
-        frames = dict.fromkeys([link.name for link in robot.links])
+        frames = dict.fromkeys(robot.frames)
         frames |= dict.fromkeys(name for row in edges for name in (row.parent, row.child))
         if options.frame not in frames:
             raise WrongUsage(f'there is no frame "{options.frame}"; {did_you_mean(options.frame, frames)}')
@@ -136,7 +136,7 @@ def _trees(robot: Robot, shown: tuple[Situation, ...], how: Look, frame: str | N
     from ..model.frame_tree import lines, way
 
     blocks: dict[tuple[str, ...], list[str]] = {}
-    names = [link.name for link in robot.links]
+    names = robot.frames
     for situation in shown:
         found = lines(situation.edges, names)
         if frame is not None:
@@ -156,7 +156,7 @@ def _json(robot: Robot, shown: tuple[Situation, ...], options: argparse.Namespac
 
     from ..model.frame_tree import lines, way
 
-    names = [link.name for link in robot.links]
+    names = robot.frames
     made = []
     for situation in shown:
         found = lines(situation.edges, names)

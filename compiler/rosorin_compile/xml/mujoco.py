@@ -16,9 +16,9 @@ BODY, JOINT, SITE, GEOM, CAMERA, LIGHT = "body", "joint", "site", "geom", "camer
 TENDON, ACTUATOR, SENSOR, EQUALITY, KEY = "tendon", "actuator", "sensor", "equality", "key"
 CLASS, MATERIAL, TEXTURE, MESH, HEIGHTS = "class", "material", "texture", "mesh", "hfield"
 
-SECTIONS = frozenset(
-    "actuator asset contact custom default deformable equality extension keyframe option sensor size statistic tendon "
-    "visual worldbody".split()
+SECTIONS = (
+    *("actuator", "asset", "contact", "custom", "default", "deformable", "equality", "extension", "keyframe"),
+    *("option", "sensor", "size", "statistic", "tendon", "visual", "worldbody"),
 )
 """The sections of a file that elements may be; what ``<compiler>`` says would hold for the whole file."""
 
@@ -89,6 +89,12 @@ def names_given(text: str, top: bool) -> Iterator[str]:
         for one in given(found, top):
             if one.attribute:
                 yield one.name
+
+
+def used_in(text: str) -> Iterator[Reference]:
+    """Yield the names in some elements that are those of something else."""
+    for found in found_in(text):
+        yield from used(found, True)
 
 
 def with_names(text: str, top: bool, rename: Callable[[str], str]) -> str:

@@ -281,4 +281,4 @@ def test_a_new_robot_may_ask_for_any_kind(tmp_path: Path) -> None:
     made = compiled(path)
     assert made.robot is not None
     assert agreement(made.robot, made.artifacts) == []
-    assert len(made.artifacts) == 8 + len(FILES)
+    assert len(made.artifacts) == 9 + len(FILES)

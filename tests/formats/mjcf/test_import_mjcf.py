@@ -89,7 +89,7 @@ def test_our_own_mjcf_comes_back() -> None:
         frozenset(pair) for pair in case.robot.disabled_contacts
     ]
     for name, link in robot.link.items():
-        solids = [solid for shape in link.collision for solid in shape.solids()]
+        solids = [solid for shape in link.collision for solid in shape.solids("merged")]
         assert len(case.robot.link[name].collision) == len(solids)
         assert bool(case.robot.link[name].visual) == bool(link.visual)
 

@@ -10,10 +10,21 @@ import pytest
 mujoco = pytest.importorskip("mujoco", minversion="4")
 pinocchio = pytest.importorskip("pinocchio")
 
-from rosorin_compile.formats.mjcf import write as mjcf  # noqa: E402
-from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Link, Pose, Robot, Shape, Sphere  # noqa: E402
+from rosorin_compile.model import (  # noqa: E402
+    Box,
+    Capsule,
+    Cylinder,
+    HeightMap,
+    Link,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    Transform,
+)
+from rosorin_compile.model.standing import stands_at  # noqa: E402
 from support.machines import BODY, chain, exact_urdf, machine, overlapping  # noqa: E402
-from support.simulator import BASES, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
+from support.simulator import BASES, at_origin, contacts, emit, frame, load, matrix, no_warning, pose, random_states  # noqa: E402
 
 STATES = 200
 
@@ -33,7 +44,7 @@ def pinocchio_at(model: pinocchio.Model, robot: Robot, state: dict[str, float]) 
 @pytest.mark.slow
 @pytest.mark.parametrize("base", BASES)
 def test_every_frame_is_a_body_and_a_site_where_the_model_and_pinocchio_have_it(base):
-    robot = machine()
+    robot = at_origin(machine())
     model, data = load(emit(robot, base))
     judge = pinocchio.buildModelFromXML(exact_urdf(robot))
     judge_data = judge.createData()
@@ -180,8 +191,9 @@ def test_keyframes_hold_every_pose_with_its_followers(base):
             assert data.joint(joint.name).qpos[0] == robot.position(joint, named.positions)
             if joint.actuator:
                 assert data.actuator(joint.name).ctrl[0] == robot.position(joint, named.positions)
+        root = stands_at(robot, named).transform() if base == "free" else Transform()
         for link in robot.links:
-            ours = matrix(robot.pose_in_root(link.name, named.positions))
+            ours = matrix(root.then(robot.pose_in_root(link.name, named.positions)))
             np.testing.assert_allclose(frame(data, "body", link.name), ours, atol=1e-12)
         equality = data.efc_pos[data.efc_type == mujoco.mjtConstraint.mjCNSTR_EQUALITY]
         np.testing.assert_allclose(equality, 0, atol=1e-15)
@@ -200,31 +212,10 @@ def test_followers_follow_in_simulation():
     assert at["tip"] == pytest.approx(0.5 * at["claw"] - 0.1, abs=1e-2)
 
 
-@pytest.mark.parametrize("base", BASES)
-def test_jointed_links_do_not_collide_whatever_the_base(base):
-    touching = {("a", "c"), ("c", "lid"), ("b", "far")}
-    assert contacts(*load(emit(overlapping(), base))) == touching
-    fewer = overlapping(disabled_contacts=(("c", "a"), ("far", "b")))
-    assert contacts(*load(emit(fewer, base))) == {("c", "lid")}
-
-
-def test_without_the_excluded_contacts_a_fixed_base_collides_with_its_first_link():
-    """The reason for them: MuJoCo filters parent and child only where the parent can move."""
-    text = emit(overlapping())
-    start, end = text.index("<contact>"), text.index("</contact>") + len("</contact>")
-    assert ("a", "b") in contacts(*load(text[:start] + text[end:]))
-
-
-def test_excluded_contacts_are_the_jointed_groups_then_the_named_pairs():
-    robot = overlapping(disabled_contacts=(("b", "a"), ("a", "far")))
-    expected = [("a", "b"), ("lid", "b"), ("b", "c"), ("c", "far"), ("a", "far")]
-    assert mjcf.excluded_contacts(robot) == expected
-
-
 def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
     box = Shape(Box((-1, -1, -1), (1, 1, 1)), rgba=(1, 0.5, 0.25, 1))
     robot = overlapping()
-    model, _ = load(emit(robot))
+    model, _ = load(emit(robot, visuals="own"))
     assert set(model.geom_group) == {0}
     robot = replace(robot, links=tuple(replace(link, visual=(box,)) for link in robot.links))
     model, data = load(emit(robot))
@@ -232,7 +223,7 @@ def test_visuals_touch_nothing_and_put_collision_shapes_in_the_hidden_group():
     for index in range(model.ngeom):
         geom = model.geom(index)
         visual = geom.name.endswith("_visual_1")
-        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((1, 0, 0) if visual else (3, 1, 1))
+        assert (geom.group[0], geom.contype[0], geom.conaffinity[0]) == ((2, 0, 0) if visual else (3, 1, 1))
         assert not visual or tuple(geom.rgba) == (1, 0.5, 0.25, 1)
 
 

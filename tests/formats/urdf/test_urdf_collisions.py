@@ -8,6 +8,8 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.formats.urdf.write import write
 from rosorin_compile.model import (
     STATIC_TRANSFORM_PUBLISHER,
     UNPUBLISHED,
@@ -15,6 +17,7 @@ from rosorin_compile.model import (
     HeightMap,
     Joint,
     Link,
+    Output,
     Pose,
     Publisher,
     Robot,
@@ -102,3 +105,17 @@ def test_a_height_map_becomes_boxes_that_cover_it() -> None:
         [1.5, 2.0, 0.0, 0.5, 0.5, 0.2],
         [1.5, 3.0, 0.0, 0.5, 0.5, 0.3],
     ]
+
+
+def test_height_maps_of_an_output_are_cut_as_it_asks_and_begin_at_their_bottom() -> None:
+    grid = HeightMap((0.0, 0.0), 1.0, ((0.3, 0.3), (0.3, 0.3)), 0.1, "", 0.15)
+    robot = Robot("r", (Link("a", collision=(Shape(grid),)),), ())
+    found = {}
+    for form in ("", "rows", "merged", "grounded"):
+        options = {"height_maps": form} if form else {}
+        text = write(robot, Output("urdf", "urdf", "r.urdf", options), Templates())[0]
+        boxes = [numbers(c.find("geometry/box").get("size")) for c in link(text, "a").iterfind("collision")]  # type: ignore[union-attr]
+        found[form] = [[round(side, 9) for side in box] for box in boxes]
+    assert found[""] == found["rows"] == [[1.0, 2.0, 0.15]] * 2
+    assert found["merged"] == [[2.0, 2.0, 0.15]]
+    assert found["grounded"] == [[1.0, 2.0, 0.3]] * 2

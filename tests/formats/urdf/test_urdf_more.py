@@ -148,7 +148,8 @@ GOLDEN = """\
 def test_mujoco_has_the_colours_and_the_names(tmp_path):
     _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
     model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
-    colours = [model.geom(n).rgba.tolist() for n in ("top", *(f"base link_visual_{n}" for n in range(2, 6)))]
+    geoms = [model.geom(name) for name in ("top", *(f"base link_visual_{n}" for n in range(2, 6)))]
+    colours = [(model.mat_rgba[g.matid[0]] if g.matid[0] >= 0 else g.rgba).tolist() for g in geoms]
     grey, unsaid = [pytest.approx(c, abs=1e-6) for c in ([0.7, 0.7, 0.7, 1], [0.5, 0.5, 0.5, 1])]
     assert colours == [grey, unsaid, [1, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 1]]
     assert model.joint("joint 1/a").range == pytest.approx([-0.17453292519943295, 1])

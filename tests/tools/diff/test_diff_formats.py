@@ -39,7 +39,7 @@ def arm(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
+@pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin_sim.urdf", "rosorin.xml", "robot_model.json"])
 def test_the_artifacts_of_the_reference_robot_are_that_robot(file: str) -> None:
     found = compared(ROSORIN, OUTPUTS / file)
     assert found["differences"] == []

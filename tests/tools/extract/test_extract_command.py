@@ -17,6 +17,7 @@ from jsonschema import Draft202012Validator
 from rosorin_compile.cli import main
 from rosorin_compile.pipeline import compile_robot
 from support.meshes import box
+from support.robots import compiled
 from support.schemas import schema
 
 pytestmark = pytest.mark.slow
@@ -143,6 +144,21 @@ def test_heightmap_as_yaml(here: Path, capsys: Said) -> None:
         },
         "source": {"status": "calculated", "note": "top of brick.stl"},
     }
+
+
+def test_the_bottom_stands_in_the_map_and_compiles(here: Path, capsys: Said) -> None:
+    words = ["extract", "heightmap", "brick.stl", "--frame", "base", "--cell", "5cm", "--xyz", "0,0,25mm", "--bottom"]
+    assert main([*words, "-o", "map.yaml"]) == 0
+    (entry,) = yaml.safe_load(Path("map.yaml").read_text())["links"]["base"]["collision"]
+    assert entry["height_map"]["bottom"] == "25 mm"
+    robot = "robot: r\ninclude: [map.yaml]\noutputs: {mjcf: {file: r.xml}}\n"
+    (here / "r.yaml").write_text(robot)
+    (box,) = compiled(here / "r.yaml").robot.link["base"].collision[0].solids("merged")
+    assert (box.geometry.lower[2], box.geometry.upper[2]) == (0.025, 0.1)
+    capsys.readouterr()
+    for more in (["--json"], ["--into", "r.yaml"]):
+        assert main([*words, *more]) == 2
+        assert "--bottom goes with neither --into nor --json" in capsys.readouterr().err
 
 
 @pytest.mark.parametrize(

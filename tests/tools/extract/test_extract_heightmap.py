@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.tools.extract.grid import DIVISIONS, Grid, divisions_needed, longest_edge, samples
-from rosorin_compile.tools.extract.heightmap import below, grid_around, height_map, rounded_up
+from rosorin_compile.tools.extract.heightmap import Wanted, below, grid_around, height_map, make_map, rounded_up
 from rosorin_compile.tools.extract.problems import ExtractProblem
 from support.meshes import box, box_heights, clipped_heights, dome, quad, random_points
 
@@ -292,3 +292,21 @@ def test_grids_that_cannot_be(cell: float, cells: tuple[int, int], message: str)
         Grid((0, 0), cell, cells)
     assert caught.value.diagnostic.rule == "height-map-grid"
     assert caught.value.diagnostic.message == message
+
+
+@BOTH
+def test_the_bottom_of_a_body_with_a_well_is_measured_in_each_cell(exact: bool) -> None:
+    body = np.concatenate([box((0.0, 0.0, 0.02), (0.099, 0.1, 0.06)), box((0.1, 0.0, 0.03), (0.2, 0.1, 0.09))])
+    made, _ = make_map(body, Wanted(0.05, (0.0, 0.0), (5, 2), exact=exact, bottom=True), "base_link")
+    assert made.heights == ((0.06, 0.06), (0.06, 0.06), (0.09, 0.09), (0.09, 0.09), (0.0, 0.0))
+    assert made.bottom == ((0.02, 0.02), (0.02, 0.02), (0.03, 0.03), (0.03, 0.03), (0.0, 0.0))
+
+
+def test_the_bottom_of_a_sheet_and_of_what_reaches_below_zero() -> None:
+    sheet, _ = make_map(quad((0, 0, 0.05), (0.1, 0, 0.05), (0.1, 0.1, 0.05), (0, 0.1, 0.05)), SHEET, "base_link")
+    assert (sheet.heights, sheet.bottom) == (((0.05,),), 0.0499)
+    deep, _ = make_map(box((0.0, 0.0, -0.02), (0.1, 0.1, 0.06)), SHEET, "base_link")
+    assert (deep.heights, deep.bottom) == (((0.06,),), 0.0)
+
+
+SHEET = Wanted(0.1, (0.0, 0.0), (1, 1), bottom=True)

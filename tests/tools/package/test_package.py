@@ -52,10 +52,12 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "launch/description.launch.yaml",
         "launch/robot_state_publisher.launch.py",
         "mjcf/rosorin.xml",
+        "mjcf/scene.xml",
         "package.xml",
         "rviz/rosorin.rviz",
         "test/test_urdf.py",
         "urdf/rosorin.urdf",
+        "urdf/rosorin_sim.urdf",
     ]
 
 

@@ -2,15 +2,17 @@
 
 import { element, section, toggle } from "../dom.js";
 import { isFree, zero } from "../kinematics.js";
+import { ofQuaternion, rpy } from "../transform.js";
 import { UNITS, kindOf } from "../units.js";
 
-const FREE_RANGE = { angle: [-Math.PI, Math.PI], length: [-0.5, 0.5] };
+const TURN = [-Math.PI, Math.PI];
 const STEPS = 1000;
 
-/** Return the coordinates of a joint as people move them; the turn of a floating joint as three angles. */
+/** Return the coordinates of a joint as people move them; the turn of a floating or ball joint as three angles. */
 function coordinates({ type }) {
   if (type === "planar") return ["x", "y", "angle"];
   if (type === "floating") return ["x", "y", "z", "roll", "pitch", "yaw"];
+  if (type === "ball") return ["roll", "pitch", "yaw"];
   return ["position"];
 }
 
@@ -20,6 +22,13 @@ function turned([roll, pitch, yaw]) {
   const [sa, sb, sc] = [a, b, c].map(Math.sin);
   const [ca, cb, cc] = [a, b, c].map(Math.cos);
   return [sa * cb * cc - ca * sb * sc, ca * sb * cc + sa * cb * sc, ca * cb * sc - sa * sb * cc, ca * cb * cc + sa * sb * sc];
+}
+
+/** Return how far a coordinate without limits goes here: about as far as the robot is large, in round numbers. */
+function reach(kind, size) {
+  const step = 10 ** Math.floor(Math.log10(size));
+  const far = Math.ceil(size / step) * step;
+  return kind === "angle" ? TURN : [-far, far];
 }
 
 /** Return the servo pulse nearest to a position; null where a joint has no servo, or no pulse gives it. */
@@ -46,7 +55,7 @@ class Mover {
     const kind = kindOf(this.joint.type, name);
     const { lower, upper } = this.joint.limit ?? {};
     const limited = name === "position" && Number.isFinite(lower) && Number.isFinite(upper) && this.joint.type !== "continuous";
-    const [low, high] = limited ? [lower, upper] : FREE_RANGE[kind];
+    const [low, high] = limited ? [lower, upper] : reach(kind, this.app.size);
     const range = element("input", { type: "range", min: low, max: high, step: (high - low) / STEPS || 1e-6, "aria-label": `${this.joint.name} ${name}` });
     const number = element("input", { type: "number", step: "any", "aria-label": `${this.joint.name} ${name}, as a number` });
     const unit = element("small", {});
@@ -64,6 +73,7 @@ class Mover {
   /** The position as the kinematics take it. */
   get position() {
     if (this.joint.type === "floating") return [...this.values.slice(0, 3), ...turned(this.values.slice(3))];
+    if (this.joint.type === "ball") return turned(this.values);
     return this.joint.type === "planar" ? [...this.values] : this.values[0];
   }
 
@@ -71,8 +81,10 @@ class Mover {
   show(state) {
     const at = state[this.joint.name] ?? zero(this.joint);
     if (this.joint.type === "planar") this.values = [...at];
-    else if (this.joint.type !== "floating") this.values = [at];
-    else if (state[this.joint.name] === undefined) this.values = [0, 0, 0, 0, 0, 0];
+    else if (!["floating", "ball"].includes(this.joint.type)) this.values = [at];
+    else if (at.some((part, index) => Math.abs(part - this.position[index]) > 1e-9)) {
+      this.values = [...at.slice(0, -4), ...rpy(ofQuaternion([0, 0, 0], at.slice(-4)))];
+    }
     this.sliders.forEach(({ kind, range, number, unit }, index) => {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];

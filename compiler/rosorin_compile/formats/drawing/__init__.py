@@ -39,7 +39,7 @@ def suffix(file: str) -> str:
 
 def picture(robot: Robot, kind: str, shown: Sequence[Situation]) -> str:
     """Return situations as one picture; ``kind`` is one of SUFFIXES."""
-    names = [link.name for link in robot.links]
+    names = robot.frames
     panels = [Panel(situation.label, lines(situation.edges, names)) for situation in shown]
     return _WRITERS[kind](robot.name, panels, colours(publishers(rows(robot))))
 

@@ -5,10 +5,14 @@ Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have
 both sides know: names and welded links; ``contacts`` who may touch whom, ``height_fields`` what height maps become.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
-(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and ``reading`` (the text, and what is
-known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``, ``sections`` and ``neighbours``,
-which fill the tree. ``resolved`` has MuJoCo write the file back with
-all that classes say, and ``worded`` makes keys of such attributes.
+(the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
+``reading`` (the text, and what is known so far); then ``links``, ``joints``, ``actuators``, ``shapes``, ``entries``,
+``sections`` and ``neighbours``, which fill the tree. ``resolved`` has MuJoCo write the file back with all that classes
+say, and ``worded`` makes keys of such attributes.
+
+What becomes of such a file is held against it by ``proof``, in a child process again: ``matched`` says which object of
+MuJoCo's two models is which, ``same`` compares them (``same_fields`` has the fields, ``same_values`` and
+``same_drives`` help), and ``moves`` lets both move.
 """
 
 from __future__ import annotations
@@ -206,6 +210,11 @@ FORMAT = Format(
             "properties": SETTINGS,
             "additionalProperties": False,
         },
+        "visuals": {
+            "enum": ["own", "from_collision"],
+            "description": "What is seen of links without visuals: nothing (own), or their collision shapes, in one"
+            " colour a link. Default: from_collision, if no link has a visual.",
+        },
         "mesh_inertia": {
             "enum": ["convex", "exact", "legacy", "shell"],
             "description": "What MuJoCo takes meshes for that do not say it; default: shell, which may be thin or open."
@@ -251,7 +260,7 @@ FORMAT = Format(
     complete=True,
     lacks=frozenset(
         {"velocity", "calibration", "safety", "servo", "sensor", "publisher", "edge", "fixed joint name"}
-        | {"urdf_elements"}
+        | {"urdf_elements", "drive", "simulation"}
     ),
     adds=_adds,
     why="a simulation has sites and cameras of its own for the sensors of a description",

@@ -21,10 +21,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ...model import MERGED, Joint, Mesh, Robot, Shape, Transform, Vector
-from ...model.bounds import ball_of
-from ...model.geometry import dot, unit
+from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
-from ...model.touching import NEAR, touch
+from ...model.touching import NEAR, around, touch
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .unsaid import has_volume
@@ -41,11 +40,19 @@ class Geom(NamedTuple):
 Meeting = tuple[Geom, Geom]
 
 
+# Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
+MOST = 300
+
+
 class Contacts(NamedTuple):
-    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters."""
+    """Pairs of bodies that are excluded from contact, and pairs of shapes that may collide where MuJoCo filters.
+
+    ``left`` are links that would need more than ``MOST`` pairs: it is left to MuJoCo whether they collide.
+    """
 
     excluded: list[tuple[str, str]]
     pairs: list[Meeting]
+    left: list[tuple[str, str]]
 
 
 class _Ball(NamedTuple):
@@ -70,6 +77,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
+    left: list[tuple[str, str]] = []
     for top, below in solid.items() if implied else ():
         joint = robot.joint_to.get(top)
         if joint is None or not below:
@@ -78,12 +86,14 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
+            elif len(meeting) > MOST:
+                left.append(links)
             elif frozenset(links) not in named:
                 pairs += meeting
     for pair in robot.disabled_contacts:
         excluded.setdefault(frozenset(pair), pair)
     bodies = [(body_name(robot, one), body_name(robot, other)) for one, other in excluded.values()]
-    return Contacts(bodies, pairs)
+    return Contacts(bodies, pairs, left)
 
 
 def _places(robot: Robot) -> dict[str, Transform]:
@@ -130,8 +140,9 @@ class _Across:
         if links == (self.joint.parent, self.joint.child) or any(map(self._has_mesh, links)):
             return True
         one, other = (self.places[name] for name in links)
-        ways = [one.inverse().then(way).then(other) for way in self.ways]
-        return any(touch(mine.shape, theirs.shape, way) for way in ways for mine, theirs in meeting)
+        mine, theirs = ({geom.number: geom.shape for geom in side}.values() for side in zip(*meeting, strict=True))
+        ways = (one.inverse().then(way).then(other) for way in self.ways)
+        return any(touch(list(mine), list(theirs), way) for way in ways)
 
     def _has_mesh(self, link: str) -> bool:
         return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)
@@ -158,15 +169,17 @@ class _Across:
         """Yield balls around the shapes of a link that become geoms; ``place`` is where the joint sees the link."""
         shapes = (solid for shape in self.robot.link[link].collision for solid in solids(shape, self.form))
         for number, shape in enumerate(shapes, start=1):
-            ball = ball_of(shape) if has_volume(shape.geometry) else None
+            ball = around(shape) if has_volume(shape.geometry) else None
             if ball is not None:
-                first, second = self._constant(place.apply(ball.middle))
-                yield _Ball(first, second, ball.radius, Geom(link, number, shape))
+                first, second = self._constant(place.apply(ball[0]))
+                yield _Ball(first, second, ball[1], Geom(link, number, shape))
 
     def _constant(self, point: Vector) -> tuple[float, float]:
         """Return two lengths (m) of a point that the motion of the joint does not change."""
         if self.joint.type == "floating":
             return 0.0, 0.0
+        if self.joint.type == "ball":
+            return norm(point), 0.0
         along = dot(unit(self.joint.axis), point)
         if self.joint.type == "planar":
             return along, 0.0

@@ -76,7 +76,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
     ``asked`` has the ``text``, the files of its meshes by the names that it has for them (``files``), the ``names``
     that the import gave by kind and index, and the features that no motion sees (``still``).
     """
-    from . import moves, same
+    from . import matched, moves, same
 
     theirs = mujoco.MjSpec.from_file(path)
     theirs.compiler.fusestatic = theirs.compiler.discardvisual = False
@@ -86,7 +86,7 @@ def proof(mujoco: Any, path: str, asked: dict[str, Any]) -> dict[str, Any]:
         asset.file = asked["files"].get(asset.file, asset.file)
     told = {kind: {int(index): name for index, name in names.items()} for kind, names in asked["names"].items()}
     source = theirs.compile()
-    pair = same.Model(mujoco, source), same.Model(mujoco, ours.compile())
+    pair = matched.Model(mujoco, source), matched.Model(mujoco, ours.compile())
     comparison = same.Comparison(*pair, told)
     found = comparison.run(theirs.stat)
     made: dict[str, Any] = {"differences": found, "counts": {kind: len(names) for kind, names in pair[0].names.items()}}

@@ -1,8 +1,8 @@
 """Reads an MJCF of ours back as facts, in the terms in which the other artifacts say the same (see ``formats.facts``).
 
 Only the MJCF has: joint "kp", "kv", "ctrl lower|upper"; link "base" (free), "site" (the link whose frame a site of that
-name marks), "contact with NAME" (excluded), "pairs with NAME" (of shapes that may touch those of that link); and the
-poses: Fact("pose", name of the pose, name of the joint).
+name marks), "contact with NAME" (excluded), "pairs with NAME" (shapes of both may touch); and the poses:
+Fact("pose", name of the pose, name of the joint).
 
 What sensors are made of is said of the link that it sits in, attribute by attribute: "camera front fovy", "gyro
 imu_gyro site", "replicate lidar_site count"; numbers of a list one by one: "camera front resolution 2". A sensor that
@@ -34,6 +34,7 @@ _NO_TURN = (1.0, 0.0, 0.0, 0.0)
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
 _MEASURED = ("site", "objname", "camera", "body", "body1", "subtree1")
+_PAIRED = ("geom1", "geom2")
 
 
 def read(text: str) -> Facts:
@@ -43,6 +44,7 @@ def read(text: str) -> Facts:
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
     _root_is_world(worldbody)
+    _fill(sheet.root)
     scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
     joints: dict[str, Element] = {}
     owners: dict[str, str] = {}
@@ -51,7 +53,7 @@ def read(text: str) -> Facts:
         for sensor in section:
             _sensor(sheet, sensor, owners)
     for constraint in sheet.root.iterfind("equality/*"):
-        if constraint.tag == "joint" and constraint.get("name") == constraint.get("joint1"):
+        if constraint.tag == "joint" and constraint.get("name", constraint.get("joint1")) == constraint.get("joint1"):
             _mimic(sheet, constraint, joints)
         else:
             _entry(sheet, "constraint", constraint)
@@ -80,6 +82,25 @@ def _root_is_world(worldbody: Element) -> None:
         body = Element("body", {"name": site.get("name", "")})
         body.extend(list(worldbody))
         worldbody[:] = [body]
+
+
+def _fill(root: Element) -> None:
+    """Give each element the attributes of its class, and visuals the colour of their material, where it has no own."""
+    classes: dict[str, dict[str, dict[str, str]]] = {}
+    waiting: list[tuple[Element, dict[str, dict[str, str]]]] = [(one, {}) for one in root.iterfind("default")]
+    while waiting:
+        default, above = waiting.pop()
+        own = {part.tag: above.get(part.tag, {}) | part.attrib for part in default if part.tag != "default"}
+        classes[default.get("class", "main")] = above | own
+        waiting += [(inner, above | own) for inner in default.iterfind("default")]
+    colours = {one.get("name", ""): one.get("rgba") for one in root.iterfind("asset/material")}
+    for section in ("worldbody", "actuator"):
+        for element in (inner for top in root.iterfind(section) for inner in top.iter()):
+            for key, text in classes.get(element.get("class", ""), {}).get(element.tag, {}).items():
+                element.attrib.setdefault(key, text)
+            colour = colours.get(element.get("material", ""))
+            if colour is not None:
+                element.attrib.setdefault("rgba", colour)
 
 
 def _bodies(
@@ -123,19 +144,14 @@ def _bodies(
 
 
 def _pairs(sheet: FactSheet, worldbody: Element, owners: dict[str, str]) -> None:
-    """Take down how many pairs of shapes of two links may collide where MuJoCo would not let them."""
+    """Take down the links of which shapes may touch where MuJoCo would not let them."""
     pairs = sheet.root.findall("contact/pair")
     if not pairs:
         return
     bodies = ((body.get("name", ""), body.iterfind("geom")) for body in worldbody.iter("body"))
     links = {geom.get("name", ""): owners.get(name, name) for name, geoms in bodies for geom in geoms}
-    counts: dict[Fact, int] = {}
-    for pair in pairs:
-        one, other = (links.get(sheet.text(pair, word), "") for word in ("geom1", "geom2"))
-        fact = Fact("link", one, f"pairs with {other}")
-        counts[fact] = counts.get(fact, 0) + 1
-    for fact, count in counts.items():
-        sheet.add(fact, float(count), tolerance=0.0)
+    for one, other in dict.fromkeys(tuple(links.get(sheet.text(p, word), "") for word in _PAIRED) for p in pairs):
+        sheet.add(Fact("link", one, f"pairs with {other}"), "may touch")
 
 
 def _part(sheet: FactSheet, link: str, part: Element, owners: dict[str, str]) -> None:
@@ -165,7 +181,7 @@ def _entry(sheet: FactSheet, kind: str, element: Element) -> None:
 
 def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
     """Take down the attributes of an element, numbers as numbers; an element without any by its name."""
-    attributes = {name: text for name, text in element.items() if name != "name"}
+    attributes = {name: text for name, text in element.items() if name not in ("name", "class")}
     if not attributes:
         sheet.add(fact, element.tag)
     for name, text in attributes.items():
@@ -200,8 +216,12 @@ def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
             if kind == "planar":
                 _axis(sheet, base, joints[base + ends[-1]])
             return
-    for joint in joints.values():
-        _joint(sheet, joint, child)
+    for name, joint in joints.items():
+        if joint.get("type") == "ball":
+            sheet.add(Fact("joint", name, "type"), "ball")
+            sheet.add(Fact("joint", name, "child"), child)
+        else:
+            _joint(sheet, joint, child)
 
 
 def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
@@ -264,7 +284,7 @@ def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, El
         if mesh is None:
             raise ValueError(f"there is no mesh {geom.get('mesh')}")
         return sheet.vector3(mesh, "scale", (1.0, 1.0, 1.0))
-    if kind == "box":
+    if kind in ("box", "ellipsoid"):
         x, y, z = sheet.vector3(geom, "size")
         return (2 * x, 2 * y, 2 * z)
     if kind == "sphere":

@@ -26,7 +26,7 @@ class Model:
     def __init__(self, mujoco: Any, model: Any) -> None:
         self.mujoco, self.mj = mujoco, model
         self.names = {
-            kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.count))]
+            kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.total))]
             for kind, entry in KINDS.items()
         }
         self.turn, self.at = np.zeros((model.nbody, 3, 3)), np.zeros((model.nbody, 3))
@@ -89,9 +89,13 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         if kind == "body":
             continue
         by_name = {name: index for index, name in enumerate(ours.names[kind]) if name}
-        maps[kind] = made = {}
+        made: dict[int, int] = {}
+        maps[kind] = made
         for index, name in enumerate(source.names[kind]):
-            found = by_name.get(told.get(kind, {}).get(index, "") or name)
+            wanted = told.get(kind, {}).get(index, "") or name
+            found = by_name.get(wanted)
+            if found is None and kind == "material":  # ours begin with the name of the robot
+                found = next((at for own, at in by_name.items() if own.endswith(f"_{wanted}")), None)
             if found is not None and found not in made.values():
                 made[index] = found
         _in_order(source, ours, kind, maps)
@@ -123,7 +127,7 @@ def _bodies(source: Model, ours: Model, told: Mapping[int, str]) -> dict[int, in
 def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
     """Match what has no counterpart by name with what is of the same sort at the same place, in order."""
     made = maps[kind]
-    sort = _SORTS.get(kind, lambda model, index, maps: ())
+    sort: Sort = _SORTS.get(kind, _any)
     taken = set(made.values())
     waiting: dict[Any, list[int]] = {}
     for index in range(len(ours.names[kind])):
@@ -149,7 +153,21 @@ Sort = Callable[[Model, int, "Maps | None"], Any]
 
 
 def _to(maps: Maps | None, kind: str, index: Any) -> int:
-    return int(index) if maps is None else maps[kind].get(int(index), -2 - int(index)) if index >= 0 else -1
+    if maps is None or index < 0:
+        return int(index)
+    return maps.get(kind, {}).get(int(index), -2 - int(index))
+
+
+def _any(*_: Any) -> Any:
+    return ()
+
+
+def _by_what_has_it(_model: Model, _index: int, maps: Maps | None) -> Any:
+    return "of the source" if maps else "ours"
+
+
+def _tendon(model: Model, index: int, _maps: Maps | None) -> Any:
+    return (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index]))
 
 
 def _on_body(prefix: str, *fields: str) -> Sort:
@@ -170,7 +188,7 @@ def _pair(model: Model, index: int, maps: Maps | None) -> Any:
 
 
 def _equality(model: Model, index: int, maps: Maps | None) -> Any:
-    kind = kind_of_object(model, int(model.mj.eq_objtype[index]))
+    kind = kind_of_joined(model, index)
     ids = (model.mj.eq_obj1id[index], model.mj.eq_obj2id[index])
     return (int(model.mj.eq_type[index]), *(_to(maps, kind, one) if kind else int(one) for one in ids))
 
@@ -192,11 +210,11 @@ _SORTS: Mapping[str, Sort] = {
     "site": _on_body("site", "type"),
     "camera": _on_body("cam", "mode"),
     "light": _on_body("light", "mode"),
-    "mesh": lambda model, index, maps: None if maps is None else "by geoms",
-    "height field": lambda model, index, maps: None if maps is None else "by geoms",
+    "mesh": _by_what_has_it,
+    "height field": _by_what_has_it,
     "pair": _pair,
     "equality": _equality,
-    "tendon": lambda model, index, maps: (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index])),
+    "tendon": _tendon,
     "actuator": _actuator,
     "sensor": _sensor,
 }
@@ -209,6 +227,17 @@ def kind_of_object(model: Model, number: int) -> str:
             word = name.removeprefix("mjOBJ_").replace("XBODY", "BODY")
             return next((kind for kind, entry in KINDS.items() if entry.obj == word), "")
     return ""
+
+
+def kind_of_joined(model: Model, equality: int) -> str:
+    """Return the kind of object that an equality joins; empty for those that have no names."""
+    kinds = model.mujoco.mjtEq
+    number = int(model.mj.eq_type[equality])
+    if number in (kinds.mjEQ_CONNECT, kinds.mjEQ_WELD):
+        return kind_of_object(model, int(model.mj.eq_objtype[equality]))
+    if number == kinds.mjEQ_DISTANCE:
+        return "geom"
+    return {int(kinds.mjEQ_JOINT): "joint", int(kinds.mjEQ_TENDON): "tendon"}.get(number, "flex")
 
 
 def kind_of_target(model: Model, actuator: int) -> str:

@@ -15,7 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .matched import BALL, FREE
-from .same import Comparison, slice_of
+from .same import Comparison
+from .same_drives import shift_of_control
+from .same_values import slice_of
 
 SECONDS = 0.5
 MOST_STEPS = 2000
@@ -26,16 +28,20 @@ LOOKS = 25  # how often the two are compared on the way
 # the source is moved by, at most by this factor (1e-12 against 1e-16).
 ROUNDING = 1e4
 
-_NO_CONTACT = 1 << 4  # mjDSBL_CONTACT; a test holds it against MuJoCo's
+NO_CONTACT = 1 << 4  # mjDSBL_CONTACT; a test holds it against MuJoCo's
 _MOVED = ("body_mass", "body_inertia", "body_pos", "body_ipos", "geom_pos", "jnt_pos", "qpos0")
 
 
 class Apart(NamedTuple):
-    """The largest distance of two runs (m, or an entry of a rotation), and the body that it was found at."""
+    """The largest distance of two runs (m, or an entry of a rotation), the body that it was found at, most contacts.
+
+    ``fell`` says that the first one did not hold: its numbers grew without end, and MuJoCo began anew.
+    """
 
     largest: float
     body: str
     touching: int = 0
+    fell: bool = False
 
 
 class Motion(NamedTuple):
@@ -59,17 +65,17 @@ def run(mujoco: Any, comparison: Comparison) -> Motion:
     source, ours = comparison.source.mj, comparison.ours.mj
     found = _apart(mujoco, comparison, source, ours, steps)
     motion = Motion("same", steps, found.largest, found.body, found.touching)
+    if found.fell:
+        return motion._replace(verdict="unstable")
     if found.largest <= TOLERANCE:
         return motion
     again = _apart(mujoco, comparison, source, _nudged(source), steps, itself=True)
     motion = motion._replace(itself=again.largest)
-    if not math.isfinite(again.largest):
-        return motion._replace(verdict="unstable")
     if found.largest > again.largest * ROUNDING:
         return motion._replace(verdict="differs")
     bare = [copy.copy(model) for model in (source, ours)]
     for model in bare:
-        model.opt.disableflags |= _NO_CONTACT
+        model.opt.disableflags |= NO_CONTACT
     alone = _apart(mujoco, comparison, bare[0], bare[1], steps)
     motion = motion._replace(verdict="chaotic", without_contact=alone.largest)
     if alone.largest <= TOLERANCE:
@@ -95,11 +101,14 @@ def _apart(mujoco: Any, comparison: Comparison, source: Any, ours: Any, steps: i
     _start(mujoco, comparison, first, second, itself)
     controls = list(_controls(comparison, itself))
     worst, where, touching = 0.0, 0, 0
+    signs = [getattr(mujoco.mjtWarning, f"mjWARN_{word}") for word in ("BADQPOS", "BADQVEL", "BADQACC")]
     for number in range(steps):
         for index, other, middle, reach, shift in controls:
             aim = middle + reach * math.sin(math.tau * first.time * (1 + 0.3 * (index % 7)) + index)
             first.ctrl[index], second.ctrl[other] = aim, aim - shift
         mujoco.mj_step(source, first)
+        if any(first.warning[int(sign)].number for sign in signs):
+            return Apart(math.inf, "", touching, fell=True)
         mujoco.mj_step(ours, second)
         touching = max(touching, int(first.ncon))
         if number % max(1, steps // LOOKS) and number != steps - 1:
@@ -147,7 +156,7 @@ def _controls(comparison: Comparison, itself: bool) -> Iterator[tuple[int, int, 
     """Yield each control: its index in both, the middle and the reach of its sine, and how ours counts it."""
     source, ours = comparison.source.mj, comparison.ours.mj
     for one, other in comparison.maps["actuator"].items():
-        shift = 0.0 if itself else comparison.shift_of_control(one, other)
+        shift = 0.0 if itself else shift_of_control(comparison, one, other)
         here = slice_of(source, "actuator_ctrlrange", one)
         there = here if itself else slice_of(ours, "actuator_ctrlrange", other)
         for at, to in zip(range(here.start, here.stop), range(there.start, there.stop), strict=False):

@@ -25,7 +25,7 @@ def add_contacts(reading: Reading) -> None:
 
     touching = {geom["body"] for geom in reading.facts["geoms"] if geom["contype"] or geom["conaffinity"]}
     robot = lower(reading.tree).robot if touching or reading.facts["excludes"] else None
-    ours = contacts(robot) if robot else Contacts([], [])
+    ours = contacts(robot) if robot else Contacts([], [], [])
     said = {frozenset(names) for names, _ in _excludes(reading)}
     named = {frozenset((one.shape.name, other.shape.name)) for one, other in ours.pairs}
     paired = {

@@ -61,10 +61,10 @@ class Reading:
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
-    ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or floating joint of a body.
-    ``servos`` are the names of the servos that are carried, by joint, in the order of the file, and ``stand_ins`` the
-    limits that it does not have: joint, number and place by the key of ``limit``. ``pairs`` are the elements of pairs
-    of geoms that ours has anyway.
+    ``site_of`` the link of a site, ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or
+    floating joint of a body. ``servos`` are the names of the servos that are carried, by joint, in the order of the
+    file, and ``stand_ins`` the limits that it does not have: joint, number and place by the key of ``limit``. ``pairs``
+    are the elements of pairs of geoms that ours has anyway.
     """
 
     def __init__(self, markup: Markup, places: Places, facts: Mapping[str, Any]) -> None:
@@ -80,6 +80,7 @@ class Reading:
         self.link_of: dict[int, str] = {}
         self.joint_of: dict[int, str] = {}
         self.material_of: dict[int, str] = {}
+        self.site_of: dict[int, str] = {}
         self.ball_of: dict[int, list[str]] = {}
         self.motion_of: dict[int, Motion] = {}
         self.actuators: list[str] = []
@@ -104,6 +105,7 @@ class Reading:
         held = [facts["joints"][at]["type"] for top in self.tops for at in self.joints_in.get(top, ())]
         self.ground = len(self.tops) != 1 or any(kind != FREE for kind in held)
         self.free_base = not self.ground and held == [FREE]
+        self.is_ours = any(geom["class"] == f"{facts['name']}_collision" for geom in facts["geoms"])
 
     def name(self, kind: str, name: str, made_up: str = "", index: int = -1) -> str:
         """Return the name of an object that no other of its kind has: its own, or one that is made up."""

@@ -65,9 +65,7 @@ def read_mjcf(path: Path, options: ReadOptions) -> Imported:
     if tree is not None:
         put(tree, "outputs", _outputs(reading))
     diagnostics = arrange([*reading.diagnostics, *about_meaning])
-    return Imported(
-        tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading)
-    )
+    return Imported(tree, diagnostics, comments_of(reading), files, tuple(reading.left_out), names=_names(reading))
 
 
 def _read(reading: Reading, path: Path) -> None:
@@ -119,6 +117,8 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
+    if not any("visual" in link for link in reading.links.values()):
+        put(mjcf, "visuals", "own")
     groups = Map(reading.tree.span)
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)

@@ -9,22 +9,53 @@ several principal axes, meshes an origin that MuJoCo moves; zero of a joint with
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from .matched import BALL, FREE, HFIELD, MESH, SDF, SLIDE, Model, Told, kind_of_object, kind_of_target, match, rotation
-from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, SLICES, WHOLE
+from .matched import (
+    BALL,
+    FREE,
+    HFIELD,
+    MESH,
+    SDF,
+    SLIDE,
+    Model,
+    Told,
+    kind_of_joined,
+    kind_of_object,
+    kind_of_target,
+    match,
+    rotation,
+)
+from .same_drives import actuators, keys, tendons
+from .same_fields import BODY_IDS, GATES, KINDS, MATERIAL_IDS, OF_DOFS, REFERENCES, WHOLE
+from .same_values import (
+    both,
+    close,
+    colour,
+    dofs,
+    hull,
+    inertia,
+    is_mocap,
+    may_touch,
+    near,
+    near_pose,
+    padded,
+    plugin,
+    public,
+    same_solid,
+    shape_frame,
+    sleep_policy,
+    value,
+    vertices,
+)
 
-RELATIVE = 1e-9  # between two numbers of double precision, of the larger one
-ABSOLUTE = 1e-12
 WELD = 1  # mjEQ_WELD
-PLACE = 1e-9  # m, or an entry of a rotation
-SINGLE = 1e-6  # between two numbers of single precision: colours, vertices, relative to the largest
 NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
 
-_LOST = {
+LOST = {
     "body": "bodies",
     "joint": "types of joints",
     "mesh": "shapes",
@@ -47,6 +78,11 @@ _LOST = {
     "flex": "flexible bodies",
     "skin": "skins",
 }
+
+
+_NAMES_OF_FILES = ("mesh", "height field", "material")  # nobody asks for those by name; what has them is compared
+GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
+WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
 
 
 class Difference(NamedTuple):
@@ -86,9 +122,9 @@ class Comparison:
         self._geoms()
         self._meshes()
         self._placed()
-        self._tendons()
-        self._actuators()
-        self._keys()
+        tendons(self)
+        actuators(self)
+        keys(self)
         self._order()
         self._touching()
         self._whole()
@@ -101,49 +137,66 @@ class Comparison:
     def numbers(self, feature: str, kind: str, index: int, what: str, one: Any, other: Any) -> None:
         """Say that two values differ, if they do."""
         if not close(one, other):
-            self.tell(feature, kind, index, f"{what} {_both(one, other)}")
+            self.tell(feature, kind, index, f"{what} {both(one, other)}")
 
     def _options(self, said: Any) -> None:
         one, other = self.source.mj, self.ours.mj
-        groups = ["global_", "headlight", "map", "quality", "rgba", "scale"]
         pairs = [("options", one.opt, other.opt)]
-        pairs += [("settings of the viewer", getattr(one.vis, name), getattr(other.vis, name)) for name in groups]
+        pairs += [("settings of the viewer", getattr(one.vis, name), getattr(other.vis, name)) for name in GROUPS]
         for feature, theirs, own in pairs:
             for field in public(theirs):
                 if not close(getattr(theirs, field), getattr(own, field)):
-                    text = f"{field} {_both(getattr(theirs, field), getattr(own, field))}"
+                    text = f"{field} {both(getattr(theirs, field), getattr(own, field))}"
                     self.found.append(Difference(feature, text))
         for field in public(one.stat) if said is not None else ():
-            if np.isfinite(getattr(said, field)).all() and not close(getattr(one.stat, field), getattr(other.stat, field)):
-                text = f"{field} {_both(getattr(one.stat, field), getattr(other.stat, field))}"
+            if np.isfinite(getattr(said, field)).all() and not close(
+                getattr(one.stat, field), getattr(other.stat, field)
+            ):
+                text = f"{field} {both(getattr(one.stat, field), getattr(other.stat, field))}"
                 self.found.append(Difference("settings of the viewer", text))
         for field in ("nuserdata", "njmax", "nconmax"):
             if getattr(one, field) != getattr(other, field):
-                self.found.append(Difference("sizes", f"{field} {_both(getattr(one, field), getattr(other, field))}"))
+                self.found.append(Difference("sizes", f"{field} {both(getattr(one, field), getattr(other, field))}"))
 
     def _missing(self) -> None:
         """Say what of the source is not there, or under another name than the one that the import told."""
-        for kind, feature in _LOST.items():
+        for kind, feature in LOST.items():
             for index, name in enumerate(self.source.names[kind]):
                 at = self.maps[kind].get(index)
                 if at is None:
                     if not (kind == "material" and self._is_colour(index)):
                         self.tell(feature, kind, index, "is not in ours")
-                elif name and self.ours.names[kind][at] not in (name, self.told.get(kind, {}).get(index)):
-                    if kind not in ("mesh", "height field"):  # nobody asks for those; what has them is compared
-                        self.tell("names", kind, index, f"is called {self.ours.names[kind][at] or 'nothing'} in ours")
+                elif name and kind not in _NAMES_OF_FILES:
+                    mine = self.ours.names[kind][at]
+                    if mine not in (name, self.told.get(kind, {}).get(index)):
+                        self.tell("names", kind, index, f"is called {mine or 'nothing'} in ours")
 
     def _is_colour(self, material: int) -> bool:
         """Say whether a material of the source is nothing but a colour, which its geoms have too."""
         mj = self.source.mj
         usual = {"emission": 0, "specular": 0.5, "shininess": 0.5, "reflectance": 0, "metallic": -1, "roughness": -1}
         usual |= {"texuniform": 0, "texrepeat": 1, "texid": -1}
-        return all(close(getattr(mj, f"mat_{f}")[material], np.full_like(getattr(mj, f"mat_{f}")[material], v)) for f, v in usual.items())
+        return all(
+            close(getattr(mj, f"mat_{f}")[material], np.full_like(getattr(mj, f"mat_{f}")[material], v))
+            for f, v in usual.items()
+        )
 
     def _added(self) -> None:
         """Say what ours has that the source has not, and that makes a difference."""
         mj = self.ours.mj
-        for kind in ("joint", "geom", "pair", "equality", "tendon", "actuator", "sensor", "key", "flex", "skin", "body"):
+        for kind in (
+            "joint",
+            "geom",
+            "pair",
+            "equality",
+            "tendon",
+            "actuator",
+            "sensor",
+            "key",
+            "flex",
+            "skin",
+            "body",
+        ):
             known = set(self.maps[kind].values())
             for index in range(len(self.ours.names[kind])):
                 if index in known:
@@ -152,14 +205,18 @@ class Comparison:
                     continue
                 if kind == "body" and mj.body_mass[index] <= NO_MASS:
                     continue
+                if kind == "key" and self.ours.names[kind][index] == "home":
+                    continue  # every robot of ours has one
                 text = f"{self.ours.called(kind, index)} is in ours alone"
-                self.found.append(Difference(_LOST[kind], text))
+                self.found.append(Difference(LOST[kind], text))
 
     def _plain(self, kind: str, feature: str, field: str) -> None:
         for one, other in self.maps[kind].items():
             if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
                 continue  # it touches nothing; a pair that names it says how
-            if field in GATES and not (self._all(self.source, GATES[field], one) and self._all(self.ours, GATES[field], other)):
+            if field in GATES and not (
+                self.is_set(self.source, GATES[field], one) and self.is_set(self.ours, GATES[field], other)
+            ):
                 continue
             theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)
             if field.endswith("_user"):
@@ -168,19 +225,21 @@ class Comparison:
                 theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
             self.numbers(feature, kind, one, field.partition("_")[2], theirs, own)
 
-    def _all(self, model: Model, field: str, index: int) -> bool:
+    def is_set(self, model: Model, field: str, index: int) -> bool:
         return bool(np.all(value(model.mj, field, index)))
 
     def _reference(self, field: str) -> None:
         """Compare which other objects are named."""
         how, feature = REFERENCES[field]
-        kind = next(kind for kind, entry in KINDS.items() if field.startswith(f"{entry.prefix}_")) if field != "wrap_objid" else "tendon"
+        owners = (kind for kind, entry in KINDS.items() if field.startswith(f"{entry.prefix}_"))
+        kind = next(owners, "tendon")  # wrap_objid
         for one, other in self.maps[kind].items():
             theirs = list(np.atleast_1d(value(self.source.mj, field, one)))
             own = list(np.atleast_1d(value(self.ours.mj, field, other)))
             if how == "plugin":
-                if plugin(self.source.mj, theirs[0]) != plugin(self.ours.mj, own[0]):
-                    self.tell(feature, kind, one, f"plugin {plugin(self.source.mj, theirs[0])} in the source, {plugin(self.ours.mj, own[0])} in ours")
+                made = plugin(self.source.mj, theirs[0]), plugin(self.ours.mj, own[0])
+                if made[0] != made[1]:
+                    self.tell(feature, kind, one, f"plugin {made[0]} in the source, {made[1]} in ours")
                 continue
             kinds = list(self._kinds(how, one, len(theirs)))
             if len(theirs) != len(own) or not all(map(self._is_same, kinds, theirs, own)):
@@ -192,11 +251,12 @@ class Comparison:
         mj = self.source.mj
         if how == "actuator_trntype":
             yield from [kind_of_target(self.source, index)] * count
+        elif how == "eq_type":
+            yield kind_of_joined(self.source, index)
         elif how == "geom_type":
             yield {HFIELD: "height field", MESH: "mesh", SDF: "mesh"}.get(int(mj.geom_type[index]), "")
         elif how == "wrap_type":
-            words = {1: "joint", 3: "site", 4: "geom", 5: "geom"}
-            yield from (words.get(int(number), "") for number in value(mj, how, index))
+            yield from (WRAPPED.get(int(number), "") for number in value(mj, how, index))
         elif how in KINDS:
             yield from [how] * count
         else:
@@ -231,9 +291,12 @@ class Comparison:
             if one:
                 self._place_of_body(one, other)
                 self._masses(one, other)
-            for what, feature, of in (("motion capture", "motion capture", _is_mocap), ("sleep policy", "sleep", _sleep)):
+            for what, feature, of in (
+                ("motion capture", "motion capture", is_mocap),
+                ("sleep policy", "sleep", sleep_policy),
+            ):
                 if of(theirs, one) != of(own, other):
-                    self.tell(feature, "body", one, f"{what} {_both(of(theirs, one), of(own, other))}")
+                    self.tell(feature, "body", one, f"{what} {both(of(theirs, one), of(own, other))}")
 
     def _place_of_body(self, one: int, other: int) -> None:
         above = next(body for body in self.source.above(one)[1:] if body in self.maps["body"])
@@ -247,7 +310,7 @@ class Comparison:
 
     def _pose(self, feature: str, kind: str, index: int, theirs: tuple[Any, Any], own: tuple[Any, Any]) -> None:
         if not near(theirs[0], own[0]):
-            self.tell(feature, kind, index, f"position {_both(*theirs[:1], *own[:1])}")
+            self.tell(feature, kind, index, f"position {both(*theirs[:1], *own[:1])}")
         if not near(theirs[1], own[1]):
             self.tell(feature, kind, index, f"orientation differs by {np.abs(theirs[1] - own[1]).max():.2g}")
 
@@ -258,10 +321,10 @@ class Comparison:
             return
         self.numbers("masses", "body", one, "mass", mass, mine)
         if not near(theirs.body_ipos[one], own.body_ipos[other]):
-            self.tell("masses", "body", one, f"centre of mass {_both(theirs.body_ipos[one], own.body_ipos[other])}")
+            self.tell("masses", "body", one, f"centre of mass {both(theirs.body_ipos[one], own.body_ipos[other])}")
         a, b = inertia(theirs, one), inertia(own, other)
         if np.abs(a - b).max() > max(np.trace(a) * 1e-8, 1e-14):
-            self.tell("masses", "body", one, f"inertia {_both(np.diag(a), np.diag(b))}, along the axes of the body")
+            self.tell("masses", "body", one, f"inertia {both(np.diag(a), np.diag(b))}, along the axes of the body")
 
     def _joints(self) -> None:
         for one, other in self.maps["joint"].items():
@@ -284,10 +347,13 @@ class Comparison:
                 rests = theirs.qpos_spring[at : at + size], own.qpos_spring[mine : mine + size]
                 places = theirs.qpos0[at : at + size], own.qpos0[mine : mine + size]
                 if not near_pose(*places):
-                    self.tell("places of bodies", "joint", one, f"first position {_both(*places)}")
-            springs = any(np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i]) for mj, i in ((theirs, one), (own, other)))
+                    self.tell("places of bodies", "joint", one, f"first position {both(*places)}")
+            springs = any(
+                np.any(mj.jnt_stiffness[i]) or np.any(mj.jnt_stiffnesspoly[i])
+                for mj, i in ((theirs, one), (own, other))
+            )
             if springs and not (near_pose(*rests) if size > 1 else near(*rests)):
-                self.tell("springs", "joint", one, f"rest of the spring {_both(*rests)}")
+                self.tell("springs", "joint", one, f"rest of the spring {both(*rests)}")
             for feature, fields in OF_DOFS.items():
                 for field in fields.split():
                     values = (dofs(mj, f"dof_{field}", joint) for mj, joint in ((theirs, one), (own, other)))
@@ -307,9 +373,9 @@ class Comparison:
         anchor, turn = self.ours.seen_from(base, moved, own.jnt_pos[other], np.eye(3))
         kind = int(theirs.jnt_type[one])
         if kind not in (FREE, BALL) and not near(theirs.jnt_axis[one], turn @ own.jnt_axis[other]):
-            self.tell("types of joints", "joint", one, f"axis {_both(theirs.jnt_axis[one], turn @ own.jnt_axis[other])}")
+            self.tell("types of joints", "joint", one, f"axis {both(theirs.jnt_axis[one], turn @ own.jnt_axis[other])}")
         if kind not in (FREE, SLIDE) and not near(theirs.jnt_pos[one], anchor):
-            self.tell("types of joints", "joint", one, f"anchor {_both(theirs.jnt_pos[one], anchor)}")
+            self.tell("types of joints", "joint", one, f"anchor {both(theirs.jnt_pos[one], anchor)}")
 
     def _geoms(self) -> None:
         theirs, own = self.source.mj, self.ours.mj
@@ -337,10 +403,10 @@ class Comparison:
         waiting: dict[Any, list[int]] = {}
         for geom in range(mj.ngeom):
             if geom not in known and not (mj.geom_contype[geom] or mj.geom_conaffinity[geom]):
-                waiting.setdefault(_same_solid(mj, geom), []).append(geom)
+                waiting.setdefault(same_solid(mj, geom), []).append(geom)
         found = {}
         for geom in sorted(known):
-            same = waiting.get(_same_solid(mj, geom))
+            same = waiting.get(same_solid(mj, geom))
             if same:
                 found[geom] = same.pop(0) if len(same) > 1 else same[0]
         return found
@@ -367,7 +433,7 @@ class Comparison:
                     self.tell("shapes", "mesh", one, f"{word} differ")
             hulls = hull(self.source.mj, one), hull(self.ours.mj, other)
             if hulls[0] != hulls[1]:
-                self.tell("shapes", "mesh", one, f"vertices of the hull {_both(*hulls)}")
+                self.tell("shapes", "mesh", one, f"vertices of the hull {both(*hulls)}")
 
     def _placed(self) -> None:
         """Compare where sites, cameras and lights are."""
@@ -377,108 +443,13 @@ class Comparison:
                 poses = []
                 for mj, index in ((self.source.mj, one), (self.ours.mj, other)):
                     pos = getattr(mj, f"{prefix}_pos")[index]
-                    turn = rotation(getattr(mj, f"{prefix}_quat")[index]) if kind != "light" else mj.light_dir[index][:, None]
+                    turn = (
+                        rotation(getattr(mj, f"{prefix}_quat")[index])
+                        if kind != "light"
+                        else mj.light_dir[index][:, None]
+                    )
                     poses.append((pos, turn))
                 self._in_body(feature, kind, one, other, poses)
-
-    def _tendons(self) -> None:
-        for one, other in self.maps["tendon"].items():
-            theirs, own = self.source.mj, self.ours.mj
-            for field in ("wrap_type", "wrap_prm"):
-                values = [np.array(value(mj, field, index)) for mj, index in ((theirs, one), (own, other))]
-                if field == "wrap_prm":
-                    types = value(theirs, "wrap_type", one)
-                    for at in np.flatnonzero(np.isin(types, (4, 5))) if len(values[0]) == len(values[1]) else ():
-                        site = int(values[0][at])
-                        values[0][at] = self.maps["site"].get(site, -2) if site >= 0 else -1
-                self.numbers("tendons", "tendon", one, field.partition("_")[2], *values)
-            shift = self._shift_of_tendon(one, other)
-            if theirs.tendon_limited[one] and own.tendon_limited[other]:
-                self.numbers("tendons", "tendon", one, "range", theirs.tendon_range[one] - shift, own.tendon_range[other])
-            rests = theirs.tendon_lengthspring[one] - shift, own.tendon_lengthspring[other]
-            self.numbers("tendons", "tendon", one, "lengthspring", *rests)
-
-    def _shift_of_tendon(self, one: int, other: int) -> float:
-        """Return how much longer a tendon of joints is at the same pose, for its joints count from another zero."""
-        mj = self.source.mj
-        total = 0.0
-        for kind, joint, factor in zip(*(value(mj, f"wrap_{f}", one) for f in ("type", "objid", "prm")), strict=True):
-            total += float(factor) * self._shift_of_joint(int(joint)) if kind == 1 else 0.0
-        return total
-
-    def _shift_of_joint(self, joint: int) -> float:
-        """Return the position of a joint of the source where ours says zero, for one that turns or slides."""
-        other = self.maps["joint"].get(joint)
-        if other is None or self.source.mj.jnt_type[joint] in (FREE, BALL):
-            return 0.0
-        zero = self.source.mj.qpos0[self.source.mj.jnt_qposadr[joint]]
-        return float(zero - self.ours.mj.qpos0[self.ours.mj.jnt_qposadr[other]])
-
-    def shift_of_control(self, one: int, other: int) -> float:
-        """Return how much more a servo of the source is asked for than ours, at the same pose."""
-        theirs, own = self.source.mj, self.ours.mj
-        kind, target = kind_of_target(self.source, one), int(theirs.actuator_trnid[one][0])
-        shift = self._shift_of_joint(target) if kind == "joint" else 0.0
-        if kind == "tendon" and target in self.maps["tendon"]:
-            shift = self._shift_of_tendon(target, self.maps["tendon"][target])
-        shift *= float(value(theirs, "actuator_gear", one).ravel()[0])
-        bias, gain = theirs.actuator_biasprm[one], float(theirs.actuator_gainprm[one][0])
-        moved = float(bias[0] + bias[1] * shift)
-        return 0.0 if close(moved, own.actuator_biasprm[other][0]) or not gain else shift * float(-bias[1] / gain)
-
-    def _actuators(self) -> None:
-        for one, other in self.maps["actuator"].items():
-            theirs, own = self.source.mj, self.ours.mj
-            control = self.shift_of_control(one, other)
-            biases = theirs.actuator_biasprm[one].copy(), own.actuator_biasprm[other]
-            if control:
-                biases[0][0] = own.actuator_biasprm[other][0]
-            elif kind_of_target(self.source, one) == "joint" and biases[0][1]:
-                gear = float(value(theirs, "actuator_gear", one).ravel()[0])
-                biases[0][0] += biases[0][1] * gear * self._shift_of_joint(int(theirs.actuator_trnid[one][0]))
-            self.numbers("actuators", "actuator", one, "biasprm", *biases)
-            if self._all(self.source, "actuator_ctrllimited", one) and self._all(self.ours, "actuator_ctrllimited", other):
-                ranges = value(theirs, "actuator_ctrlrange", one) - control, value(own, "actuator_ctrlrange", other)
-                self.numbers("actuators", "actuator", one, "ctrlrange", *ranges)
-
-    def _keys(self) -> None:
-        for one, other in self.maps["key"].items():
-            theirs, own = self.source.mj, self.ours.mj
-            for joint, mine in self.maps["joint"].items():
-                if theirs.jnt_type[joint] == own.jnt_type[mine]:
-                    self._key_of_joint(one, other, joint, mine)
-            for actuator, mine in self.maps["actuator"].items():
-                at, to = slice_of(theirs, "actuator_ctrlrange", actuator), slice_of(own, "actuator_ctrlrange", mine)
-                values = theirs.key_ctrl[one][at] - self.shift_of_control(actuator, mine), own.key_ctrl[other][to]
-                name = self.source.called("actuator", actuator)
-                self.numbers("keys", "key", one, f"control of {name}", *values)
-                acts = [activation(mj, key, index) for mj, key, index in ((theirs, one, actuator), (own, other, mine))]
-                self.numbers("keys", "key", one, f"activation of {name}", *acts)
-            for body, mine in self.maps["body"].items():
-                at, to = int(theirs.body_mocapid[body]), int(own.body_mocapid[mine])
-                if at >= 0 and to >= 0:
-                    name = self.source.called("body", body)
-                    places = (np.reshape(mj.key_mpos[key], (-1, 3))[i] for mj, key, i in ((theirs, one, at), (own, other, to)))
-                    self.numbers("keys", "key", one, f"place of {name}", *places)
-                    turns = [np.reshape(mj.key_mquat[key], (-1, 4))[i] for mj, key, i in ((theirs, one, at), (own, other, to))]
-                    if not near(rotation(turns[0]), rotation(turns[1])):
-                        self.numbers("keys", "key", one, f"orientation of {name}", *turns)
-            self.numbers("keys", "key", one, "plastic", theirs.key_plastic[one], own.key_plastic[other])
-
-    def _key_of_joint(self, one: int, other: int, joint: int, mine: int) -> None:
-        theirs, own = self.source.mj, self.ours.mj
-        name, kind = self.source.called("joint", joint), int(theirs.jnt_type[joint])
-        size = {FREE: 7, BALL: 4}.get(kind, 1)
-        at, to = int(theirs.jnt_qposadr[joint]), int(own.jnt_qposadr[mine])
-        values = theirs.key_qpos[one][at : at + size], own.key_qpos[other][to : to + size]
-        if size == 1:
-            values = values[0] - theirs.qpos0[at], values[1] - own.qpos0[to]
-        if not (near(*values) if size == 1 else near_pose(*values)):
-            self.tell("keys", "key", one, f"position of {name} {_both(*values)}")
-        count = {FREE: 6, BALL: 3}.get(kind, 1)
-        at, to = int(theirs.jnt_dofadr[joint]), int(own.jnt_dofadr[mine])
-        speeds = theirs.key_qvel[one][at : at + count], own.key_qvel[other][to : to + count]
-        self.numbers("keys", "key", one, f"speed of {name}", *speeds)
 
     def _order(self) -> None:
         for kind, field in (("joint", "jnt_qposadr"), ("actuator", "actuator_ctrladr"), ("sensor", "sensor_adr")):
@@ -511,187 +482,4 @@ class Comparison:
                 if theirs.size and not own.size:
                     continue  # it is told that none is there
                 if not close(theirs, own):
-                    self.found.append(Difference(feature, f"{field} {_both(theirs, own)}"))
-
-
-def public(struct: Any) -> Iterator[str]:
-    """Yield the names of the numbers of a struct of MuJoCo."""
-    for name in dir(struct):
-        if not name.startswith("_") and not callable(getattr(struct, name)):
-            yield name
-
-
-def value(mj: Any, field: str, index: int) -> Any:
-    """Return what a field says of an object: a row, or a piece of a long array."""
-    array = getattr(mj, field)
-    if field not in SLICES:
-        return np.asarray(array)[index]
-    return np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))[slice_of(mj, field, index)]
-
-
-def slice_of(mj: Any, field: str, index: int) -> slice:
-    """Return where in a long array an object has its values."""
-    address, sizes = SLICES[field]
-    start, count = int(np.ravel(getattr(mj, address))[index]), 1
-    for size in sizes.split():
-        count *= int(np.ravel(getattr(mj, size))[index])
-    return slice(start, start + count) if start >= 0 else slice(0, 0)
-
-
-def dofs(mj: Any, field: str, joint: int) -> Any:
-    """Return what a field says of the degrees of freedom of a joint."""
-    start = int(mj.jnt_dofadr[joint])
-    return getattr(mj, field)[start : start + {FREE: 6, BALL: 3}.get(int(mj.jnt_type[joint]), 1)]
-
-
-def close(one: Any, other: Any) -> bool:
-    """Say whether two values are equal but for rounding; of two arrays of one shape."""
-    a, b = np.asarray(one), np.asarray(other)
-    if a.shape != b.shape:
-        return False
-    if not (np.issubdtype(a.dtype, np.floating) or np.issubdtype(b.dtype, np.floating)):
-        return bool((a == b).all())
-    single = np.float32 in (a.dtype, b.dtype)
-    return bool(np.allclose(a, b, SINGLE if single else RELATIVE, SINGLE if single else ABSOLUTE, equal_nan=True))
-
-
-def near(one: Any, other: Any) -> bool:
-    """Say whether two positions, or two rotation matrices, are the same."""
-    return bool(np.abs(np.asarray(one, dtype=float) - other).max(initial=0) <= PLACE)
-
-
-def near_pose(one: Any, other: Any) -> bool:
-    """Say whether two positions of a ball or free joint are the same: a quaternion has two signs."""
-    return near(one[:-4], other[:-4]) and near(rotation(one[-4:]), rotation(other[-4:]))
-
-
-def padded(one: Any, other: Any) -> tuple[Any, Any]:
-    """Return two rows of numbers with zeros after the shorter one."""
-    size = max(len(one), len(other))
-    return np.pad(one, (0, size - len(one))), np.pad(other, (0, size - len(other)))
-
-
-def inertia(mj: Any, body: int) -> Any:
-    """Return the moments of inertia along the axes of a body, about its centre of mass (kg*m^2), 3x3."""
-    turn = rotation(mj.body_iquat[body])
-    return turn @ np.diag(mj.body_inertia[body]) @ turn.T
-
-
-def shape_frame(model: Model, geom: int) -> tuple[Any, Any]:
-    """Return the frame of a geom in its body; of a mesh, that of its file."""
-    mj = model.mj
-    pos, turn = mj.geom_pos[geom], rotation(mj.geom_quat[geom])
-    if mj.geom_type[geom] in (MESH, SDF) and mj.geom_dataid[geom] >= 0:
-        mesh = int(mj.geom_dataid[geom])
-        turn = turn @ rotation(mj.mesh_quat[mesh]).T
-        pos = pos - turn @ mj.mesh_pos[mesh]
-    return pos, turn
-
-
-def vertices(mj: Any, mesh: int) -> tuple[Any, Any]:
-    """Return the vertices and normals of a mesh as its file has them (m)."""
-    turn = rotation(mj.mesh_quat[mesh])
-    start, count = int(mj.mesh_vertadr[mesh]), int(mj.mesh_vertnum[mesh])
-    first, many = int(mj.mesh_normaladr[mesh]), int(mj.mesh_normalnum[mesh])
-    return mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh], mj.mesh_normal[first : first + many] @ turn.T
-
-
-def hull(mj: Any, mesh: int) -> int:
-    """Return how many vertices the convex hull of a mesh has; none if it has no hull."""
-    start = int(mj.mesh_graphadr[mesh])
-    return int(mj.mesh_graph[start]) if start >= 0 else 0
-
-
-_NO_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)  # a geom of this colour has that of its material
-
-
-def colour(mj: Any, geom: int) -> Any:
-    """Return the colour in which a geom is seen."""
-    own, material = mj.geom_rgba[geom], int(mj.geom_matid[geom])
-    return mj.mat_rgba[material] if material >= 0 and close(own, _NO_COLOUR) else own
-
-
-def _same_solid(mj: Any, geom: int) -> Any:
-    numbers = (*mj.geom_pos[geom], *mj.geom_quat[geom], *mj.geom_size[geom])
-    return (int(mj.geom_bodyid[geom]), int(mj.geom_type[geom]), int(mj.geom_dataid[geom]), *numbers)
-
-
-def plugin(mj: Any, instance: Any) -> str:
-    """Return which plugin an instance is, and its settings; empty for none."""
-    if instance < 0:
-        return ""
-    ends = [*np.ravel(mj.plugin_attradr)[1:], mj.npluginattr]
-    raw = mj.plugin_attr
-    data = raw if isinstance(raw, bytes) else np.asarray(raw).astype(np.uint8).tobytes()
-    settings = data[int(np.ravel(mj.plugin_attradr)[instance]) : int(ends[instance])].decode("utf-8", "replace")
-    return f"{int(np.ravel(mj.plugin)[instance])}: {settings!r}"
-
-
-def _is_mocap(mj: Any, body: int) -> bool:
-    return bool(mj.body_mocapid[body] >= 0)
-
-
-def _sleep(mj: Any, body: int) -> int:
-    """Return the policy that is said for the tree of a body; what MuJoCo chooses by itself is 0."""
-    tree = int(mj.body_treeid[body])
-    policy = int(mj.tree_sleep_policy[tree]) if tree >= 0 else 0
-    return policy if policy > _CHOSEN else 0
-
-
-_CHOSEN = 2  # mjSLEEP_AUTO_ALLOWED
-
-
-def activation(mj: Any, key: int, actuator: int) -> Any:
-    """Return what a key has for the activations of an actuator."""
-    start, count = int(mj.actuator_actadr[actuator]), int(mj.actuator_actnum[actuator])
-    return mj.key_act[key][start : start + count] if start >= 0 else np.zeros(0)
-
-
-def may_touch(mj: Any, geoms: Sequence[int]) -> Any:
-    """Return which of some geoms MuJoCo would look for contacts of, as a matrix: masks, neighbours, excludes, pairs."""
-    index = np.array(geoms, dtype=int)
-    kind, affinity = mj.geom_contype[index], mj.geom_conaffinity[index]
-    body = mj.geom_bodyid[index]
-    weld = mj.body_weldid[body]
-    above = mj.body_weldid[mj.body_parentid[weld]]
-    touch = ((kind[:, None] & affinity[None, :]) | (kind[None, :] & affinity[:, None])) != 0
-    touch &= weld[:, None] != weld[None, :]
-    if not mj.opt.disableflags & _FILTER_PARENT:
-        child = (weld[:, None] == above[None, :]) & (weld[:, None] != 0) & (weld[None, :] != 0)
-        touch &= ~(child | child.T)
-    low, high = np.minimum(body[:, None], body[None, :]), np.maximum(body[:, None], body[None, :])
-    touch &= ~np.isin((low << 16) + high, mj.exclude_signature)
-    place = {int(geom): at for at, geom in enumerate(index)}
-    for one, other in zip(mj.pair_geom1, mj.pair_geom2, strict=True):
-        if int(one) in place and int(other) in place:
-            touch[place[int(one)], place[int(other)]] = touch[place[int(other)], place[int(one)]] = True
-    return touch
-
-
-_FILTER_PARENT = 1 << 10  # mjDSBL_FILTERPARENT; a test holds it against MuJoCo's
-
-
-def _both(one: Any, other: Any) -> str:
-    """Return two values in words; of long ones how many differ, and the first of those."""
-    a, b = np.asarray(one), np.asarray(other)
-    if a.shape == b.shape and a.size > _FEW:
-        differ = [at for at in range(a.size) if not close(a.ravel()[at], b.ravel()[at])]
-        first = differ[0] if differ else 0
-        return f"differs in {len(differ)} of {a.size} numbers: {_both(a.ravel()[first], b.ravel()[first])}"
-    if a.size > _FEW or b.size > _FEW:
-        return f"has {a.size} numbers in the source, {b.size} in ours"
-    texts = [" ".join(f"{number:.6g}" for number in array.ravel().tolist()) or "nothing" for array in (a, b)]
-    if texts[0] == texts[1]:
-        texts = [" ".join(map(repr, array.ravel().tolist())) or "nothing" for array in (a, b)]
-    return f"{texts[0]} in the source, {texts[1]} in ours"
-
-
-_FEW = 20
-
-
-def by_feature(differences: Iterable[Difference]) -> Mapping[str, list[str]]:
-    """Return the differences of each feature, in order."""
-    grouped: dict[str, list[str]] = {}
-    for difference in differences:
-        grouped.setdefault(difference.feature, []).append(difference.text)
-    return grouped
+                    self.found.append(Difference(feature, f"{field} {both(theirs, own)}"))

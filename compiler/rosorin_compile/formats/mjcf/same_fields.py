@@ -16,7 +16,7 @@ class Kind(NamedTuple):
 
     obj: str
     prefix: str
-    count: str
+    total: str
     fields: Mapping[str, str]
 
 
@@ -37,8 +37,8 @@ KINDS: Mapping[str, Kind] = {
             "user data": "user",
         },
     ),
-    "mesh": Kind("MESH", "mesh", "nmesh", {"meshes": "face facenormal facetexcoord texcoord"}),
-    "height field": Kind("HFIELD", "hfield", "nhfield", {"height fields": "size nrow ncol data"}),
+    "mesh": Kind("MESH", "mesh", "nmesh", {"shapes": "face facenormal facetexcoord texcoord"}),
+    "height field": Kind("HFIELD", "hfield", "nhfield", {"shapes": "size nrow ncol data"}),
     "texture": Kind("TEXTURE", "tex", "ntex", {"textures": "type colorspace height width nchannel data"}),
     "material": Kind(
         "MATERIAL",
@@ -81,7 +81,8 @@ KINDS: Mapping[str, Kind] = {
     "pair": Kind(
         "PAIR", "pair", "npair", {"contact pairs": "dim solref solreffriction solimp margin gap adhesion friction"}
     ),
-    "equality": Kind("EQUALITY", "eq", "neq", {"equalities": "type active0 data", "tuning of equalities": "solref solimp"}),
+    "flex": Kind("FLEX", "flex", "nflex", {}),
+    "skin": Kind("SKIN", "skin", "nskin", {}),
     "tendon": Kind(
         "TENDON",
         "tendon",
@@ -91,6 +92,9 @@ KINDS: Mapping[str, Kind] = {
             " stiffness stiffnesspoly damping dampingpoly armature frictionloss springyield rgba group",
             "user data": "user",
         },
+    ),
+    "equality": Kind(
+        "EQUALITY", "eq", "neq", {"equalities": "type objtype active0 data", "tuning of equalities": "solref solimp"}
     ),
     "actuator": Kind(
         "ACTUATOR",
@@ -117,8 +121,6 @@ KINDS: Mapping[str, Kind] = {
     "text": Kind("TEXT", "text", "ntext", {"numbers and texts": "size data"}),
     "tuple": Kind("TUPLE", "tuple", "ntuple", {"numbers and texts": "size objtype objprm"}),
     "key": Kind("KEY", "key", "nkey", {"keys": "time"}),
-    "flex": Kind("FLEX", "flex", "nflex", {}),
-    "skin": Kind("SKIN", "skin", "nskin", {}),
 }
 """The kinds of objects, in the order in which they are matched: what names another one comes after it."""
 
@@ -175,8 +177,8 @@ REFERENCES: Mapping[str, tuple[str, str]] = {
     "light_texid": ("texture", "lights"),
     "pair_geom1": ("geom", "contact pairs"),
     "pair_geom2": ("geom", "contact pairs"),
-    "eq_obj1id": ("eq_objtype", "equalities"),
-    "eq_obj2id": ("eq_objtype", "equalities"),
+    "eq_obj1id": ("eq_type", "equalities"),
+    "eq_obj2id": ("eq_type", "equalities"),
     "actuator_trnid": ("actuator_trntype", "actuators"),
     "sensor_objid": ("sensor_objtype", "sensors"),
     "sensor_refid": ("sensor_reftype", "sensors"),
@@ -198,7 +200,7 @@ CARED_FOR: Mapping[str, str] = {
     "jnt_range": "counted from where the joint stands at first",
     "jnt_qposadr": "the order of the joints",
     "dof_jntid": "which degrees of freedom belong to a joint",
-    "qpos0 qpos_spring": "where springs rest, counted from where the joint stands at first; that itself is a name for zero",
+    "qpos0 qpos_spring": "where springs rest, counted from where the joint stands at first; that is a name for zero",
     "geom_bodyid geom_pos geom_quat geom_size": "a shape in the frame of its body; of a mesh as the file has it",
     "geom_group": "visuals may be in 1 or 2, what collides in 0 or 3",
     "geom_rgba geom_matid": "the colour that is seen, and a material that is more than a colour",
@@ -207,7 +209,6 @@ CARED_FOR: Mapping[str, str] = {
     "site_bodyid site_pos site_quat": "where it is in the frame of the body that had it",
     "cam_bodyid cam_pos cam_quat": "the same",
     "light_bodyid light_pos light_dir": "the same",
-    "eq_objtype": "with what it joins",
     "wrap_type wrap_prm tendon_adr tendon_num": "the path of a tendon",
     "tendon_range tendon_lengthspring": "counted from the length at first, as the positions of its joints",
     "actuator_ctrlrange actuator_biasprm": "counted from where the joint stands at first",
@@ -218,7 +219,7 @@ CARED_FOR: Mapping[str, str] = {
     "plugin plugin_attr plugin_attradr": "by what names a plugin: which one, and its settings",
     "names name_bodyadr name_jntadr name_geomadr name_siteadr name_camadr name_lightadr name_flexadr name_meshadr"
     " name_skinadr name_hfieldadr name_texadr name_matadr name_pairadr name_eqadr name_tendonadr"
-    " name_actuatoradr name_sensoradr name_numericadr name_textadr name_tupleadr name_keyadr": "objects are matched by name",
+    " name_actuatoradr name_sensoradr name_numericadr name_textadr name_tupleadr name_keyadr": "what is matched by",
     "nuserdata njmax nconmax": "what <size> says",
 }
 """Fields that are compared in a way of their own, and how."""
@@ -269,7 +270,8 @@ EXCUSED: Mapping[str, str] = {
     " bvh_aabb oct_depth oct_child oct_aabb oct_coeff geom_sameframe geom_aabb geom_rbound site_sameframe"
     " mesh_bvhadr mesh_bvhnum mesh_octadr mesh_octnum mesh_extrema mesh_polynum mesh_polyadr mesh_polynormal"
     " mesh_polyvertadr mesh_polyvertnum mesh_polyvert mesh_polymapadr mesh_polymapnum mesh_polymap flex_bvhadr"
-    " flex_bvhnum flex_elemedge flex_elemlayer flex_shell flex_shellnum flex_rigid flexedge_rigid flex_centered": _GEOMS,
+    " flex_bvhnum flex_elemedge flex_elemlayer flex_shell flex_shellnum flex_rigid flexedge_rigid"
+    " flex_centered": _GEOMS,
     "mesh_vertadr mesh_vertnum mesh_faceadr mesh_facenum mesh_normaladr mesh_normalnum mesh_texcoordadr"
     " mesh_texcoordnum skin_vertadr skin_vertnum skin_texcoordadr skin_faceadr skin_facenum skin_boneadr skin_bonenum"
     " skin_bonevertadr hfield_adr tex_adr numeric_adr text_adr tuple_adr actuator_outadr actuator_actadr"
@@ -289,73 +291,3 @@ EXCUSED: Mapping[str, str] = {
     "opt vis stat": "field by field: options, settings of the viewer, statistics that the source says",
 }
 """Fields of mjModel that are not compared, several in a word, and why."""
-
-LISTED_AS: Mapping[str, tuple[str, ...]] = {
-    "options": ("of options",),
-    "sizes": ("settings of the simulation",),
-    "settings of the viewer": ("settings of the viewer",),
-    "names": ("the name of an equality", "the names of", "becomes the link", "what MuJoCo has for mass"),
-    "places of bodies": ("the body stands at",),
-    "motion capture": ("motion capture", "motion of bodies"),
-    "sleep": ("sleep policy",),
-    "gravity compensation": ("compensation of gravity",),
-    "types of joints": ("the ball joint",),
-    "forces of joints": ("which has one size both ways", "no effort limit", "actuator"),
-    "springs": ("springs of joints", "springs", "the ball joint"),
-    "tuning of joints": ("the tuning of limits and friction", "the ball joint"),
-    "ranges of joints": ("no range limit", "the ball joint"),
-    "damping": ("of the free joint", '"damping', "the ball joint"),
-    "armature": ("of the free joint", "the ball joint"),
-    "friction loss": ("of the free joint", "the ball joint"),
-    "groups": ("groups of geoms", '"group"'),
-    "shapes": ("a geom of link", "geoms (", "of the world: the scene"),
-    "masks": ("which geoms collide with which others",),
-    "touching": (
-        "neighbours that may touch",
-        "which geoms collide with which others",
-        "contact pairs",
-        "a contact with the world",
-        "of the world: the scene",
-    ),
-    "contact": ("friction and the tuning of contacts",),
-    "drag": ("the drag of fluids",),
-    "shine": ("of the world: the scene", "shine and texture mapping",),
-    "textures": ("of the world: the scene", "shine and texture mapping", "texture"),
-    "looks of sites": ("how sites look", "without a name: nobody can ask"),
-    "sites": ("without a name: nobody can ask", "of the world: the scene"),
-    "cameras": ("the optics of cameras", "the camera ", "of the world: the scene"),
-    "lights": ("of the world: the scene", "lights",),
-    "contact pairs": ("contact pairs",),
-    "equalities": ("the equality <", "equalities <", "of equality"),
-    "tuning of equalities": ("the equality <", "equalities <"),
-    "tendons": ("tendons",),
-    "actuators": ("the actuator <", "actuators <"),
-    "sensors": ("sensors",),
-    "numbers and texts": ("numbers and texts for other programs",),
-    "keys": ("time, speeds and activations", "the controls of", "where the keyframes put", "the ball joint", "key"),
-    "flexible bodies": ("flexible bodies",),
-    "skins": ("skins",),
-    "plugins": ("plugins",),
-    "user data": ('"user"', '"nuser'),
-}
-"""The words by which the import lists a feature as left out, as ignored or as changed; without an entry: never."""
-
-STILL = (
-    "names",
-    "groups",
-    "looks",
-    "colours",
-    "shine",
-    "textures",
-    "looks of sites",
-    "cameras",
-    "lights",
-    "numbers and texts",
-    "user data",
-    "settings of the viewer",
-    "sensors",
-    "keys",
-    "sizes",
-    "skins",
-)
-"""The features that no motion sees."""

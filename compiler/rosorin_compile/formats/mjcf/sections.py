@@ -7,6 +7,7 @@ from typing import Any
 
 from ...diagnostics import Span
 from ...frontend.tree import Map, Seq
+from ...model.standing import HOME
 from ...xml.markup import Element
 from . import SETTINGS
 from .bodies import STIFF
@@ -16,7 +17,6 @@ from .reading import (
     FREE,
     HINGE,
     SLIDE,
-    Names,
     Reading,
     angles_about_xyz,
     numbers,
@@ -95,7 +95,7 @@ def add_poses(reading: Reading) -> None:
     a servo holds its joint where it is.
     """
     elements = reading.markup.listed("keyframe", "key")
-    poses, names = Map(reading.markup.root.span), Names()
+    poses = Map(reading.markup.root.span)
     nodes = reading.facts["elements"]["keys"]
     for number, key in enumerate(reading.facts["keys"]):
         element = elements[number] if number < len(elements) else reading.markup.root
@@ -104,6 +104,8 @@ def add_poses(reading: Reading) -> None:
             for name, value in _positions(reading, index, joint, key["qpos"]):
                 if value and "mimic" not in reading.joints[name]:
                     put_number(positions, name, value, element)
+        if number == 0 and key["name"] == HOME and reading.is_ours and _is_usual(reading, positions):
+            continue
         pose = Map(element.span)
         put(pose, "positions", positions)
         if reading.free_base:
@@ -117,7 +119,8 @@ def add_poses(reading: Reading) -> None:
         if _is_beyond(reading, key["qpos"]):
             said["qpos"] = " ".join(repr(tidy(value)) for value in _whole(reading, key["qpos"]))
         _more(reading, pose, said, element)
-        put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
+        name = reading.name("key", key["name"], f"key_{number}", number)
+        put(poses, name, pose, element.span)
     if poses:
         put(reading.tree, "poses", poses)
 
@@ -180,6 +183,15 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         if follows or abs(asked - usual) > _NEAR:
             put_number(made, name, tidy(asked), element)
     return made
+def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
+    """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
+    for name, joint in reading.joints.items():
+        limit = joint.get("limit") or {}
+        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
+        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
+        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
+            return False
+    return True
 
 
 def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: list[float]) -> list[tuple[str, float]]:

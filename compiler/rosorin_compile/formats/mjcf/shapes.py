@@ -21,13 +21,14 @@ from ...diagnostics.wording import counted
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...xml.markup import Element
+from .bodies import SHOWN
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
 from .worded import listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
-_CARRIED = (SPHERE, CAPSULE, CYLINDER, BOX, MESH)
+_CARRIED = (SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH)
 _FIRST_HIDDEN_GROUP = _HIDDEN = 3
 _NO_COLOUR = (0.5, 0.5, 0.5, 1.0)  # MuJoCo: a geom of this colour has that of its material
 
@@ -155,6 +156,8 @@ def _keep_others(reading: Reading) -> None:
     for index, geom in enumerate(reading.facts["geoms"]):
         if geom["body"] not in reading.link_of or _is_carried(reading, geom) or _is_scene(geom):
             continue
+        if _is_made_up(reading, geom):
+            continue
         node, element = geom["element"], reading.places.of("geoms", index)
         said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density", "material")}
         if geom["rgba"] != list(_NO_COLOUR) or geom["material"] >= 0:
@@ -188,12 +191,17 @@ def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
     if geom["type"] == MESH and not mesh_file(reading.facts["meshes"][geom["data"]]):
         return False
     more = geom["element"]["inner"]  # plugins
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not _is_made_up(reading, geom)
 
 
 def _is_scene(geom: Mapping[str, Any]) -> bool:
     """Say whether a geom is ground that the robot stands on."""
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
+
+
+def _is_made_up(reading: Reading, geom: Mapping[str, Any]) -> bool:
+    """Say whether a geom is one of ours that shows what collides, and is nothing else."""
+    return bool(geom["class"] == f"{reading.facts['name']}_{SHOWN}")
 
 
 def _collides(geom: Mapping[str, Any]) -> bool:
@@ -239,6 +247,9 @@ def _sizes(kind: int, size: list[float], element: Element) -> Map:
     made = Map(element.span)
     if kind == BOX:
         put(made, "size", numbers([tidy(2 * half) for half in size], element))
+        return made
+    if kind == ELLIPSOID:
+        put(made, "radii", numbers([tidy(radius) for radius in size], element, "size"))
         return made
     put_number(made, "radius", tidy(size[0]), element, "size")
     if kind != SPHERE:
@@ -308,7 +319,9 @@ class Looks:
         material = reading.facts["materials"][index]
         if index in reading.material_of:
             return reading.material_of[index]
-        known = reading.material_of[index] = reading.name("material", material["name"])
+        own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or material["name"]
+        known = reading.material_of[index] = reading.name("material", own)
+        reading.renamed.setdefault("material", {})[material["name"]] = known
         element = reading.markup.named("asset", material["name"]) or reading.markup.root
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import posixpath
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import and_more, counted
-from ...model import SENSOR_ELEMENT, Box, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...diagnostics.wording import and_more, counted, first_of
+from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
@@ -78,6 +78,8 @@ def has_volume(geometry: Geometry) -> bool:
         return all(geometry.scale)
     if isinstance(geometry, Box):
         return all(size > 0 for size in geometry.size)
+    if isinstance(geometry, Ellipsoid):
+        return all(radius > 0 for radius in geometry.radii)
     return geometry.radius > 0 and (isinstance(geometry, Sphere) or geometry.length > 0)
 
 
@@ -132,9 +134,19 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
 
 
+def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:
+    """Yield a note on links that may collide, and have too many shapes to say it."""
+    if links:
+        which = first_of([f'"{one}" and "{other}"' for one, other in links], 3)
+        message = f"links with hundreds of shapes that a joint brings together: {which}"
+        message += "; MuJoCo lets them collide only where one is fixed to the world"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="fewer shapes: a height map of larger cells or steps")
+
+
 def _several(joint: Joint) -> Iterator[Diagnostic]:
     """Yield what a planar or floating joint has that its slides and its hinge or ball cannot."""
-    has = {"limit": joint.limit is not None and joint.type == "planar", "dynamics": joint.dynamics is not None}
+    has = {"limit": joint.limit is not None and joint.type == "planar"}
+    has["dynamics"] = joint.dynamics is not None and joint.type != "ball"
     words = [word for word, there in has.items() if there]
     if words:
         message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '

@@ -20,8 +20,9 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
   for every joint who may touch whom (``contacts``), so that the base makes no difference.
 - A height map is merged boxes, or what ``height_maps`` asks for; as a height field (``hfield``) it is never smaller
   than they are, and does not collide with planes.
-- Visual geoms collide with nothing and are in group 1. Collision geoms are in group 0, which viewers show, unless there
-  are visuals to look at: then in group 3, which they hide.
+- Visual geoms collide with nothing and are in group 2. Collision geoms are in group 3, which viewers hide; in group 0
+  if there is nothing else to look at. A robot without visuals is seen as its collision shapes, in one colour a link.
+- The sites of frames are in group 4, which viewers hide.
 - What sensors are made of stands in the bodies of their frames and in the list of sensors (``write_sensors``).
 """
 
@@ -35,9 +36,11 @@ from markupsafe import Markup
 
 from ...diagnostics import Diagnostic
 from ...model import (
+    IDENTITY,
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     HeightMap,
     Inertial,
@@ -55,19 +58,22 @@ from ...model import (
     plane_axes,
     principal_moments,
 )
+from ...model.looks import with_visuals
 from ...model.simulation import POSITION
+from ...model.standing import HOME, home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, PLANAR, STIFF, body_name, is_free
+from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
+from .classes import Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unsaid
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
 from .write_sensors import Element, elements_of
-from .write_simulation import Part, SimulationPrinter
+from .write_simulation import SimulationPrinter
 
 # A chain of thousands of links is not indented further: its text would grow with the square of its length.
 DEEPEST = 30
@@ -83,6 +89,7 @@ TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
 
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 _AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
+_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 class Body(NamedTuple):
@@ -116,25 +123,30 @@ class Frame(NamedTuple):
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the MJCF of a robot.
 
-    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six).
+    Options: ``base`` (fixed: the root link is held in the world; free: it floats), ``number_format`` (exact or six),
+    ``visuals`` (own, or from_collision for links that have none).
     """
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     free = output.options.get("base", "fixed") == "free" and not robot.simulation.root.world
     elements = elements_of(robot, templates, number)
     form = form_of(output)
-    printer = _Printer(robot, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form)
-    frames = list(walk(robot))
-    bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
+    seen = _seen(robot, output)
+    frames = list(walk(seen))
     joints = [frame.joint for frame in frames if frame.joint]
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
-    simulated = printer.simulated.sections(drives, lambda link: printer.geom_names.get(link, ()))
+    shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
+    printer = _Printer(seen, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form, shown)
+    kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
+    printer.share(joints, drives, kept)
+    bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
+    simulated = printer.simulated.sections(printer.actuators(drives), lambda link: printer.geom_names.get(link, ()))
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "groups": {"visual": 1, "collision": 3 if any(link.visual for link in robot.links) else 0}
-        | output.options.get("groups", {}),
+        "classes": printer.classes.tree(any(link.visual for link in seen.links), bool(shown), output.options.get("groups", {})),
+        "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
@@ -142,9 +154,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
+        "keys": keys(robot, joints, drives, free),
         "excludes": touching.excluded,
         "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
-        "keys": keys(robot, joints, drives, free),
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
         "title": comment(robot.name),
         "option": _option(output, number),
@@ -155,7 +167,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "kept": [indented(text, "  ") for text in robot.simulation.elements],
     }
     text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
-    return text, [*refused(robot, free), *unsaid(robot, joints), *elements.diagnostics]
+    told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
+    return text, told
 
 
 def walk(robot: Robot) -> Iterator[Frame]:
@@ -191,19 +204,41 @@ class _Printer:
         free: bool,
         mesh_inertia: str,
         form: str,
+        shown: frozenset[str],
     ) -> None:
         self.robot = robot
+        self.shown = shown
         self.number = number
         self.elements = elements
         self.meshes: dict[tuple[Mesh, str], str] = {}
+        self.geom_names: dict[str, list[str]] = {}
+        self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
         self.form = form
         self.names = _own_names(robot, form)
-        self.geom_names: dict[str, list[str]] = {}
-        self.simulated = SimulationPrinter(robot, number)
         self.mesh_inertia = mesh_inertia
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
+        self.root = stands_at(robot, home_of(robot)) if free else robot.simulation.root.pose
+
+    def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
+        """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
+        single = [joint for joint in joints if joint.moves]
+        made = [Named("joint", _single(joint, self.robot, self.number), joint.name) for joint in single]
+        made += [self.simulated.actuator(drive) for drive in drives]
+        self.classes = Classes(self.robot.name, made, kept)
+        self.frame = self.classes.named(FRAME)
+        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(single)}
+
+    def actuators(self, drives: Sequence[Drive]) -> list[Part]:
+        """Return the elements of actuators, which follow the joints in the list of those that share classes."""
+        places = range(len(self.single), len(self.single) + len(drives))
+        pairs = zip(places, drives, strict=True)
+        return [Part(drive.actuator.type, attributes(**self.classes.values(place))) for place, drive in pairs]
+
+    def joints_of(self, joint: Joint) -> list[Markup]:
+        """Return the attributes of the joints that a body has for one joint, in their order."""
+        return [self.single[joint.name]] if joint.moves else _several(joint, self.robot, self.number)
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -222,9 +257,9 @@ class _Printer:
             _indent(frame.depth - self.top),
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
-            joints_of(frame.joint, self.robot, self.number) if frame.joint else [],
+            self.joints_of(frame.joint) if frame.joint else [],
             [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
-            attributes(name=frame.name),
+            attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
             [indented(text, _indent(frame.depth - self.top + 1)) for text in link.mjcf_elements],
@@ -235,7 +270,7 @@ class _Printer:
         """Return the attributes of a body; none of the world."""
         if frame.depth < self.top:
             return Markup()
-        pose = self.robot.simulation.root.pose if frame.depth == 0 else frame.pose
+        pose = self.root if frame.depth == 0 else frame.pose
         values = {"name": body_name(self.robot, frame.name), **self.place(pose)}
         if link.gravity_compensation:
             values["gravcomp"] = self.number(link.gravity_compensation)
@@ -274,13 +309,15 @@ class _Printer:
 
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
+        shown = purpose == VISUAL and link.name in self.shown
+        called = self.classes.named(SHOWN if shown else purpose)
         for index, solid in enumerate((solid for shape in shapes for solid in solids(shape, self.form)), start=1):
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
             name = self.name(link.name, purpose, index, solid)
-            values = {"class": f"{self.robot.name}_{purpose}", "name": name}
-            values["type"] = type(geometry).__name__.lower()
+            self.simulated.own_names[f"{link.name}_{purpose}_{index}"] = name
+            values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
             origin = solid.origin()
             if isinstance(geometry, Mesh):
                 if not is_written(self.robot, geometry):
@@ -298,13 +335,27 @@ class _Printer:
             else:
                 values["size"] = self.vector(_half_sizes(geometry))
             values |= self.place(origin)
-            colour = self.robot.colour(solid) if purpose == "visual" else None
-            if colour:
-                values["rgba"] = self.vector(colour)
-            values |= self.simulated.touching(solid, purpose)
+            if purpose == VISUAL:
+                values |= self.look(solid)
+            if not shown:
+                values |= self.simulated.touching(solid, purpose)
             if purpose == "collision":
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
+
+    def look(self, visual: Shape) -> dict[str, str]:
+        """Return the material of a visual, and the colour that it has instead of that of the material."""
+        material = self.robot.material.get(visual.material) if visual.material else None
+        named = self.simulated.material(visual.material) if material else ""
+        colour = self.robot.colour(visual)
+        own = colour if colour and not (named and material and colour == material.rgba) else None
+        return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}
+
+
+def _seen(robot: Robot, output: Output) -> Robot:
+    """Return the robot as it is to be seen: where nothing is, or where it is asked for, as its collision shapes."""
+    usual = "own" if any(link.visual for link in robot.links) else "from_collision"
+    return with_visuals(robot) if output.options.get("visuals", usual) == "from_collision" else robot
 
 
 def _own_names(robot: Robot, form: str) -> dict[str, tuple[str, str]]:
@@ -349,6 +400,8 @@ def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
         return (x / 2, y / 2, z / 2)
     if isinstance(geometry, (Cylinder, Capsule)):
         return (geometry.radius, geometry.length / 2)
+    if isinstance(geometry, Ellipsoid):
+        return geometry.radii
     return (geometry.radius,) if isinstance(geometry, Sphere) else ()
 
 
@@ -360,12 +413,12 @@ def _free_joint(robot: Robot) -> str:
     return name
 
 
-def joints_of(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the joints that a body has for one joint, in their order."""
-    if joint.moves:
-        return [_single(joint, robot, number)]
+def _several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
+    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
+    if joint.type == "ball":
+        return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
     if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_dynamics(joint, robot, number))]
+        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
     base = _base_name(joint, robot)
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
@@ -385,27 +438,27 @@ def _base_name(joint: Joint, robot: Robot) -> str:
     return base
 
 
-def _single(joint: Joint, robot: Robot, number: NumberFormat) -> Markup:
+def _single(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+    """Return the attributes of a joint of one position."""
     values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
     ends = position_range(joint)
     if ends:
         values["range"] = vector(ends, number)
-    values |= _dynamics(joint, robot, number)
-    effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort and not is_clamped(robot, joint, effort):
-        values["actuatorfrcrange"] = vector([-effort, effort], number)
-    values |= SimulationPrinter(robot, number).texts(joint.mjcf) if joint.mjcf else {}
-    return attributes(**values)
+    return {**values, **_inner(joint, robot, number)}
 
 
-def _dynamics(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return how a joint moves by itself; of one that floats also what there is no word for."""
-    dynamics, values = joint.dynamics, {}
-    if dynamics is not None:
+def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
+    """Return the attributes of what holds and moves a joint."""
+    values: dict[str, str] = {}
+    if joint.dynamics is not None:
+        dynamics = joint.dynamics
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
         values = {word: number(value) for word, value in words.items() if value}
-    if not joint.moves:
+    effort = joint.limit.known("effort") if joint.limit is not None else None
+    if effort and not is_clamped(robot, joint, effort):
+        values["actuatorfrcrange"] = vector([-effort, effort], number)
+    if joint.mjcf:
         values |= SimulationPrinter(robot, number).texts(joint.mjcf)
     return values
 
@@ -429,18 +482,23 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
 def keys(
     robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
 ) -> list[tuple[str, list[float], list[float], Values]]:
-    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order."""
+    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order.
+
+    The first key is home. A robot without that pose has it all the same, if anything of it can move.
+    """
     made = []
     more = [0.0] * kept_controls(robot)
-    for pose in robot.poses:
+    for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
         at = _positions(robot, joints, pose)
         ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
         qpos = [number for joint in joints for number in at(joint)]
-        place = pose.base or robot.simulation.root.pose
+        place = stands_at(robot, pose) if free else IDENTITY
         base = [*place.xyz, *place.transform().quaternion()] if free else []
         said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
         whole = pose.mjcf.get("qpos")
-        made.append((pose.name, list(map(float, whole)) if isinstance(whole, tuple) else base + qpos, ctrl + more, said))
+        where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos
+        if qpos or base or ctrl or pose in robot.poses:
+            made.append((pose.name, where, ctrl + more, said))
     return made
 
 

@@ -12,18 +12,12 @@ from ...model.simulation import SHARED_LAYER
 from ...numbers import NumberFormat
 from ..templating import attributes
 from .bodies import body_name
+from .classes import Named, Part
 from .servos import Drive, aims
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
-
-
-class Part(NamedTuple):
-    """An element as printed, with what stands in it."""
-
-    tag: str
-    attributes: Markup
-    elements: Sequence[Part] = ()
+_GEOMS = ("geom", "geom1", "geom2", "objname", "refname")
 
 
 class Simulated(NamedTuple):
@@ -42,20 +36,22 @@ class SimulationPrinter:
     def __init__(self, robot: Robot, number: NumberFormat) -> None:
         self.robot = robot
         self.number = number
+        # Geoms that have a name of their own, by the one that their place in the link would give them.
+        self.own_names: dict[str, str] = {}
         self.layers = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
 
-    def sections(self, drives: Sequence[Drive], geoms: Callable[[str], Sequence[str]]) -> Simulated:
+    def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
         """Return all sections; ``geoms`` returns the names of the geoms with which a link collides."""
         simulation = self.robot.simulation
         return Simulated(
-            [self.actuator(drive) for drive in drives],
+            actuators,
             [self.tendon(tendon) for tendon in simulation.tendons],
             [self.entry(constraint) for constraint in simulation.constraints],
             [self.entry(sensor) for sensor in simulation.sensors],
             [part for pair in simulation.contact_pairs for part in self.pair(pair, geoms)],
         )
 
-    def actuator(self, drive: Drive) -> Part:
+    def actuator(self, drive: Drive) -> Named:
         """Return the element of an actuator: its name, what it acts on, its gains, its ranges, all else."""
         actuator = drive.actuator
         values: dict[str, Attribute] = dict(actuator.targets)
@@ -65,7 +61,19 @@ class SimulationPrinter:
         values["gear"] = actuator.gear or None
         values["ctrlrange"] = aims(drive)
         values["forcerange"] = actuator.force
-        return Part(actuator.type, self.printed({"name": drive.name, **values, **actuator.mjcf}))
+        texts = self.texts({"name": drive.name, **values, **actuator.mjcf})
+        return Named(actuator.type, texts, drive.joint.name if drive.joint else "")
+
+    def material(self, name: str) -> str:
+        """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
+        material = self.robot.material.get(name)
+        return f"{self.robot.name}_{name}" if material and (material.rgba or material.mjcf) else ""
+
+    def materials(self) -> Iterator[Values]:
+        """Yield the attributes of each material."""
+        for name, material in self.robot.material.items():
+            if self.material(name):
+                yield {"name": self.material(name), "rgba": material.rgba, **material.mjcf}
 
     def tendon(self, tendon: Tendon) -> Part:
         """Return the element of a tendon with its joints or its path."""
@@ -96,6 +104,12 @@ class SimulationPrinter:
     def mark(self, mark: Marked, place: Mapping[str, str]) -> Part:
         """Return a site, a camera or a light; ``place`` are the attributes of its pose."""
         values = {key: value for key, value in mark.values.items() if value is not None}
+        if mark.tag == "light":  # which has no axes but a direction
+            place = {key: text for key, text in place.items() if key == "pos"}
+            said = values.get("dir")
+            x, y, z = map(float, said) if isinstance(said, tuple) else (0.0, 0.0, -1.0)
+            if said is not None or any(mark.pose.rpy):
+                values["dir"] = mark.pose.transform().rotate((x, y, z))
         return Part(mark.tag, Markup("").join([attributes(name=mark.name, **place), self.printed(values)]))
 
     def touching(self, shape: Shape, purpose: str) -> dict[str, str]:
@@ -120,10 +134,16 @@ class SimulationPrinter:
         """Return attributes printed, by name."""
         texts = {}
         for name, value in values.items():
-            if value is None or name == "material":  # the file has colours alone
+            if value is None:
                 continue
             named = name in _BODIES or (name in ("objname", "refname") and values.get(f"{name[:3]}type") == "xbody")
-            texts[name] = body_name(self.robot, str(value)) if named and value in self.robot.link else self.text(value)
+            texts[name] = self.text(value)
+            if named and value in self.robot.link:
+                texts[name] = body_name(self.robot, str(value))
+            elif name in _GEOMS:
+                texts[name] = self.own_names.get(texts[name], texts[name])
+            elif name == "material":
+                texts[name] = self.material(texts[name]) or texts[name]
         return texts
 
     def text(self, value: Attribute) -> str:

@@ -6,13 +6,14 @@ A URDF would not do: it lacks the frames that others publish, and what sensors s
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from ...model import (
     MOVING_TYPES,
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Inertial,
     Joint,
     JointPose,
@@ -47,7 +48,14 @@ def robot_data(robot: Robot) -> Data:
         "publishers": dict(colours(publishers(rows(robot)))),
         "situations": _situations(robot),
         "meshes": {},
+        **({"textures": {}} if any(texture_names(robot)) else {}),
     }
+
+
+def texture_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the images that the visuals have, each once, in the order of the description."""
+    visuals = (shape for link in robot.links for shape in link.visual)
+    yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
 
 
 def mesh_names(robot: Robot) -> Iterator[str]:
@@ -65,7 +73,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
         "root": robot.root,
         "at": placed(at),
         "links": [
-            {"name": link.name} | {key: [_shape(one) for one in shapes.get((link.name, key), ())] for key in _PURPOSES}
+            {"name": link.name} | {key: _shapes(shapes.get((link.name, key), ())) for key in _PURPOSES}
             for link in robot.links
         ],
         "joints": [_joint(robot, joint) for joint in robot.joints],
@@ -78,14 +86,18 @@ def _link(robot: Robot, link: Link) -> Data:
     made: Data = {"name": link.name}
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
-    made["visual"] = [_shape(shape) | _colour(robot, shape) for shape in link.visual]
-    made["collision"] = [_shape(shape) for shape in link.collision]
+    made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
+    made["collision"] = _shapes(link.collision)
     return made
 
 
 def _inertial(inertial: Inertial) -> Data:
     moments = {key: getattr(inertial, key) + 0.0 for key in ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")}
     return {"mass": inertial.mass, **placed(inertial.pose), **moments}
+
+
+def _shapes(shapes: Iterable[Shape]) -> list[Data]:
+    return [_shape(one) for shape in shapes for one in shape.drawn()]
 
 
 def _shape(shape: Shape) -> Data:
@@ -98,6 +110,8 @@ def _shape(shape: Shape) -> Data:
     if isinstance(geometry, Cylinder | Capsule):
         kind = "cylinder" if isinstance(geometry, Cylinder) else "capsule"
         return made | {"kind": kind, "radius": geometry.radius, "length": geometry.length}
+    if isinstance(geometry, Ellipsoid):
+        return made | {"kind": "ellipsoid", "radii": numbers(geometry.radii)}
     if isinstance(geometry, Sphere):
         return made | {"kind": "sphere", "radius": geometry.radius}
     if isinstance(geometry, Mesh):
@@ -107,8 +121,8 @@ def _shape(shape: Shape) -> Data:
 
 
 def _colour(robot: Robot, shape: Shape) -> Data:
-    rgba = robot.colour(shape)
-    return {} if rgba is None else {"rgba": list(rgba)}
+    rgba, texture = robot.colour(shape), robot.texture(shape)
+    return ({} if rgba is None else {"rgba": list(rgba)}) | ({"texture": texture} if texture else {})
 
 
 def _joint(robot: Robot, joint: Joint) -> Data:

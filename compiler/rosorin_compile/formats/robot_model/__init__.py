@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 RULES = (
     Rule(
         "robot-model-cannot-say",
-        "A warning: the driver's model has no room for a shape, a mimic, a planar or a floating joint.",
+        "A warning: the driver's model has no room for a shape, a mimic, a planar, a floating or a ball joint.",
         "The URDF carries it; or leave the joint out with `joints`.",
         FORMATS,
     ),
@@ -347,8 +347,21 @@ FORMAT = Format(
     solids=_solids,
     names=names,
     lacks=frozenset(
-        {"mass", "visual", "effort", "velocity", "mimic", "dynamics", "armature", "actuator", "calibration", "safety"}
-        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes"}
+        {
+            "mass",
+            "visual",
+            "effort",
+            "velocity",
+            "mimic",
+            "dynamics",
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "calibration",
+            "safety",
+        }
+        | {"pose", "sensor", "contact", "publisher", "edge", "urdf_elements", "several shapes", "drive"}
     ),
     leaves_out=_leaves_out,
     why="a driver's model has only the joints that it was asked for",

@@ -7,16 +7,17 @@ Written by ``write``; ``facts`` reads such a file back for comparison. Foreign f
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
-    from ...model import Output, Robot, Shape
+    from ...model import Inertial, Output, Robot, Shape
+    from ...rules.case import Case
     from ..imported import Imported
     from ..templating import Templates
 
@@ -47,6 +48,38 @@ def _syntax(text: str) -> object:
     return canonical(tree_of(text))
 
 
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .masses import check
+
+    return check(case, output)
+
+
+def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
+    from .masses import inertials
+
+    return inertials(robot, output)
+
+
+def _links(robot: Robot, output: Output) -> frozenset[str]:
+    from .masses import links_of
+
+    return links_of(robot, output)
+
+
+def _for_simulators(output: Output) -> bool:
+    return "frames" in output.options and output.options["frames"] != "published"
+
+
+def _disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:
+    if _for_simulators(output):
+        from ..templating import attributes
+        from .masses import joints_of
+
+        for joint in joints_of(robot, output):
+            if f"<child{attributes(link=joint.child)}/>" not in text:
+                yield f"it does not carry the frame {joint.child}, which it should"
+
+
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:
     from .write import solids
 
@@ -57,6 +90,11 @@ def _brings(robot: Robot, output: Output) -> Sequence[str]:
     from .write import brought
 
     return brought(robot, output)
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is the type of a ball joint, which a URDF has as floating."""
+    return (fact.kind, fact.quantity) == ("joint", "type") and robot.joint[fact.name].type == "ball"
 
 
 def _leaves_out(robot: Robot, link: str) -> bool:
@@ -95,6 +133,16 @@ FORMAT = Format(
             "enum": FORMS_OF_BOXES,
             "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
         },
+        "frames": {
+            "enum": ["published", "all", "bodies"],
+            "description": "published (default): the joints that robot_state_publisher publishes; all: every joint;"
+            " bodies: every joint that moves and every link with a mass, for simulators. Only the first is given to"
+            " robot_state_publisher.",
+        },
+        "visuals": {
+            "enum": ["from_collision"],
+            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+        },
         "version": {
             "enum": ["1.0", "1.2", 1.0, 1.2],
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
@@ -107,18 +155,39 @@ FORMAT = Format(
     file="{}.urdf",
     endings=(".urdf",),
     roots=("robot",),
+    check=_check,
     write=_write,
     read=_read,
     facts=_facts,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,
+    inertials=_inertials,
+    disagreements=_disagreements,
     all_solids=True,
-    lacks=frozenset(("armature", "actuator", "pose", "servo", "sensor", "contact", "publisher", "edge", "capsule")),
+    cannot_say=_cannot_say,
+    lacks=frozenset(
+        (
+            "armature",
+            "stiffness",
+            "simulation",
+            "actuator",
+            "pose",
+            "servo",
+            "sensor",
+            "contact",
+            "publisher",
+            "edge",
+            "capsule",
+            "drive",
+        )
+    ),
+    links=_links,
     leaves_out=_leaves_out,
     brings=_brings,
     why="a URDF has only what robot_state_publisher publishes",
     feeds=(ROBOT_STATE_PUBLISHER,),
+    withheld=_for_simulators,
     folder="urdf",
     deploys=True,
     meshes=True,

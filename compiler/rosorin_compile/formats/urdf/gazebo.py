@@ -7,7 +7,7 @@ into one link (a sensor moves along, its reference stays good), and names collis
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence, Set
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -15,7 +15,7 @@ from markupsafe import Markup
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
-from ...model import IDENTITY, GazeboSensor, Joint, Pose, Robot, SdfElement, Sensor, pose_of
+from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, SdfElement, Sensor, pose_of
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
 from ..templating import attributes
@@ -36,12 +36,13 @@ DISTRIBUTIONS = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id"}
 class Carried(NamedTuple):
     """What a URDF has: its links and joints, whether it has inertials, and the names of the collisions of a link.
 
-    ``kept``: the fixed joints that the description itself keeps from being merged.
+    ``masses``: the inertials by link. ``kept``: the fixed joints that the description itself keeps from being merged.
     """
 
     links: Set[str]
     joints: Sequence[Joint]
     inertials: bool
+    masses: Mapping[str, Inertial]
     collisions: Callable[[str], Sequence[str]]
     kept: Set[str]
 
@@ -112,8 +113,8 @@ class _Merged:
         """Return the link without mass that Gazebo drops with all below it, this link among them; empty if none."""
         link = self.top(link)
         while True:
-            inertials = (self.robot.link[piece].inertial for piece in self.pieces(link))
-            if not self.carried.inertials or not any(one is not None and one.mass > 0 for one in inertials):
+            inertials = (self.carried.masses.get(piece) for piece in self.pieces(link))
+            if not any(one is not None and one.mass > 0 for one in inertials):
                 return link
             if link not in self.above:
                 return ""

@@ -1,37 +1,57 @@
 """The URDF of a robot, as text.
 
 It carries the links and joints that robot_state_publisher publishes, for each edge has one publisher; and planar and
-floating joints, which robot_state_publisher cannot move: other readers of URDF can. Elements that only a URDF has
-(``urdf_elements``) stand where the description has them, letter by letter.
+floating joints, which robot_state_publisher cannot move: other readers of URDF can. For simulators it carries all of
+them (``frames``). Elements that only a URDF has (``urdf_elements``) stand where the description has them, letter
+by letter.
 Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from markupsafe import Markup
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import counted
-from ...model import ROWS, Box, Capsule, Cylinder, Joint, Link, Mesh, Output, Pose, Robot, Shape, Sphere
+from ...diagnostics.wording import counted, first_of, plural
+from ...model import (
+    AXLELESS,
+    ROWS,
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Inertial,
+    Joint,
+    Mesh,
+    Output,
+    Pose,
+    Robot,
+    Shape,
+    Sphere,
+    plain,
+)
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..templating import BUILTIN, Templates, attributes, comment
+from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 
 RULES = (
     Rule(
         "urdf-cannot-say",
         "A warning: URDF 1.0 has no capsule, cylinders are written. A note: what hangs on links that are not in the "
-        "URDF.",
-        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules.',
+        "URDF, and whose mass stands still in it.",
+        'A cylinder and spheres say it exactly; `version: "1.2"` has capsules. `frames: bodies` has what moves.',
         FORMATS,
     ),
 )
 
-ELEMENTS = ["inertial", "visual", "collision", "dynamics", "urdf_elements"]
+ELEMENTS = [INERTIAL, "visual", "collision", "dynamics", "urdf_elements"]
+FROM_COLLISION = "from_collision"
 
 
 class _Format(NamedTuple):
@@ -56,14 +76,21 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     """Return the URDF of a robot.
 
     Options: ``number_format`` (exact or six), ``elements`` (of inertial, visual, collision, dynamics and urdf_elements;
-    default all), ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo``
-    (true, or which Gazebo; default no sensors).
+    default all), ``frames`` (published, all or bodies), ``visuals`` (from_collision, where a link has none),
+    ``version`` (1.0 or 1.2, which has capsules), ``height_maps`` (the form of their boxes), ``gazebo`` (true, or which
+    Gazebo; default no sensors).
     """
     form = _form(output)
     number, elements = form.number, form.elements
-    groups = link_groups(robot, robot.in_urdf())
-    carried = frozenset(name for names, _ in groups for name in names)
-    capsules: dict[str, int] = {}
+    robot = _seen(robot, output)
+    groups = link_groups(robot, joints_of(robot, output))
+    carried = links_of(robot, output)
+    diagnostics: list[Diagnostic] = []
+    try:
+        masses = inertials(robot, output)
+    except ValueError as problem:
+        masses, diagnostics = {}, [too_much(problem)]
+    unsaid: dict[str, Counter[type]] = {}
     stand_ins: set[str] = set()
     steps = []
     for names, joint in groups:
@@ -74,37 +101,49 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
                 robot.shapes_at(name, carried, purpose, form.boxes)[0] if purpose in elements else []
                 for purpose in ("visual", "collision")
             )
-            capsules[name] = sum(isinstance(solid.geometry, Capsule) for solid in (*visual, *collision))
+            unsaid[name] = Counter(type(solid.geometry) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
-            inertial = _inertial(link, number) if "inertial" in elements else []
+            inertial = _inertial(masses[name], number) if name in masses else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
-    diagnostics = [*_without_capsules(capsules, form), *_left_out(robot, carried, elements)]
+    diagnostics += [*_stood_in(unsaid, form), *_balls(robot), *_left_out(robot, output, elements)]
+    diagnostics += standing_still(robot, carried) if masses else ()
     values = {"robot": robot, "steps": steps, "stand_ins": sorted(stand_ins), "comment": comment}
     values["names"] = attributes(name=robot.name, **({} if form.version == "1.0" else {"version": form.version}))
     values["materials"] = _materials(robot, form) if "visual" in elements else []
     kept = form.kept(robot.urdf_elements, "  ")
     if output.options.get("gazebo"):
-        blocks, told = _gazebo(robot, output, form, carried)
+        blocks, told = _gazebo(robot, output, form, masses)
         kept += blocks
         diagnostics += told
     values["elements"] = kept
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
 
 
+def _seen(robot: Robot, output: Output) -> Robot:
+    """Return the robot as an output shows it: with visuals that come from collision shapes, if it asks for them."""
+    if output.options.get("visuals") != FROM_COLLISION:
+        return robot
+    from ...model.looks import with_visuals
+
+    return with_visuals(robot)
+
+
 def _gazebo(
-    robot: Robot, output: Output, form: _Format, carried: frozenset[str]
+    robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
 ) -> tuple[list[Markup], list[Diagnostic]]:
     """Return what Gazebo has of the sensors, and what it will not see of them."""
     from .gazebo import Carried, distribution, kept_joints, sensors
+
+    carried = links_of(robot, output)
 
     def collisions(link: str) -> list[str]:
         shapes = robot.shapes_at(link, carried, "collision", form.boxes)[0] if "collision" in form.elements else []
         return [shape.name for shape in shapes]
 
     kept = kept_joints(robot.urdf_elements) if "urdf_elements" in form.elements else frozenset()
-    there = Carried(carried, robot.in_urdf(), "inertial" in form.elements, collisions, kept)
+    there = Carried(carried, joints_of(robot, output), INERTIAL in form.elements, masses, collisions, kept)
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
@@ -112,13 +151,18 @@ def brought(robot: Robot, output: Output) -> list[str]:
     """Return the elements that an output has for Gazebo, and the description in its own words."""
     if not output.options.get("gazebo"):
         return []
-    carried = frozenset(name for names, _ in link_groups(robot, robot.in_urdf()) for name in names)
-    return [str(block) for block in _gazebo(robot, output, _form(output), carried)[0]]
+    try:
+        masses = inertials(robot, output)
+    except ValueError:
+        masses = {}  # which is told where the output is written
+    return [str(block) for block in _gazebo(robot, output, _form(output), masses)[0]]
 
 
 def _form(output: Output) -> _Format:
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
-    return _Format(number, output.options.get("elements", ELEMENTS), _version(output), _boxes(output))
+    elements = output.options.get("elements", ELEMENTS)
+    visual = ["visual"] if output.options.get("visuals") == FROM_COLLISION and "visual" not in elements else []
+    return _Format(number, [*elements, *visual], _version(output), _boxes(output))
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -147,15 +191,8 @@ def _version(output: Output) -> str:
 def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> list[Shape]:
     """Return the collision shapes that a link has in a URDF that carries these frames."""
     shapes = robot.shapes_at(link, carried, "collision", _boxes(output))[0]
-    return shapes if _version(output) != "1.0" else [_cylinder(shape) for shape in shapes]
-
-
-def _cylinder(shape: Shape) -> Shape:
-    """Return a capsule as the cylinder that stands for it, any other shape as it is."""
-    geometry = shape.geometry
-    if not isinstance(geometry, Capsule):
-        return shape
-    return Shape(Cylinder(geometry.radius, geometry.length + 2 * geometry.radius), shape.pose)
+    unsaid = Ellipsoid if _version(output) != "1.0" else Capsule | Ellipsoid
+    return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 
 def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
@@ -197,14 +234,14 @@ def _origin(pose: Pose, number: NumberFormat) -> Markup:
 def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     """Return the element and the attributes of a geometry (http://wiki.ros.org/urdf/XML/link)."""
     shape, number = solid.geometry, form.number
+    if form.version == "1.0" or isinstance(shape, Ellipsoid):
+        shape = plain(shape)
     if isinstance(shape, Box):
         return "box", {"size": vector(shape.size, number)}
     if isinstance(shape, Cylinder):
         return "cylinder", {"radius": number(shape.radius), "length": number(shape.length)}
-    if isinstance(shape, Capsule) and form.version != "1.0":
-        return "capsule", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Capsule):
-        return "cylinder", {"radius": number(shape.radius), "length": number(shape.length + 2 * shape.radius)}
+        return "capsule", {"radius": number(shape.radius), "length": number(shape.length)}
     if isinstance(shape, Sphere):
         return "sphere", {"radius": number(shape.radius)}
     if isinstance(shape, Mesh):
@@ -212,11 +249,8 @@ def _geometry(solid: Shape, form: _Format) -> tuple[str, dict[str, str]]:
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 
-def _inertial(link: Link, number: NumberFormat) -> list[tuple[Markup, ...]]:
-    """Return the attributes of a link's inertial, as a list of one; an empty list for a mere frame."""
-    inertial = link.inertial
-    if inertial is None:
-        return []
+def _inertial(inertial: Inertial, number: NumberFormat) -> list[tuple[Markup, ...]]:
+    """Return the attributes of an inertial, as a list of one."""
     moments = {key: number(getattr(inertial, key)) for key in ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")}
     return [(_origin(inertial.pose, number), attributes(value=number(inertial.mass)), attributes(**moments))]
 
@@ -225,7 +259,7 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     """Return a joint as attributes: names, links, origin; then its elements with theirs; then those it has kept."""
     number, dynamics, mimic = form.number, joint.dynamics, joint.mimic
     inner: list[tuple[str, Markup]] = []
-    along = joint.type not in ("fixed", "floating")
+    along = not joint.is_fixed and joint.type not in AXLELESS
     if along:
         inner.append(("axis", attributes(xyz=form.vector(joint.axis))))
     if joint.calibration is not None:
@@ -240,7 +274,8 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if joint.safety is not None:
         keys = ("soft_lower_limit", "soft_upper_limit", "k_position", "k_velocity")
         inner.append(("safety_controller", _given(joint.safety, keys, number)))
-    names = attributes(name=joint.name, type=joint.type)
+    # The nearest that URDF has, and robot_state_publisher leaves it alone as well.
+    names = attributes(name=joint.name, type="floating" if joint.type == "ball" else joint.type)
     ends = attributes(link=joint.parent), attributes(link=joint.child)
     return (names, *ends, _origin(joint.origin, number), inner, form.kept(joint.urdf_elements, "    "))
 
@@ -251,22 +286,22 @@ def _given(entry: object, keys: Iterable[str], number: NumberFormat) -> Markup:
     return attributes(**{key: number(value) for key, value in values.items() if value is not None})
 
 
-def _left_out(robot: Robot, carried: frozenset[str], elements: Sequence[str]) -> list[Diagnostic]:
+def _left_out(robot: Robot, output: Output, elements: Sequence[str]) -> list[Diagnostic]:
     """Return a note on what hangs on links that the URDF does not carry and cannot be moved to one that it does."""
+    carried, ours = links_of(robot, output), {joint.name for joint in joints_of(robot, output)}
     lost = []
     for link in robot.walk():
-        if link.name in carried:
+        if link.name in carried or link.name in robot.simulated_frames:
             continue
         fixed = _reaches_by_fixed_joints(robot, link.name, carried)
         shapes = [p for p in ("visual", "collision") if p in elements and getattr(link, p) and not fixed]
-        inertial = ["inertial"] if "inertial" in elements and link.inertial else []
         kept = ["urdf_elements"] if "urdf_elements" in elements and link.urdf_elements else []
-        lost += [f"{link.name} ({', '.join(shapes + inertial + kept)})"] if shapes or inertial or kept else []
-    ours = robot.in_urdf()
-    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j not in ours]
+        lost += [f"{link.name} ({', '.join(shapes + kept)})"] if shapes or kept else []
+    lost += [f"{j.name} (urdf_elements)" for j in robot.joints if j.urdf_elements and j.name not in ours]
     if not lost:
         return []
-    message = f"not in the URDF, because robot_state_publisher does not publish them: {', '.join(lost)}"
+    why = "they have no mass" if frames_of(output) == BODIES else "robot_state_publisher does not publish them"
+    message = f"not in the URDF, because {why}: {', '.join(lost)}"
     return [Diagnostic("urdf-cannot-say", NOTE, message)]
 
 
@@ -282,14 +317,32 @@ def _reaches_by_fixed_joints(robot: Robot, link: str, carried: frozenset[str]) -
     return False
 
 
-def _without_capsules(capsules: dict[str, int], form: _Format) -> list[Diagnostic]:
-    """Return the warning about capsules, counted by link: URDF 1.0 has no word for them."""
-    links = [link for link, count in capsules.items() if count]
-    if form.version != "1.0" or not links:
+def _stood_in(shapes: Mapping[str, Counter[type]], form: _Format) -> list[Diagnostic]:
+    """Return the warnings about shapes, counted by link, that others stand for: URDF has no word for them."""
+    made = []
+    if form.version == "1.0":
+        help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+        made += _of_kind(shapes, Capsule, "URDF 1.0", "cylinder", "full length", help)
+    return made + _of_kind(shapes, Ellipsoid, "URDF", "box", "extents", "use a sphere, a box or a mesh")
+
+
+def _balls(robot: Robot) -> list[Diagnostic]:
+    """Return the note about ball joints: URDF has no word for them."""
+    names = [joint.name for joint in robot.in_urdf() if joint.type == "ball"]
+    if not names:
         return []
-    count, others = sum(capsules.values()), len(links) - 1
-    where = f"link {links[0]}" + (f" and {counted(others, 'other link')}" if others else "")
-    become = "are written as cylinders" if count > 1 else "is written as a cylinder"
-    message = f"URDF 1.0 has no capsule: {count} on {where} {become} of the same full length"
-    help = 'use a cylinder and spheres, or say version: "1.2" where all readers of the URDF know it'
+    what = f"joint {names[0]} is" if len(names) == 1 else f"{counted(len(names), 'joint')} ({first_of(names, 3)}) are"
+    return [Diagnostic("urdf-cannot-say", NOTE, f"URDF has no ball joint: {what} written as floating")]
+
+
+def _of_kind(
+    shapes: Mapping[str, Counter[type]], kind: type, version: str, other: str, same: str, help: str
+) -> list[Diagnostic]:
+    counts = {link: found[kind] for link, found in shapes.items() if found[kind]}
+    if not counts:
+        return []
+    count, others = sum(counts.values()), len(counts) - 1
+    where = f"link {next(iter(counts))}" + (f" and {counted(others, 'other link')}" if others else "")
+    become = f"are written as {plural(other, 2)}" if count > 1 else f"is written as a {other}"
+    message = f"{version} has no {kind.__name__.lower()}: {count} on {where} {become} of the same {same}"
     return [Diagnostic("urdf-cannot-say", WARNING, message, help=help)]

@@ -60,6 +60,7 @@ _JOINED = (
     "tendons",
     "constraints",
     "mjcf_sensors",
+    "drive",
     "modes",
     "outputs",
     "args",

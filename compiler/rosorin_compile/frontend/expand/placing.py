@@ -133,8 +133,8 @@ def placed(
         change = getattr(placer, section, None)
         changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
         if section in XML and value and (kept or section == OF_MJCF):
-            change = placer.renamed if section == KEPT else placer.top
-            changed = _each(value, "", lambda text, change=change: _by(change(text), fragment.via))
+            changed = _each(value, "", placer.renamed if section == KEPT else placer.top)
+            changed = _each(changed, "", lambda text: _by(text, fragment.via))
         made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
     return made
 

@@ -19,6 +19,7 @@ from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
 from ...diagnostics.wording import listed
 from ...model import (
+    AXLELESS,
     BODY_ELEMENT,
     IDENTITY,
     NO_SIMULATION,
@@ -49,6 +50,7 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
+    drive_of,
     dynamics_of,
     limit_of,
     material_of,
@@ -186,6 +188,7 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
+            drive=drive_of(tree.get("drive"), self.problem),
         )
 
     def top_elements(self) -> tuple[str, ...]:
@@ -414,9 +417,11 @@ def publishing(entry: Mapping[str, Any], path: Path, nodes: Mapping[str, Publish
         if isinstance(value, dict):
             if "none" in value:
                 return Publisher(UNPUBLISHED, about=value["none"])
+            if "simulation" in value:
+                return Publisher(UNPUBLISHED, about=value["simulation"], simulated=True)
             return Publisher(STATIC_TRANSFORM_PUBLISHER, value[STATIC_TRANSFORM_PUBLISHER], "tf2_ros")
         if value == ROBOT_STATE_PUBLISHER:
-            return _NOT_FLOATING if entry.get("type") == "floating" else OF_THE_URDF
+            return _NOT_FLOATING if entry.get("type") in AXLELESS else OF_THE_URDF
         return node(value, at, nodes, problem)
 
     if not isinstance(wanted, list):

@@ -11,7 +11,20 @@ from typing import Any
 
 from ...diagnostics.registry import NUMBERS, Rule
 from ...diagnostics.wording import listed
-from ...model import Box, Capsule, Cylinder, Geometry, HeightMap, Inertial, Mesh, Pose, Shape, Sphere, inertial_of
+from ...model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Geometry,
+    HeightMap,
+    Inertial,
+    Mesh,
+    Pose,
+    Shape,
+    Sphere,
+    inertial_of,
+)
 from .entries import pose_of_entry, rgba_of, texts_of, values_of
 from .simulation import contact_of
 
@@ -86,9 +99,10 @@ def _sizes(kind: str, entry: Mapping[str, Any]) -> Iterator[ShapeProblem]:
     for key in ("radius", "length"):
         if key in entry and not entry[key] > 0:
             yield _not_positive(entry[key], kind, key)
-    for index, size in enumerate(entry.get("size", ())):
-        if not size > 0:
-            yield _not_positive(size, kind, "size", index)
+    for key in ("size", "radii"):
+        for index, size in enumerate(entry.get(key, ())):
+            if not size > 0:
+                yield _not_positive(size, kind, key, index)
     lower, upper = entry.get("min", ()), entry.get("max", ())
     for index, (low, high) in enumerate(zip(lower, upper, strict=True)):
         if not low < high:
@@ -125,13 +139,13 @@ def _rows(rows: Sequence[Sequence[float]], key: str, word: str) -> tuple[tuple[f
     for i, row in enumerate(rows):
         for j, number in enumerate(row):
             if number < 0:
-                help = "heights count up from z = 0"
+                help = f"{word}s count up from z = 0"
                 raise ShapeProblem("height-map-rows", f"a {word} is below zero", ("height_map", key, i, j), help)
     return tuple(tuple(map(float, row)) for row in rows)
 
 
 def _bottom(given: Any, heights: Sequence[Sequence[float]]) -> float | tuple[tuple[float, ...], ...]:
-    """Return where the body begins: below its top wherever there is one."""
+    """Return where the body begins; a cell whose own bottom is not below its height has no body."""
     path: tuple[str | int, ...] = ("height_map", "bottom")
     if isinstance(given, (int, float)):
         if given < 0:
@@ -147,12 +161,17 @@ def _bottom(given: Any, heights: Sequence[Sequence[float]]) -> float | tuple[tup
     if sizes[0] != sizes[1]:
         message = f"bottom has {sizes[0]} cells, heights has {sizes[1]}"
         raise ShapeProblem("height-map-rows", message, path, "give each cell of heights its bottom")
-    for i, (lows, row) in enumerate(zip(rows, heights, strict=True)):
-        for j, (low, height) in enumerate(zip(lows, row, strict=True)):
-            if 0 < height <= low:
-                message = f"the bottom ({low:g} m) is not below the height of its cell ({height:g} m)"
-                raise ShapeProblem("height-map-rows", message, (*path, i, j), "lower it; height 0 is a cell of no body")
+    cells = [(low, height) for pair in zip(rows, heights, strict=True) for low, height in zip(*pair, strict=True)]
+    if cells and all(low >= height for low, height in cells):
+        low, height = cells[0]
+        message = f"the bottom ({low:g} m) is in no cell below the height ({height:g} m in the first)"
+        raise ShapeProblem("height-map-rows", message, path, "lower it; bare numbers are in metres")
     return rows
+
+
+def _ellipsoid(entry: Mapping[str, Any]) -> Ellipsoid:
+    x, y, z = map(float, entry["radii"])
+    return Ellipsoid((x, y, z))
 
 
 def _mesh(entry: Mapping[str, Any]) -> Mesh:
@@ -176,6 +195,7 @@ GEOMETRIES: Mapping[str, Callable[[Mapping[str, Any]], Geometry]] = {
     "cylinder": lambda entry: Cylinder(float(entry["radius"]), float(entry["length"])),
     "capsule": lambda entry: Capsule(float(entry["radius"]), float(entry["length"])),
     "sphere": lambda entry: Sphere(float(entry["radius"])),
+    "ellipsoid": _ellipsoid,
     "mesh": _mesh,
     "height_map": _height_map,
 }

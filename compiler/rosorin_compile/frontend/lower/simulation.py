@@ -101,7 +101,9 @@ def _others(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attri
 def _root(entry: Mapping[str, Any]) -> Root:
     words = {"damping": "damping", "friction": "frictionloss", "armature": "armature"}
     values = values_of(entry.get("mjcf")) | _renamed(entry, words)
-    return Root(pose_of_entry(entry), entry.get("joint", ""), values, bool(entry.get("world", False)))
+    placed = "xyz" in entry or "rpy" in entry
+    world = bool(entry.get("world", False))
+    return Root(pose_of_entry(entry), entry.get("joint", ""), values, placed, world)
 
 
 def _renamed(entry: Mapping[str, Any], words: Mapping[str, str]) -> dict[str, Attribute]:
@@ -162,7 +164,7 @@ def _contact_pair(entry: Mapping[str, Any]) -> ContactPair:
     return ContactPair(entry.get("name", ""), links, shapes, values)
 
 
-_MEASURED = {
+MEASURED = {
     "joint": "joint",
     "tendon": "tendon",
     "actuator": "actuator",
@@ -177,11 +179,11 @@ _MEASURED = {
     "shape2": "geom2",
 }
 _OBJECTS = {"link": "xbody", "inertial": "body", "shape": "geom", "site": "site", "camera": "camera"}
-_OF_SENSOR = (*_MEASURED, "kind", "object", "reference", "source")
+_OF_SENSOR = (*MEASURED, "kind", "object", "reference", "source")
 
 
 def _sensor(name: str, entry: Mapping[str, Any]) -> Entry:
-    values = _renamed(entry, _MEASURED)
+    values = _renamed(entry, MEASURED)
     for key, kind, word in (("object", "objtype", "objname"), ("reference", "reftype", "refname")):
         for what, one in (entry.get(key) or {}).items():
             values |= {kind: _OBJECTS[what], word: one}

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from .. import Joint, Robot, Transform, Vector
+from .. import AXLELESS, Joint, Robot, Transform, Vector
 from ..geometry import norm
 from ..motion import COORDINATES, plane_axes
 from .graph import Graph, Move, end_of, start_of
@@ -58,7 +58,8 @@ class Kinematics:
 
     ``positions`` maps joint names to arrays of n positions (radians or metres) or to single numbers; joints not named
     are at zero, joints that mimic others follow them, and names that are no joints have no effect. A joint of several
-    coordinates takes an array (n, 3) if it is planar, (n, 7) if it is floating, in the order of ``Joint.coordinates``.
+    coordinates takes an array (n, 3) if it is planar, (n, 7) if it is floating, (n, 4) if it is a ball, in the order of
+    ``Joint.coordinates``.
     Raises ImportError, with what to install, where numpy is missing.
     """
 
@@ -166,7 +167,7 @@ class Kinematics:
     def _move(self, motion: Motion, state: Array, part: slice, given: Mapping[str, Array]) -> None:
         """Move states (3, 4, m) by one joint, in place."""
         np, joint = self.np, motion.joint
-        if joint.type == "floating":
+        if joint.type in AXLELESS:
             _multiply(state, *_poses(np, _part(given[joint.name], part, 1), motion.sign))
         elif joint.type == "planar":
             x, y, angle = np.moveaxis(motion.sign * _part(given[joint.name], part, 1), -1, 0)
@@ -201,8 +202,11 @@ def _rotate(np: Any, state: Array, angle: Array | float) -> None:
 
 
 def _poses(np: Any, poses: Array, sign: float) -> tuple[Array, Array]:
-    """Return the rotations (3, 3, m) and offsets (3, m) of poses (m, 7), or of their inverses where ``sign`` is -1."""
-    x, y, z, i, j, k, w = np.atleast_2d(poses).T
+    """Return the rotations (3, 3, m) and offsets (3, m) of poses (m, 7), or of their inverses where ``sign`` is -1.
+
+    Orientations alone are (m, 4).
+    """
+    *xyz, i, j, k, w = np.atleast_2d(poses).T
     s = 2 / (i * i + j * j + k * k + w * w)
     rotation = np.array(
         [
@@ -211,7 +215,7 @@ def _poses(np: Any, poses: Array, sign: float) -> tuple[Array, Array]:
             [s * (i * k - j * w), s * (j * k + i * w), 1 - s * (i * i + j * j)],
         ]
     )
-    offset = np.array([x, y, z])
+    offset = np.array(xyz or [0 * i] * 3)
     if sign < 0:
         rotation = rotation.transpose(1, 0, 2)
         offset = -np.einsum("ijm,jm->im", rotation, offset)
@@ -246,14 +250,14 @@ def _slices(count: int) -> Iterator[slice]:
 
 
 def is_spatial(joint: Joint) -> bool:
-    """Whether a joint moves, but not by one number: planar and floating joints."""
+    """Whether a joint moves, but not by one number: planar, floating and ball joints."""
     return len(COORDINATES[joint.type]) > 1
 
 
 def motion_of(joint: Joint, up: bool) -> Motion:
     """Return what a joint does, from parent to child or, ``up``, back."""
     origin = joint.origin.transform()
-    rotation = Transform() if joint.type == "floating" else _onto(joint.axis)
+    rotation = Transform() if joint.type in AXLELESS else _onto(joint.axis)
     if up:
         return Motion(joint, -1.0, rotation, rotation.inverse().then(origin.inverse()))
     return Motion(joint, 1.0, origin.then(rotation), rotation.inverse())

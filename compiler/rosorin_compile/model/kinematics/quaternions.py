@@ -117,6 +117,7 @@ Positions: TypeAlias = Mapping[str, Position]
 FORMS: Mapping[str, tuple[tuple[str, ...], ...]] = {
     "planar": (("x", "y", "angle"),),
     "floating": (("x", "y", "z", "roll", "pitch", "yaw"), ("x", "y", "z", "qx", "qy", "qz", "qw")),
+    "ball": (("roll", "pitch", "yaw"), ("qx", "qy", "qz", "qw")),
 }
 KINDS = {
     **dict.fromkeys(("x", "y", "z"), LENGTH),
@@ -138,6 +139,6 @@ def _numbers(positions: Positions) -> dict[str, float]:
 
 
 def from_angles(numbers: tuple[float, ...]) -> tuple[float, ...]:
-    """Return x, y, z, roll, pitch, yaw as x, y, z and a quaternion x, y, z, w."""
-    x, y, z, roll, pitch, yaw = numbers
-    return (x, y, z, *of_rows(rows_of_rpy((roll, pitch, yaw))))
+    """Return x, y, z, roll, pitch, yaw as x, y, z and a quaternion x, y, z, w; angles alone as that alone."""
+    *xyz, roll, pitch, yaw = numbers
+    return (*xyz, *of_rows(rows_of_rpy((roll, pitch, yaw))))

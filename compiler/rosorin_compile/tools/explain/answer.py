@@ -8,8 +8,9 @@ from typing import Any
 from ...diagnostics import did_you_mean, nearest
 from ...frontend.expand import Expanded
 from ...frontend.lower import Lowered
+from ...frontend.tree import Map, Path
 from ...model import Robot
-from .chains import Frames, of_joint, of_mass, of_shapes
+from .chains import Frames, of_entry, of_joint, of_mass, of_shapes
 from .explanation import Answer, Explanation, Number
 from .origins import Origins
 
@@ -39,32 +40,52 @@ def explain(
         raise NotThere(_missing("pose", pose, [known.name for known in lowered.robot.poses]))
     targets: dict[str, None] = {}
     others: list[str] = []
+    simulated: list[Answer] = []
     for name in names:
         found = _targets(frames, name)
         targets |= dict.fromkeys(found)
-        others += [] if found else [name]
+        entries = (
+            [] if found else [Answer(name, tuple(of_entry(frames, path))) for path in _entries(expanded.tree, name)]
+        )
+        simulated += entries
+        others += [] if found or entries else [name]
     explanations = [_explanation(frames, target, pose) for target in targets]
-    numbers = {number.name for one in explanations for number in one.numbers()}
+    answered: list[Explanation | Answer] = [*explanations, *simulated]
+    numbers = {number.name for one in answered for number in _numbers(one)}
     for name in others:
         if not any(_is_called(number, name) for number in numbers):
             known = {*frames.names(), *(sensor.name for sensor in frames.robot.sensors), *frames.robot.joint}
+            known |= {entry for section in _SIMULATED for entry in expanded.tree.get(section) or ()}
             known |= {use for frame in frames.names() for use in frames.uses(frame)}
             raise NotThere(
                 _missing("frame, link, joint, sensor, use or number", name, [*sorted(known), *sorted(numbers)])
             )
-    return [_answer(one, others) for one in explanations] if others else [*explanations]
+    return [_answer(one, others) for one in answered] if others else answered
+
+
+# Sections for a simulation whose entries have no frame.
+_SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
+
+
+def _entries(tree: Map, name: str) -> list[Path]:
+    """Return the paths of what only a simulation has under a name."""
+    return [(section, name) for section in _SIMULATED if name in (tree.get(section) or ())]
+
+
+def _numbers(one: Explanation | Answer) -> Sequence[Number]:
+    return one.numbers() if isinstance(one, Explanation) else one.numbers
 
 
 def _is_called(number: str, word: str) -> bool:
     """Say whether a word asks for a number: by its name, "inertia ixx", a part of that, or as one of three."""
-    return word == number or word in number.split() or number in _THREE.get(word, ())
+    return word in (number, number.partition("[")[0]) or word in number.split() or number in _THREE.get(word, ())
 
 
-def _answer(explanation: Explanation, words: Sequence[str]) -> Answer:
+def _answer(explanation: Explanation | Answer, words: Sequence[str]) -> Answer:
     """Return the numbers that words ask for; those of the joint before those of the mass, if both have one."""
     found: dict[Number, None] = {}
     for word in words:
-        numbers = explanation.numbers()
+        numbers = _numbers(explanation)
         exactly = [number for number in numbers if number.name == word]
         found |= dict.fromkeys(exactly or [number for number in numbers if _is_called(number.name, word)])
     return Answer(explanation.name, tuple(found))

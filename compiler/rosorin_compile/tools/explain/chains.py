@@ -16,6 +16,7 @@ from ...model import (
     Box,
     Capsule,
     Cylinder,
+    Ellipsoid,
     Geometry,
     HeightMap,
     Inertial,
@@ -227,6 +228,12 @@ def of_joint(frames: Frames, joint: Joint) -> Iterator[Number]:
                     yield number._replace(name=f"servo {number.name}")
 
 
+def of_entry(frames: Frames, path: Path) -> Iterator[Number]:
+    """Yield the numbers of an entry of a section for a simulation."""
+    for number in frames.numbers(path):
+        yield number._replace(name=_short(number.name))
+
+
 def of_mass(frames: Frames, link: Link) -> Iterator[Number]:
     """Yield the numbers of an inertial, those that were calculated from shapes too."""
     path = frames.places["link", link.name]
@@ -281,6 +288,8 @@ def _in_words(geometry: Geometry) -> tuple[str, str]:
         return kind, f"radius {exact(geometry.radius)} m, length {exact(geometry.length)} m"
     if isinstance(geometry, Sphere):
         return "sphere", f"radius {exact(geometry.radius)} m"
+    if isinstance(geometry, Ellipsoid):
+        return "ellipsoid", "radii " + " x ".join(map(exact, geometry.radii)) + " m"
     if isinstance(geometry, Mesh):
         return "mesh", geometry.file
     rows, columns = len(geometry.heights), len(geometry.heights[0])

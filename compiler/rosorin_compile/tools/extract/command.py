@@ -73,6 +73,7 @@ def _heightmap_options(way: argparse.ArgumentParser) -> None:
     _section_option(way)
     way.add_argument("--frame", help="the link that the map is given in; of a robot, its meshes are moved there")
     _grid_options(way)
+    way.add_argument("--bottom", action="store_true", help="measure where the body begins in each cell, too")
     way.add_argument("--xyz", default="0,0,0", metavar="X,Y,Z", help="where the mesh is in the frame, such as 0,0,25mm")
     way.add_argument("--rpy", default="0,0,0", metavar="R,P,Y", help="how it is turned there: radians, or 90deg")
     way.add_argument("--scale", default="1", metavar="S", help="factor of mesh files; 0.001 for millimetres; or X,Y,Z")
@@ -173,6 +174,8 @@ def _heightmap(options: argparse.Namespace, console: Console) -> int:
 
     if options.into and (options.output or options.json):
         raise WrongUsage("--into edits a file; it goes with neither -o nor --json")
+    if options.bottom and (options.into or options.json):
+        raise WrongUsage("--bottom goes with neither --into nor --json; write a file with -o, and paste it")
     asked = wanted(options)
     source = block = None
     if options.into:

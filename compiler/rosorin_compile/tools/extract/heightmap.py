@@ -11,8 +11,8 @@ together.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -165,6 +165,7 @@ class Wanted:
     below: float | None = None
     digits: int = 4
     step: float | None = None
+    bottom: bool = False
 
 
 def make_map(triangles: Floats, wanted: Wanted, frame: str) -> tuple[HeightMap, list[Diagnostic]]:
@@ -183,7 +184,29 @@ def make_map(triangles: Floats, wanted: Wanted, frame: str) -> tuple[HeightMap, 
         raise fail("height-map-empty", message, "correct --xyz, --rpy, --scale or --origin")
     rows = tuple(map(tuple, rounded_up(heights, wanted.digits).tolist()))
     made = HeightMap(grid.origin, grid.cell, rows, wanted.step or grid.cell, _method(wanted))
+    if wanted.bottom:
+        made = replace(made, bottom=_bottoms(triangles, grid, wanted, made.heights))
     return made, _remarks(lower, upper, grid, frame)
+
+
+def _bottoms(
+    triangles: Floats, grid: Grid, wanted: Wanted, heights: Sequence[Sequence[float]]
+) -> float | tuple[tuple[float, ...], ...]:
+    """Return where the body begins in each cell, or in all (m): the height of the surface, turned upside down."""
+    ceiling = float(triangles[:, :, 2].max()) + 1.0  # so that no surface is at zero
+    flipped = triangles.copy()
+    flipped[:, :, 2] = ceiling - flipped[:, :, 2]
+    depths = height_map(flipped, grid, wanted.spacing, wanted.exact, partial(step, "sampling")).tolist()
+    least = 10.0**-wanted.digits  # the thickness of a sheet
+    rows = tuple(
+        tuple(
+            max(0.0, down(min(ceiling - depth, height - least), wanted.digits)) if height > 0 else 0.0
+            for depth, height in zip(line, row, strict=True)
+        )
+        for line, row in zip(depths, heights, strict=True)
+    )
+    some = {low for lows, row in zip(rows, heights, strict=True) for low, top in zip(lows, row, strict=True) if top > 0}
+    return some.pop() if len(some) == 1 else rows
 
 
 def _check(wanted: Wanted) -> None:

@@ -89,6 +89,7 @@ def wanted(options: argparse.Namespace) -> Wanted:
         lengths["below"],
         digits(options.map_digits, "--map-digits"),
         step,
+        getattr(options, "bottom", False),
     )
 
 

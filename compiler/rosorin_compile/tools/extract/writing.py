@@ -115,6 +115,11 @@ def height_map(link: str, made: HeightMap, status: str, note: str) -> list[str]:
         f"          heights:           # a row is {length(made.cell)} of x, a number in it of y; 0 is no body",
     ]
     lines += [f"            - {text}" for text in height_rows(made.heights)]
+    if isinstance(made.bottom, (int, float)):
+        lines += [f"          bottom: {length(made.bottom)}"] if made.bottom else []
+    else:
+        lines.append("          bottom:            # where the body begins in each cell")
+        lines += [f"            - {text}" for text in height_rows(made.bottom)]
     return [*lines, f"        source: {source(status, note)}"]
 
 

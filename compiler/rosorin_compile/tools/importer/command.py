@@ -127,7 +127,7 @@ def _show(console: Console, diagnostics: list[Diagnostic]) -> None:
 def _strictly(diagnostic: Diagnostic) -> Diagnostic:
     from ...diagnostics import ERROR
 
-    carried = diagnostic.rule != "import-cannot-carry"
+    carried = diagnostic.rule not in ("import-cannot-carry", "import-untold")
     return diagnostic if carried else diagnostic._replace(severity=ERROR)
 
 
@@ -146,16 +146,18 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     _check_folder(folder, options.force)
     named = renamed(tree, source, folder, options.meshes)
     _show(console, named.diagnostics)
+    read = imported._replace(tree=tree)
     imported = imported._replace(tree=named.tree)
     try:
-        trip = check_round_trip(imported, folder)
+        trip = check_round_trip(imported, folder, read)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
         return PROBLEMS
-    errors = sum(diagnostic.severity == ERROR for diagnostic in trip.diagnostics)
+    told = [*trip.diagnostics, *(_strictly(warning) if options.strict else warning for warning in trip.warnings)]
+    _show(console, told)
+    errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
-        _show(console, trip.diagnostics)
         return _refused(console, source, errors)
     written = _write(console, folder, trip)
     if written is None:
@@ -214,6 +216,8 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         f"the compiled {trip.word} is the same robot: {counted(trip.frames, 'frame')} at "
         f"zero and {trip.states} random joint states, largest difference {trip.largest:.2g}"
     )
+    if trip.proof.said or trip.proof.unknown:
+        console.say(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
     for line in (*kept(tree), *accepted(tree)):

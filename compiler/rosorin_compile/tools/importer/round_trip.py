@@ -8,17 +8,15 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
+from ...diagnostics import ERROR, WARNING, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
-from ...diagnostics.wording import and_more
-from ...formats import published
-from ...formats.format import Format
-from ...formats.imported import Imported, ReadOptions
+from ...diagnostics.wording import and_more, counted, listed
+from ...formats import FORMATS, published
+from ...formats.imported import Imported, Proof, ReadOptions
 from ...formats.reading import read_robot
 from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
-from ...frontend.tree import Map
 from ...meaning.sameness import different
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
@@ -31,6 +29,13 @@ RULES = (
         "import-differs",
         "The description that import would write is not the same robot; nothing is written.",
         "That is a fault of the tool: please report it with the file.",
+        READING,
+    ),
+    Rule(
+        "import-untold",
+        "A warning: the engine of the source's format, MuJoCo, finds something in the result that is otherwise than in "
+        "the source, and no other message of the import says so.",
+        "Please report it with the file. `--strict` makes it an error.",
         READING,
     ),
 )
@@ -49,7 +54,8 @@ class RoundTrip(NamedTuple):
     ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
     compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
     poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being compared, or
-    what differs.
+    what differs. ``proof`` is what the engine of the source's format says of the artifact in it, and
+    ``warnings`` what it finds that nobody has said.
     """
 
     files: dict[str, str]
@@ -59,12 +65,15 @@ class RoundTrip(NamedTuple):
     states: int = 0
     largest: float = 0.0
     word: str = ""
+    proof: Proof = Proof()
+    warnings: tuple[Diagnostic, ...] = ()
 
 
-def check_round_trip(imported: Imported, folder: Path) -> RoundTrip:
+def check_round_trip(imported: Imported, folder: Path, read: Imported | None = None) -> RoundTrip:
     """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
 
-    ``folder`` is where it is going to stand, for messages and for the schema beside it.
+    ``folder`` is where it is going to stand, for messages and for the schema beside it; ``read`` the robot as it was
+    read, before its meshes got other names.
     """
     schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
@@ -76,7 +85,12 @@ def check_round_trip(imported: Imported, folder: Path) -> RoundTrip:
             wanted = outputs(imported, _first_error(compiled.diagnostics))
             files, compiled = _compiled(imported, stage, schema, wanted)
         trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
-        return trip if trip.diagnostics else _compared(imported, compiled, stage, trip)
+        if not trip.diagnostics:
+            trip = _compared(imported, compiled, stage, trip)
+        if trip.diagnostics:
+            return trip
+        proof = _proof(imported, compiled, read or imported)
+        return trip._replace(proof=proof, warnings=(_untold(proof),) if proof.wrong else ())
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -112,13 +126,37 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     return trip._replace(frames=len(source.links), states=STATES, largest=largest)
 
 
-def files_of(read: Map, meshes: str | None, folder: Path, format: Format) -> dict[str, str]:
-    """Return where the meshes are that an artifact names, by their names in it.
+def in_engine(imported: Imported, text: str) -> Proof:
+    """Return how the engine of the source's format tells an artifact of that format from the source, if it can."""
+    format, tree = FORMATS.get(imported.format), imported.tree
+    if format is None or format.prove is None or tree is None:
+        return Proof()
+    opens, folder = format.opens or (lambda name: name), imported.files[0].absolute().parent
+    return format.prove(imported, text, {opens(name): str(folder / name) for name in relative_files(tree)})
 
-    ``read`` is the tree as it was read, from a source in ``folder``; ``meshes`` stands before their names since then.
-    """
-    opens, before = format.opens or (lambda name: name), "" if meshes is None else f"{meshes.rstrip('/')}/"
-    return {opens(before + name): str(folder.absolute() / name) for name in relative_files(read)}
+
+def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:
+    """Return the proof of a robot as it was read: with the names of meshes that its source has."""
+    if not any(one.backend == read.format for one in compiled.artifacts):
+        return Proof()
+    step("proving the import in its engine")
+    if read.tree is not imported.tree:
+        with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
+            _, compiled = _compiled(read, Path(name), "", outputs(read))
+    text = next((one.text for one in compiled.artifacts if one.backend == read.format), None)
+    return in_engine(read, text) if text is not None else Proof()
+
+
+def _untold(proof: Proof) -> Diagnostic:
+    """Return the warning about what differs though no message of the import says so."""
+    count = sum(map(len, proof.wrong.values()))
+    what = "comes out" if count == 1 else "come out"
+    message = f"{counted(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
+    message += f": {listed(list(proof.wrong))}"
+    texts = [text for texts in proof.wrong.values() for text in texts]
+    more = [and_more(len(texts) - _MAX_TOLD).strip()] if len(texts) > _MAX_TOLD else []
+    related = tuple(Related(text, None) for text in [*texts[:_MAX_TOLD], *more])
+    return Diagnostic("import-untold", WARNING, message, None, related, "please report it with the file")
 
 
 def largest_difference(one: Robot, other: Robot) -> float:

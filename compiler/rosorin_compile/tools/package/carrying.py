@@ -103,7 +103,7 @@ def carry(
     """
     from ...frontend.arguments import declared
 
-    main = next((one for one in compiled.artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in compiled.artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         return None, []  # a package without a URDF is refused anyway
     statics = next((one.output for one in compiled.artifacts if one.backend == STATICS), STATICS)

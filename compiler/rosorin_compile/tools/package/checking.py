@@ -129,7 +129,7 @@ def _by_place(
     by_place: dict[str, list[Artifact]] = {}
     for artifact in artifacts:
         place = told.get(artifact.output, "")
-        for one in [place] if place in files else copies(folder, files, robot.name, artifact):
+        for one in [place] if place in files else copies(folder, files, robot.name, artifact, artifacts):
             by_place.setdefault(one, []).append(artifact)
     return by_place
 
@@ -174,7 +174,7 @@ def _missing(
         name = place or artifact.file.rpartition("/")[2]
         if artifact.output in there or place == NOWHERE:
             continue
-        if place or feeds(artifact.backend, ROBOT_STATE_PUBLISHER):
+        if place or feeds(artifact, ROBOT_STATE_PUBLISHER):
             message = f"there is no {name} in {folder}"
             yield error("deployed-missing", message, None, "rosorin-compile deploy writes it")
         else:

@@ -8,11 +8,12 @@ from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from ...diagnostics.wording import printable
-from ...formats import FORMATS, Artifact, feeds, names_meshes
+from ...formats import FORMATS, Artifact, names_meshes
 from ...formats.templating import Templates
 from ...meaning.entities import Change
 from ...meaning.golden import NOT_TEXT, TextDifference, compare, shorten
-from ...model import ROBOT_STATE_PUBLISHER, Output, Robot
+from ...model import ROBOT_STATE_PUBLISHER, Robot
+from ...rules.case import feeding
 from .meshes import settle
 
 _SAME = "same meaning, different text"
@@ -39,17 +40,13 @@ def placed(robot: Robot, artifact: Artifact, place: str, urdf: str) -> Artifact:
     """Return an artifact as it is for a place: the launch file looks for the URDF where that is (relative names)."""
     if not FORMATS[artifact.backend].located or not urdf:
         return artifact._replace(file=place)
-    moved = tuple(_moved(output, artifact, place, urdf) for output in robot.outputs)
+    urdfs = [output.name for output in feeding(robot, ROBOT_STATE_PUBLISHER, FORMATS)]
+    names = {**dict.fromkeys(urdfs, urdf), artifact.output: place}
+    moved = tuple(dataclasses.replace(output, file=names.get(output.name, output.file)) for output in robot.outputs)
     there = dataclasses.replace(robot, outputs=moved)
     output = next(output for output in moved if output.name == artifact.output)
     text = FORMATS[artifact.backend].written(there, output, Templates())[0]
     return artifact._replace(file=place, text=text)
-
-
-def _moved(output: Output, artifact: Artifact, place: str, urdf: str) -> Output:
-    if output.name == artifact.output:
-        return dataclasses.replace(output, file=place)
-    return dataclasses.replace(output, file=urdf) if feeds(output.backend, ROBOT_STATE_PUBLISHER) else output
 
 
 def forms(robot: Robot, artifact: Artifact, place: str, urdfs: Iterable[str], package: str) -> list[Artifact]:

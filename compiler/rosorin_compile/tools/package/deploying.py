@@ -19,7 +19,7 @@ from ...xml.markup import Element, MarkupError, parse
 from .copies import Difference, difference, forms, placed
 from .finding import copies, other_robot, package_of
 from .installing import install_space, missing, share_folder, undeclared
-from .meshes import beside, settle
+from .meshes import beside, not_placed, settle
 from .naming import FILE, NOWHERE
 from .package import Options, folder_of
 from .views import topics_of
@@ -126,7 +126,7 @@ def plan(
     for artifact in artifacts:
         place = told.get(artifact.output)
         if place is None:
-            there = copies(folder, files, robot.name, artifact)
+            there = copies(folder, files, robot.name, artifact, artifacts)
             place = _only(artifact, there, diagnostics)
             diagnostics += _others(robot, artifact, folder, place)
         if place != NOWHERE:
@@ -141,7 +141,8 @@ def plan(
         going = [_with_meshes(artifact, package[1], folder, diagnostics) for artifact in going]
     for artifact in going:
         names = FORMATS[artifact.backend].beside
-        diagnostics += beside(artifact.file, names(artifact.text), folder) if names else ()
+        wanted = not_placed(artifact.file, names(artifact.text), {one.file for one in going}) if names else ()
+        diagnostics += beside(artifact.file, wanted, folder)
     left = [a.output for a in artifacts if a.output not in places and told.get(a.output) != NOWHERE]
     if left:
         message = f"no copy of {', '.join(left)} is in {folder}, and none is put there"
@@ -152,14 +153,15 @@ def plan(
 
 def _is_main(artifact: Artifact) -> bool:
     """Say whether an artifact is what robot_state_publisher reads."""
-    return feeds(artifact.backend, ROBOT_STATE_PUBLISHER)
+    return feeds(artifact, ROBOT_STATE_PUBLISHER)
 
 
 def _only(artifact: Artifact, places: Sequence[str], diagnostics: list[Diagnostic]) -> str:
     """Return the one place of an artifact; where there is none yet, that of its kind."""
     name = artifact.file.rpartition("/")[2]
     if not places:
-        return f"{folder_of(artifact)}/{name}" if FORMATS[artifact.backend].deploys else NOWHERE
+        deploys = FORMATS[artifact.backend].deploys and not artifact.withheld
+        return f"{folder_of(artifact)}/{name}" if deploys else NOWHERE
     if len(places) > 1:
         message = f"the folder has several copies of {name}: {', '.join(places[:5])}"
         help = f"say which with --map {artifact.output}=PLACE ({NOWHERE} for nowhere)"

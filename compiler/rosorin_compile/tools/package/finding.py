@@ -74,12 +74,20 @@ def _is_file(path: Path) -> bool:
         return False
 
 
-def copies(folder: Path, files: Sequence[str], robot: str, artifact: Artifact) -> list[str]:
-    """Return the files that are copies of an artifact: by their name, or by what stands in them."""
+def copies(
+    folder: Path, files: Sequence[str], robot: str, artifact: Artifact, artifacts: Sequence[Artifact]
+) -> list[str]:
+    """Return the files that are copies of an artifact: by their name, or by what stands in them.
+
+    A file that is named as another of the robot's ``artifacts`` is that one. What is withheld from publishers goes by
+    its name alone: else it might take the place of what they read.
+    """
     name = artifact.file.rpartition("/")[2]
     named = [file for file in files if file.rpartition("/")[2] == name]
-    endings = FORMATS[artifact.backend].endings
-    others = [file for file in files if file not in named and file.endswith(endings)]
+    if artifact.withheld:
+        return sorted(named)
+    endings, taken = FORMATS[artifact.backend].endings, {one.file.rpartition("/")[2] for one in artifacts}
+    others = [file for file in files if file.rpartition("/")[2] not in taken and file.endswith(endings)]
     return sorted(named + [file for file in others if _is_made(folder / file, robot, FORMATS[artifact.backend])])
 
 

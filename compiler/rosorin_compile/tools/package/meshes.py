@@ -7,8 +7,9 @@ be found is said, and stays as it was written.
 
 from __future__ import annotations
 
+import posixpath
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Container, Iterator, Mapping, Sequence
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
@@ -113,6 +114,11 @@ def _existing(name: str, folders: Sequence[Path]) -> Path | None:
 def _renamed(match: re.Match[str], addresses: dict[str, str]) -> str:
     name = addresses.get(unescape(match[3], _ENTITIES))
     return match[0] if name is None else f"{match[1]}{match[2]}{escape(name)}{match[2]}"
+
+
+def not_placed(place: str, names: Sequence[str], places: Container[str]) -> list[str]:
+    """Return the files that an artifact at a place names beside it and that are no other artifact."""
+    return [name for name in names if posixpath.normpath(posixpath.join(posixpath.dirname(place), name)) not in places]
 
 
 def beside(place: str, names: Sequence[str], folder: Path) -> Iterator[Diagnostic]:

@@ -82,7 +82,7 @@ def make(
     ``sources`` are folders in which other files are looked for that the description names; ``target`` is where the
     package will stand, which may hold such files already.
     """
-    main = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
+    main = next((one for one in artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if main is None:
         help = f"add an output with the backend {published().name}"
         return Package(
@@ -103,7 +103,8 @@ def make(
             diagnostics += settled.diagnostics
             files.update({name: path.read_bytes() for name, path in settled.files.items()})
         elif beside is not None:
-            diagnostics += meshes.beside(place, _left(place, artifact, beside, searched, sources, files), target)
+            left = _left(place, artifact, beside, searched, sources, files)
+            diagnostics += meshes.beside(place, meshes.not_placed(place, left, placed), target)
         files[place] = artifact.text.encode()
     if carried is not None:
         needs.update(carried.packages)

@@ -37,7 +37,10 @@ def apart(
     return taken, left
 
 
-def settle(case: Case, found: Iterable[Diagnostic]) -> list[Diagnostic]:
-    """Return the findings without those that are accepted, and a warning for each entry that accepts nothing."""
+def settle(case: Case, found: Iterable[Diagnostic], asked: str = "physics") -> list[Diagnostic]:
+    """Return the findings without those that are accepted, and a warning for each entry that accepts nothing.
+
+    ``asked`` is what the run asked for (``Rule.asked``).
+    """
     left = settled(case.tree, found, acceptable())
-    return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), ("physics",))]
+    return [*left.diagnostics, *unused(case.tree, left.used, acceptable(), (asked,))]

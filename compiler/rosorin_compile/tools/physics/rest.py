@@ -8,17 +8,15 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
-from importlib import import_module
 from typing import Any, NamedTuple
 
-from ...diagnostics import ERROR, WARNING, Diagnostic, has_errors
+from ...diagnostics import ERROR, WARNING, Diagnostic
 from ...diagnostics.registry import PHYSICS, Rule
-from ...formats import FORMATS
 from ...formats.templating import Templates
-from ...model import Joint, Link, Mesh, Output, Robot
+from ...model import Joint, Robot
 from ...model.simulation import POSITION
 from ...rules.case import Case, number
+from ..simulate.world import FIXED, Refused, moving, quiet, set_joints, simulated, without_meshes
 from .overlaps import ZERO, State
 
 RULES = (
@@ -59,39 +57,23 @@ def told(case: Case, states: Sequence[State], tick: Callable[[], None]) -> list[
 
     What MuJoCo has to say of it goes nowhere, not into a file either.
     """
-    mujoco: Any = import_module("mujoco")
-    mujoco.set_mju_user_warning(lambda _: None)
     found: dict[tuple[str, str], Diagnostic] = {}
-    try:
+    with quiet() as mujoco:
         model = _model(mujoco, case.robot)
         for state in states:
             if model is not None:
                 for one in _judged(case, state, _simulated(mujoco, case.robot, model, state)):
                     found.setdefault((one.rule, "".join(one.of)), one)
             tick()
-    finally:
-        mujoco.set_mju_user_warning(None)
     return list(found.values())
 
 
 def _model(mujoco: Any, robot: Robot) -> Any:
     """Return the robot in MuJoCo without its meshes; None if it cannot be simulated."""
-    format = next((one for one in FORMATS.values() if one.refusal is not None and one.write is not None), None)
-    if format is None:
-        return None
-    bare = replace(robot, links=tuple(map(_without_meshes, robot.links)))
-    text, said = format.written(bare, Output("physics", format.name, "physics.xml", {}), Templates())
-    if has_errors(said):
-        return None
     try:
-        return mujoco.MjModel.from_xml_string(text)
-    except ValueError:
+        return mujoco.MjModel.from_xml_string(simulated(without_meshes(robot), None, Templates(), FIXED))
+    except (Refused, ValueError):
         return None  # check tells why
-
-
-def _without_meshes(link: Link) -> Link:
-    solid = tuple(shape for shape in link.collision if not isinstance(shape.geometry, Mesh))
-    return replace(link, collision=solid, visual=())
 
 
 def _simulated(mujoco: Any, robot: Robot, model: Any, state: State) -> _Ended:
@@ -102,22 +84,21 @@ def _simulated(mujoco: Any, robot: Robot, model: Any, state: State) -> _Ended:
     if state.name != ZERO:
         key = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, state.name)
         mujoco.mj_resetDataKeyframe(model, data, key)
-    moving = [joint for joint in robot.joints if joint.moves]
-    for joint in moving:
-        data.joint(joint.name).qpos[0] = robot.position(joint, state.positions)
+    set_joints(robot, data, state.positions)
     mujoco.mj_forward(model, data)
-    load = {joint.name: float(data.joint(joint.name).qfrc_bias[0]) for joint in moving}
-    speeds = [data.joint(joint.name).qvel for joint in moving]
+    joints = moving(robot)
+    load = {joint.name: float(data.joint(joint.name).qfrc_bias[0]) for joint in joints}
+    speeds = [data.joint(joint.name).qvel for joint in joints]
     fastest = (0.0, 0.0, "")
     broken = None
     while data.time < SECONDS and broken is None:
         before = data.time
         mujoco.mj_step(model, data)
-        for joint, speed in zip(moving, speeds, strict=True):
+        for joint, speed in zip(joints, speeds, strict=True):
             fastest = max(fastest, (abs(float(speed[0])), data.time, joint.name))
         if data.time <= before or not np.isfinite(data.qpos).all():  # MuJoCo begins anew where numbers end
             broken = before
-    positions = {joint.name: float(data.joint(joint.name).qpos[0]) for joint in moving}
+    positions = {joint.name: float(data.joint(joint.name).qpos[0]) for joint in joints}
     return _Ended(broken, fastest, positions, load)
 
 

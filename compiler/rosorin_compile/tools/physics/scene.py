@@ -13,7 +13,20 @@ from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...model import Box, Capsule, Cylinder, Geometry, Joint, Mesh, Robot, Shape, Sphere, Transform, volume_of
+from ...model import (
+    Box,
+    Capsule,
+    Cylinder,
+    Ellipsoid,
+    Geometry,
+    Joint,
+    Mesh,
+    Robot,
+    Shape,
+    Sphere,
+    Transform,
+    volume_of,
+)
 from .files import Hull, Loaded, Meshes
 
 if TYPE_CHECKING:
@@ -228,6 +241,8 @@ def _primitive(geometry: Geometry) -> tuple[str, list[float]]:
         return "mjGEOM_BOX", [side / 2 for side in geometry.size]
     if isinstance(geometry, Sphere):
         return "mjGEOM_SPHERE", [geometry.radius] * 3
+    if isinstance(geometry, Ellipsoid):
+        return "mjGEOM_ELLIPSOID", list(geometry.radii)
     if isinstance(geometry, (Cylinder, Capsule)):
         kind = "mjGEOM_CYLINDER" if isinstance(geometry, Cylinder) else "mjGEOM_CAPSULE"
         return kind, [geometry.radius, geometry.length / 2, geometry.radius]
@@ -237,7 +252,7 @@ def _primitive(geometry: Geometry) -> tuple[str, list[float]]:
 def half_sizes(solid: Solid) -> tuple[float, float, float]:
     """Return half the sides (m) of the box around a primitive, along its own axes."""
     kind, sizes = _primitive(solid.shape.geometry)
-    if kind in ("mjGEOM_BOX", "mjGEOM_SPHERE"):
+    if kind in ("mjGEOM_BOX", "mjGEOM_SPHERE", "mjGEOM_ELLIPSOID"):
         return (sizes[0], sizes[1], sizes[2])
     radius, half = sizes[0], sizes[1]
     return (radius, radius, half + (radius if kind == "mjGEOM_CAPSULE" else 0.0))

@@ -98,7 +98,7 @@ def place(robot: Robot, name: str, text: str) -> Position:
     numbers = tuple(_number(joint, part, KINDS[key]) for part, key in zip(parts, form, strict=True))
     if "roll" in form:
         return from_angles(numbers)
-    if "qw" in form and not any(numbers[3:]):
+    if "qw" in form and not any(numbers[-4:]):
         raise NoState(f'the quaternion of joint "{name}" is zero: {text}')
     return numbers
 

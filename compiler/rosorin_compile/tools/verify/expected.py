@@ -10,7 +10,17 @@ from typing import NamedTuple
 
 from ...formats import FORMATS
 from ...frontend.expression import ExpressionError, evaluate
-from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher, Robot, Transform
+from ...model import (
+    AXLELESS,
+    ROBOT_STATE_PUBLISHER,
+    SEVERAL_COORDINATES,
+    STATIC_TRANSFORM_PUBLISHER,
+    UNPUBLISHED,
+    Joint,
+    Publisher,
+    Robot,
+    Transform,
+)
 from ...rules.case import feeding
 
 MAX_MODES = 10
@@ -176,9 +186,9 @@ def _edges(robot: Robot) -> Iterator[Expected]:
     urdf = Tolerance(EXACT, SIX_ANGLE) if six else Tolerance()
     for joint in robot.joints_down():
         kind = joint.publisher.kind
-        if kind == UNPUBLISHED or (kind == ROBOT_STATE_PUBLISHER and joint.type == "floating"):
+        if kind == UNPUBLISHED or (kind == ROBOT_STATE_PUBLISHER and joint.type in AXLELESS):
             continue
-        free = joint.type in ("planar", "floating") and kind != ROBOT_STATE_PUBLISHER
+        free = joint.type in SEVERAL_COORDINATES and kind != ROBOT_STATE_PUBLISHER
         still = None if free else joint.transform(0.0)
         tolerance = urdf if kind == ROBOT_STATE_PUBLISHER else Tolerance()
         place: tuple[str | int, ...] = ("joint", joint.name)
@@ -188,7 +198,7 @@ def _edges(robot: Robot) -> Iterator[Expected]:
     for index, edge in enumerate(robot.edges):
         if edge.joint and edge.publisher.kind != UNPUBLISHED:
             joint = robot.joint[edge.joint]
-            free = joint.type in ("planar", "floating")
+            free = joint.type in SEVERAL_COORDINATES
             still = None if free else joint.transform(0.0)
             moving, place = joint.moves or free, ("joint", joint.name)
             yield Expected(edge.parent, edge.child, edge.publisher, moving, still, joint, edge.when, place=place)

@@ -276,7 +276,7 @@ def _span(lower: float, upper: float) -> str:
 
 def robot_description(recording: Recording, artifacts: Sequence[Artifact]) -> Iterator[Diagnostic]:
     """Yield how the URDF that ran differs from the compiled one."""
-    compiled = next((one for one in artifacts if feeds(one.backend, ROBOT_STATE_PUBLISHER)), None)
+    compiled = next((one for one in artifacts if feeds(one, ROBOT_STATE_PUBLISHER)), None)
     if not recording.descriptions or compiled is None:
         return
     topic = "/robot_description"

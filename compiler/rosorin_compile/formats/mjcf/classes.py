@@ -1,0 +1,215 @@
+"""Default classes: what geoms, joints and actuators of an MJCF of ours have in common, said once.
+
+All stand in one class with the name of the robot, and begin with it: two robots that are included in one scene share
+one space of names. Each element names its class itself, and no body has a ``childclass``: what stands verbatim in a
+body, or is attached to it, keeps MuJoCo's own defaults.
+
+Joints that move alike share a class, and so do actuators that are alike, where that makes the file shorter. Such a
+class is called after the words that the names of all its joints have: wrist of wrist_1_joint and wrist_2_joint.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import NamedTuple
+
+from markupsafe import Markup
+
+from ..templating import attributes
+from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
+
+# What each joint has for itself, and what many have in common that move otherwise.
+_OWN = ("name", "class", "type")
+_SIDE = ("axis", "range", "ctrlrange", "forcerange")
+# The kinds of actuators whose attributes all may stand in a class, and what an actuator acts on.
+_KINDS = ("position", "velocity", "motor", "general")
+_TARGETS = ("name", "class", "joint", "jointinparent", "tendon", "site", "refsite", "body", "slidersite", "cranksite")
+
+_CLASS = re.compile(r'<default\b[^<>]*\bclass="([^"]*)"')
+
+Texts = Mapping[str, str]
+
+
+class Part(NamedTuple):
+    """An element as printed, with what stands in it."""
+
+    tag: str
+    attributes: Markup
+    elements: Sequence[Part] = ()
+
+
+class Named(NamedTuple):
+    """An element that may have a class: its tag, its attributes, and the joint after which its class is called."""
+
+    tag: str
+    values: Texts
+    joint: str = ""
+
+
+class Class(NamedTuple):
+    """A default class: its name, what stands in it, and classes in it."""
+
+    name: str
+    parts: Sequence[Part] = ()
+    classes: Sequence[Class] = ()
+
+
+class _Shared(NamedTuple):
+    """Attributes that several elements of a kind share; ``members`` are their places in the list of all."""
+
+    tag: str
+    values: Texts
+    members: tuple[int, ...]
+
+
+class Classes:
+    """The default classes of a robot: ``of`` says the class of an element that has one."""
+
+    def __init__(self, robot: str, elements: Sequence[Named], kept: Iterable[str]) -> None:
+        self._taken = {name for text in kept for name in _CLASS.findall(text)} | {"main"}
+        self.outer = self._free(robot)
+        self._prefix = f"{self.outer}_"
+        self._elements = elements
+        self._names: dict[int, str] = {}
+        self.shared = self._share()
+
+    def named(self, purpose: str) -> str:
+        """Return the name of the class of geoms (``visual``, ``collision``, ``visual_of_shapes``) or of frames."""
+        return f"{self._prefix}{purpose}"
+
+    def values(self, place: int) -> Texts:
+        """Return the attributes of the element at a place in the list: those of its class are said there."""
+        element, name = self._elements[place], self._names.get(place)
+        if name is None:
+            return element.values
+        said = next(one for one in self.shared[name] if one.tag == element.tag)
+        first = {"name": element.values["name"], "class": name}
+        return first | {key: text for key, text in element.values.items() if key not in said.values}
+
+    def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
+        """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
+
+        ``groups`` are those that visuals and collisions have if not ours, by purpose.
+        """
+        visual = {"group": str(groups.get(VISUAL, VISUAL_GROUP)), "contype": "0", "conaffinity": "0", "density": "0"}
+        solid = {"group": str(groups.get(COLLISION, COLLISION_GROUP if seen else 0)), "density": "0"}
+        inner = [Class(self.named(SHOWN))] if shown else []
+        made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
+        made.append(Class(self.named(COLLISION), [_part("geom", solid)]))
+        made.append(Class(self.named(FRAME), [_part("site", {"group": str(FRAME_GROUP)})]))
+        made += [Class(name, [_part(one.tag, one.values) for one in shared]) for name, shared in self.shared.items()]
+        return Class(self.outer, (), made)
+
+    def _free(self, name: str) -> str:
+        while name in self._taken:
+            name += "_"
+        self._taken.add(name)
+        return name
+
+    def _share(self) -> dict[str, list[_Shared]]:
+        """Return what elements share, by the name of the class: actuators with their joints, if all are of it."""
+        self._taken |= {self.named(purpose) for purpose in (VISUAL, COLLISION, SHOWN, FRAME)}
+        made: dict[str, list[_Shared]] = {}
+        for shared in self._groups(made):
+            name = self._with_joints(shared, made) or self._called(shared)
+            if self._saved(shared, made) > 0:
+                if name not in made:
+                    self._free(name)
+                made.setdefault(name, []).append(shared)
+                self._names |= dict.fromkeys(shared.members, name)
+        return made
+
+    def _groups(self, made: Mapping[str, Sequence[_Shared]]) -> Iterator[_Shared]:
+        """Yield what elements share that move alike; those of one axis and range alone, where their names say so.
+
+        Hips and knees of many legs are two classes, though they may have the same damping.
+        """
+        for tag, members in self._cut(range(len(self._elements)), _SIDE):
+            whole = self._shared(tag, members)
+            parts = [self._shared(tag, inner) for _, inner in self._cut(members, ())]
+            saved = [self._saved(one, made) for one in parts]
+            words = {self._words(one) for one in parts} - {"", "joint"}
+            told_apart = len(words) == len(parts) and min(saved) > 0
+            shorter = sum(max(0, more) for more in saved) >= self._saved(whole, made)
+            yield from parts if told_apart or shorter else [whole]
+
+    def _cut(self, places: Iterable[int], without: Sequence[str]) -> list[tuple[str, list[int]]]:
+        """Return groups of elements of a kind that are alike but for their names and some attributes."""
+        groups: dict[tuple[str, frozenset[tuple[str, str]]], list[int]] = {}
+        for place in places:
+            element = self._elements[place]
+            groups.setdefault((element.tag, frozenset(_alike(element, without))), []).append(place)
+        return [(tag, members) for (tag, _), members in groups.items()]
+
+    def _shared(self, tag: str, members: Sequence[int]) -> _Shared:
+        return _Shared(tag, _common([self._elements[place] for place in members]), tuple(members))
+
+    def _with_joints(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> str:
+        """Return the class of joints that all joints of these actuators are of, if it has no actuators yet."""
+        joints = {self._elements[place].joint for place in shared.members}
+        for name, parts in made.items():
+            known = {self._elements[place].joint for place in parts[0].members}
+            if parts[0].tag == "joint" != shared.tag and len(parts) == 1 and joints <= known:
+                return name
+        return ""
+
+    def _called(self, shared: _Shared) -> str:
+        """Return a name that no class has, after what the names of the joints have in common."""
+        words = self._words(shared) or shared.tag
+        name, number = f"{self._prefix}{words}", 1
+        while name in self._taken:
+            number += 1
+            name = f"{self._prefix}{words}_{number}"
+        return name
+
+    def _words(self, shared: _Shared) -> str:
+        return _words_of([self._elements[place].joint for place in shared.members])
+
+    def _saved(self, shared: _Shared, made: Mapping[str, Sequence[_Shared]]) -> int:
+        """Return by how many characters the file gets shorter by a class, or by more in one that is made already."""
+        joined = self._with_joints(shared, made)
+        name = joined or self._called(shared)
+        said, named = len(attributes(**shared.values)), len(f' class="{name}"')
+        around = len(f"        <{shared.tag}/>\n")
+        around += 0 if joined else len(f'      <default class="{name}">\n      </default>\n')
+        return len(shared.members) * (said - named) - said - around if said else 0
+
+
+def _alike(element: Named, without: Sequence[str]) -> Iterable[tuple[str, str]]:
+    """Return the attributes by which elements share a class; of an actuator of another kind its name."""
+    if element.tag != "joint" and element.tag not in _KINDS:
+        return [("name", element.values["name"])]
+    own = _OWN if element.tag == "joint" else _TARGETS
+    return [(key, text) for key, text in element.values.items() if key not in (*own, *without)]
+
+
+def _common(members: Sequence[Named]) -> Texts:
+    """Return the attributes that all elements have, in the order of the first one."""
+    first, own = members[0], _OWN if members[0].tag == "joint" else _TARGETS
+    return {
+        key: text
+        for key, text in first.values.items()
+        if key not in own and all(member.values.get(key) == text for member in members)
+    }
+
+
+def _words_of(names: Sequence[str]) -> str:
+    """Return the words that all names begin and end with; "joint" and numbers only if there is nothing else.
+
+    >>> _words_of(["wrist_1_joint", "wrist_2_joint"]), _words_of(["FL_hip_joint", "FR_hip_joint"])
+    ('wrist', 'hip')
+    >>> _words_of(["joint1", "joint2"]), _words_of(["pan", "tilt"])
+    ('joint', '')
+    """
+    split = [re.findall(r"[^\W\d_]+", name) for name in names]
+    shortest = min(map(len, split))
+    begin = next((at for at in range(shortest) if len({tuple(words[at : at + 1]) for words in split}) > 1), shortest)
+    rest = range(shortest - begin)
+    end = next((at for at in rest if len({words[len(words) - 1 - at] for words in split}) > 1), len(rest))
+    words = split[0][:begin] + split[0][len(split[0]) - end :]
+    return "_".join([word for word in words if word != "joint"] or words[:1])
+
+
+def _part(tag: str, values: Texts) -> Part:
+    return Part(tag, attributes(**values))

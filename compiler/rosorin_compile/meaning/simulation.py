@@ -1,0 +1,143 @@
+"""Simulation: what differs in what two descriptions have for a simulation alone, value by value.
+
+Artifacts are not compared by it: an MJCF has it in words of its own, a URDF not at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import fields
+from typing import Any
+
+from ..model import IDENTITY, Joint, Link, Pose, Robot, Shape
+from ..xml.elements import fragments
+from .difference import OTHER, Item
+from .wording import number
+
+Said = Mapping[str, str]
+
+
+def count_of(robot: Robot) -> int:
+    """Return how many things a robot has for a simulation alone."""
+    return len(_things(robot)) + len(robot.simulation.elements) + sum(len(one.mjcf_elements) for one in robot.links)
+
+
+def compare_simulation(a: Robot, b: Robot) -> Iterator[Item]:
+    """Yield what differs: what is new or gone, and of what both have each value that changed."""
+    old, new = _things(a), _things(b)
+    for name in [*old, *(name for name in new if name not in old)]:
+        mine, theirs = old.get(name), new.get(name)
+        if mine is None or theirs is None:
+            text = f"new: {name}" if mine is None else f"removed: {name}"
+            yield Item(
+                OTHER, name, "simulation", text, None if mine is None else name, None if theirs is None else name
+            )
+            continue
+        for word in dict.fromkeys([*mine, *theirs]):
+            before, after = mine.get(word), theirs.get(word)
+            if before != after:
+                text = f"{name}: {word} {before or 'none'} -> {after or 'none'}"
+                yield Item(OTHER, name, word, text, before, after)
+    for name, one, other in _kept(a, b):
+        gone, fresh = fragments(one) - fragments(other), fragments(other) - fragments(one)
+        for what, counts in (("new", fresh), ("removed", gone)):
+            for text in sorted(counts.elements()):
+                values = (None, text) if what == "new" else (text, None)
+                yield Item(OTHER, name, "mjcf_elements", f"MJCF elements of {name}: {what} {_short(text)}", *values)
+
+
+def _kept(a: Robot, b: Robot) -> Iterator[tuple[str, Sequence[str], Sequence[str]]]:
+    yield "the robot", a.simulation.elements, b.simulation.elements
+    for name in a.link:
+        if name in b.link:
+            yield name, a.link[name].mjcf_elements, b.link[name].mjcf_elements
+
+
+_MOST = 50
+
+
+def _short(text: str) -> str:
+    return f"{text[:_MOST]}..." if len(text) > _MOST else text
+
+
+def _things(robot: Robot) -> dict[str, Said]:
+    """Return all that a robot has for a simulation, by what it is called, each as words with values."""
+    things: dict[str, Said] = {}
+    simulation = robot.simulation
+    for link in robot.links:
+        things |= _of_link(link)
+    for joint in robot.joints:
+        things |= _of_joint(joint)
+    for kind, entries in (
+        ("actuator", simulation.actuators),
+        ("tendon", simulation.tendons),
+        ("constraint", simulation.constraints),
+        ("simulated sensor", simulation.sensors),
+    ):
+        things |= {f"{kind} {entry.name}": _said(entry) for entry in entries}
+    for index, pair in enumerate(simulation.contact_pairs, start=1):
+        things[f"contact pair {pair.name or index}"] = _said(pair)
+    for material in robot.materials:
+        things |= {f"material {material.name}": _said(material.mjcf)} if material.mjcf else {}
+    for pose in robot.poses:
+        values = {"base": pose.base, **pose.controls, **pose.mjcf}
+        things |= {f"pose {pose.name} in simulation": _said(values)} if _said(values) else {}
+    if simulation.contact_layers:
+        things["contact layers"] = {"order": _text(simulation.contact_layers)}
+    root = _said(simulation.root)
+    return things | ({"root": root} if root else {})
+
+
+def _of_link(link: Link) -> dict[str, Said]:
+    things: dict[str, Said] = {f"{mark.tag} {mark.name}": {"link": link.name, **_said(mark)} for mark in link.marked}
+    own = {"gravity_compensation": link.gravity_compensation or None, **link.mjcf}
+    things |= {f"link {link.name} in simulation": _said(own)} if _said(own) else {}
+    for purpose in ("collision", "visual"):
+        shapes: Sequence[Shape] = getattr(link, purpose)
+        for index, shape in enumerate(shapes, start=1):
+            values = {**_said(shape.contact), **_said(shape.mjcf)} if shape.contact or shape.mjcf else {}
+            things |= {f"{purpose} shape {index} of {link.name} in simulation": values} if values else {}
+    return things
+
+
+def _of_joint(joint: Joint) -> dict[str, Said]:
+    things: dict[str, Said] = {}
+    if joint.actuator is not None:  # its gains are compared as those of the joint
+        values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
+        things[f"actuator of {joint.name}"] = values
+    if joint.mjcf:
+        things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)
+    return things
+
+
+def _said(value: Any) -> dict[str, str]:
+    """Return the words of an entry and their values; what is as it is by default is left out."""
+    if isinstance(value, Mapping):
+        return {word: text for word, one in value.items() if (text := _text(one))}
+    words: dict[str, str] = {}
+    for field in fields(value) if value is not None else ():
+        inner = getattr(value, field.name)
+        if field.name in ("name", "tag"):
+            continue
+        if isinstance(inner, Mapping):
+            words |= _said(inner)
+        elif text := _text(inner):
+            words[field.name] = text
+    return words
+
+
+def _text(value: Any) -> str:
+    """Return a value as a person reads it; empty where it says nothing."""
+    if value is None or value is False or value == () or value == IDENTITY:
+        return "false" if value is False else ""
+    if isinstance(value, Pose):
+        return f"xyz {_text(value.xyz)} rpy {_text(value.rpy)}"
+    if isinstance(value, tuple):
+        return " ".join(_text(one) or "-" for one in value)
+    if isinstance(value, bool):
+        return "true"
+    if isinstance(value, (int, float)):
+        return number(float(value))
+    if hasattr(value, "tag"):
+        return f"{value.tag} {' '.join(_said(value).values())}"
+    return str(value)

@@ -1,0 +1,49 @@
+"""Looks: a colour for each link, and visuals for links that have collision shapes alone.
+
+The colours are those of the page (``viewer/src/colours.js``), so that a robot looks the same wherever it is shown.
+"""
+
+from __future__ import annotations
+
+from colorsys import hls_to_rgb
+from dataclasses import replace
+
+from .link import Link
+from .robot import Robot
+from .shape import Material, Rgba
+
+# Degrees between the hues of two links: 360 times the golden ratio, so that no two come close.
+_GOLDEN_ANGLE = 137.50776
+_FIRST_HUE = 212.0
+_DIGITS = 3
+
+
+def colour_of_link(index: int) -> Rgba:
+    """Return a colour for the link of that number: calm, and told apart from its neighbours; the first is grey."""
+    hue = round((_FIRST_HUE + index * _GOLDEN_ANGLE) % 360, 1) / 360
+    lightness, saturation = (0.52 if index % 2 else 0.60), (0.42 if index else 0.10)
+    red, green, blue = (round(part, _DIGITS) for part in hls_to_rgb(hue, lightness, saturation))
+    return (red, green, blue, 1.0)
+
+
+def with_visuals(robot: Robot) -> Robot:
+    """Return a robot whose links are all seen: a link without a visual as its collision shapes, in one colour.
+
+    The colours are materials of the robot, LINK_colour, which stand after its own. Names and elements of XML of a
+    collision shape are not those of the visual.
+    """
+    known = dict(robot.material)
+    made: list[Material] = []
+    links: list[Link] = []
+    for index, link in enumerate(robot.links):
+        if link.visual or not link.collision:
+            links.append(link)
+            continue
+        name = f"{link.name}_colour"
+        while name in known:
+            name += "_"
+        known[name] = Material(name, colour_of_link(index))
+        made.append(known[name])
+        shapes = (replace(shape, name="", material=name, stand_in="", urdf_elements=()) for shape in link.collision)
+        links.append(replace(link, visual=tuple(shapes)))
+    return replace(robot, links=tuple(links), materials=(*robot.materials, *made)) if made else robot

@@ -1,0 +1,371 @@
+"""Names in what only a simulation has: what each section mentions is there, and no two things of a kind share a name.
+
+MuJoCo keeps names by kind: a site of a link and the frame of another one are both sites, an actuator beside a joint and
+one of the section are both actuators. What elements of MJCF bring counts as well.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cached_property
+from typing import NamedTuple
+
+from ..diagnostics import Diagnostic
+from ..diagnostics.registry import SIMULATION, rule
+from ..frontend.lower.simulation import MEASURED, TARGETS
+from ..frontend.tree import Path
+from ..model import BODY_ELEMENT, NO_SIMULATION, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Robot
+from ..xml import mujoco
+from ..xml.elements import found_in
+from ..xml.mujoco import ACTUATOR, BODY, EQUALITY, GEOM, JOINT, KEY, MATERIAL, MESH, SENSOR, SITE, TENDON
+from .case import Case, suggest
+
+AFTER = "xml_elements"
+
+# What MuJoCo makes of a joint that moves in several ways.
+BALL = "ball"
+SEVERAL = {"planar": ("_TX", "_TY", "_RZ"), "floating": ("_TX", "_TY", "_TZ", "_R")}
+# How a kind is called here.
+WORDS: Mapping[str, str] = {BODY: "link", GEOM: "shape", EQUALITY: "constraint", KEY: "pose", "pair": "contact pair"}
+_MAX_RELATED = 3
+
+
+class Named(NamedTuple):
+    """A name of a kind, and where it is given; ``key`` where that is a key of the description."""
+
+    kind: str
+    name: str
+    path: Path
+    key: bool = True
+
+
+class Mention(NamedTuple):
+    """A name of a kind that something uses, where, and by what."""
+
+    kind: str
+    name: str
+    path: Path
+    what: str
+
+
+def simulates(robot: Robot) -> bool:
+    """Say whether a robot has anything that names something for a simulation alone."""
+    if robot.simulation != NO_SIMULATION or any(pose.controls for pose in robot.poses):
+        return True
+    return any(link.marked or link.mjcf_elements for link in robot.links)
+
+
+def several(case: Case) -> Mapping[str, str]:
+    """Return the joints of the MJCF that have several positions, and what each is: a ball, or free."""
+    found = {joint.name: BALL for joint in case.robot.joints if joint.type == BALL}
+    found |= {f"{joint.name}_R": BALL for joint in case.robot.joints if joint.type == "floating"}
+    return found | {free_joint(case.robot): "free"}
+
+
+def free_joint(robot: Robot) -> str:
+    """Return the name of the joint of a base that moves."""
+    root = next((link.name for link in robot.links if link.name not in robot.joint_to), "")
+    return robot.simulation.root.joint or f"{root}_free"
+
+
+class Names:
+    """All names that the MJCF of a robot has, by kind. ``open``: templates of sensors may bring others."""
+
+    def __init__(self, case: Case) -> None:
+        self.case = case
+        self.robot = case.robot
+        parts = [part for sensor in self.robot.sensors for part in sensor.simulated]
+        self.open = any(part.kind == TEMPLATE_ELEMENT for part in parts)
+
+    @cached_property
+    def given(self) -> list[Named]:
+        """The names of all kinds but links, joints and shapes, which have rules of their own; in their order."""
+        return [*self._of_links(), *self._of_sensors(), *self._of_sections(), *self._of_elements()]
+
+    @cached_property
+    def known(self) -> Mapping[str, set[str]]:
+        """The names by kind, without those of shapes."""
+        robot = self.robot
+        frames = {*robot.link, *(edge.child for edge in robot.edges)}
+        known: dict[str, set[str]] = {BODY: {*frames, "world"}, SITE: set(frames), JOINT: self._joints()}
+        for named in self.given:
+            known.setdefault(named.kind, set()).add(named.name)
+        known.setdefault(MATERIAL, set()).update(one.name for one in robot.materials if one.rgba or one.mjcf)
+        known.setdefault(EQUALITY, set()).update(joint.name for joint in robot.joints if joint.mimic)
+        known.setdefault(ACTUATOR, set()).update(
+            joint.actuator.name or joint.name for joint in robot.joints if joint.actuator and joint.moves
+        )
+        return known
+
+    @cached_property
+    def shapes(self) -> Mapping[str, int]:
+        """The names of the geoms of shapes, and how many have each: their own, and LINK_collision_1 and so on.
+
+        What collides goes before what is seen under the same name.
+        """
+        counts: dict[str, int] = {}
+        for purpose in ("collision", "visual"):
+            before = frozenset(counts)
+            for link in self.robot.links:
+                solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
+                for index, solid in enumerate(solids, start=1):
+                    made = f"{link.name}_{purpose}_{index}"
+                    counts[made] = 1
+                    if solid.name and solid.name != made and solid.name not in before:
+                        counts[solid.name] = counts.get(solid.name, 0) + 1
+        for named in self.given:
+            if named.kind == GEOM:
+                counts[named.name] = 1
+        return counts
+
+    def has(self, kind: str, name: str) -> bool:
+        """Say whether there is something of a kind under a name, or may be."""
+        if kind == GEOM:
+            return name in self.shapes or self.open
+        return name in self.known.get(kind, ()) or (self.open and kind not in (BODY, JOINT))
+
+    def of(self, kind: str) -> Iterable[str]:
+        """Return the names of a kind."""
+        return self.shapes if kind == GEOM else self.known.get(kind, ())
+
+    def _joints(self) -> set[str]:
+        robot = self.robot
+        names = {joint.name for joint in robot.joints if joint.moves or joint.type == BALL}
+        names |= {joint.name + end for joint in robot.joints for end in SEVERAL.get(joint.type, ())}
+        if any(output.options.get("base") == "free" for output in robot.outputs):
+            names.add(free_joint(robot))
+        return names
+
+    def _of_links(self) -> Iterator[Named]:
+        for link in self.robot.links:
+            for mark in link.marked:
+                yield Named(mark.tag, mark.name, self.case.link(link.name, f"{mark.tag}s", mark.name))
+
+    def _of_sensors(self) -> Iterator[Named]:
+        for sensor in self.robot.sensors:
+            for part in sensor.simulated:
+                path: Path = ("sensors", sensor.name)
+                count = part.replicas.count if part.replicas else 0
+                for end in [f"_{number:0{len(str(count))}}" for number in range(count)] if part.replicas else [""]:
+                    if part.kind == SENSOR_ELEMENT:
+                        yield Named(SENSOR, part.name + end, path)
+                        if part.pose is not None:
+                            yield Named(SITE, part.site + end, path)
+                    elif part.kind == BODY_ELEMENT:
+                        yield Named(part.element, part.name + end, path)
+
+    def _of_sections(self) -> Iterator[Named]:
+        simulation = self.robot.simulation
+        for kind, section, entries in (
+            (ACTUATOR, "actuators", simulation.actuators),
+            (TENDON, "tendons", simulation.tendons),
+            (EQUALITY, "constraints", simulation.constraints),
+            (SENSOR, "mjcf_sensors", simulation.sensors),
+        ):
+            for entry in entries:
+                yield Named(kind, entry.name, (section, entry.name))
+        for index, pair in enumerate(simulation.contact_pairs):
+            if pair.name:
+                yield Named("pair", pair.name, ("contact_pairs", index, "name"), key=False)
+        for pose in self.robot.poses:
+            yield Named(KEY, pose.name, ("poses", pose.name))
+
+    def _of_elements(self) -> Iterator[Named]:
+        for path, text, top in kept(self.case):
+            for found in found_in(text):
+                for one in mujoco.given(found, top):
+                    yield Named(one.kind, one.name, path, key=False)
+
+
+def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
+    """Yield the elements of MJCF that a robot keeps, each with its path, and whether it is a section of the file."""
+    for index, text in enumerate(case.robot.simulation.elements):
+        yield ("mjcf_elements", index), text, True
+    for link in case.robot.links:
+        for index, text in enumerate(link.mjcf_elements):
+            yield case.link(link.name, "mjcf_elements", index), text, False
+
+
+@rule(
+    "unknown-name",
+    "What only a simulation has names a site, a shape, a tendon, an actuator or a camera that there is not.",
+    "Correct the name.",
+    SIMULATION,
+)
+def known(case: Case) -> Iterator[Diagnostic]:
+    """Names in the sections for a simulation; each name that there is not once, however often it is used."""
+    if not simulates(case.robot):
+        return
+    names = Names(case)
+    wrong: dict[tuple[str, str], list[Mention]] = {}
+    for mention in mentions(case):
+        several = mention.kind == GEOM and names.shapes.get(mention.name, 0) > 1
+        if several or not names.has(mention.kind, mention.name):
+            wrong.setdefault((mention.kind, mention.name), []).append(mention)
+    for (kind, name), uses in wrong.items():
+        first, *others = uses
+        related = [case.related(f"also used here: {one.what}", one.path, _is_key(one)) for one in others[:_MAX_RELATED]]
+        id, message, help = _said(names, kind, name, first.what)
+        yield case.problem(id, message, first.path, help, related=related, key=_is_key(first))
+
+
+def _is_key(mention: Mention) -> bool:
+    return mention.path[-2:-1] in (("controls",), ("joints",)) and isinstance(mention.path[-1], str)
+
+
+def _said(names: Names, kind: str, name: str, what: str) -> tuple[str, str, str]:
+    """Return the rule, the message and the way out for a name that there is not."""
+    robot, word = names.robot, WORDS.get(kind, kind)
+    if kind == JOINT and name in robot.joint:
+        joint = robot.joint[name]
+        if joint.is_fixed:
+            return "joint-is-fixed", f'joint "{name}", {what}, is fixed', "name a joint that moves"
+        parts = " or ".join(f'"{name}{end}"' for end in SEVERAL[joint.type])
+        message = f'joint "{name}", {what}, is {joint.type} and has no single position'
+        return "joint-has-no-position", message, f"name one of the joints that MuJoCo has for it: {parts}"
+    if kind == GEOM and names.shapes.get(name, 0) > 1:
+        message = f'several shapes are called "{name}", {what}: in the MJCF none of them has that name'
+        return "unknown-name", message, "name one as LINK_collision_1 or LINK_visual_1, by its place in its link"
+    if kind == JOINT and name == free_joint(robot):
+        message = f'there is no joint "{name}", {what}: the base of every output is fixed'
+        return "unknown-joint", message, "say base: free in the output of the MJCF"
+    id = {JOINT: "unknown-joint", BODY: "unknown-link"}.get(kind, "unknown-name")
+    otherwise = f"name a {word} of the robot" if word[0] not in "aei" else f"name an {word} of the robot"
+    return id, f'there is no {word} "{name}", {what}', suggest(name, names.of(kind), otherwise)
+
+
+def mentions(case: Case) -> Iterator[Mention]:
+    """Yield every name that the sections for a simulation use."""
+    yield from _of_actuators(case)
+    yield from _of_tendons(case)
+    yield from _of_constraints(case)
+    yield from _of_sensors(case)
+    for index, pair in enumerate(case.robot.simulation.contact_pairs):
+        for key, kind, both in (("links", BODY, pair.links), ("shapes", GEOM, pair.shapes)):
+            for side, name in enumerate(both or ()):
+                yield Mention(kind, name, ("contact_pairs", index, key, side), "in a contact pair")
+    for link in case.robot.links:
+        for mark in link.marked:
+            path = case.link(link.name, f"{mark.tag}s", mark.name)
+            for key, kind in (("target", BODY), ("material", MATERIAL), ("mesh", MESH)):
+                if key in mark.values:
+                    yield Mention(kind, str(mark.values[key]), (*path, key), f'the {key} of {mark.tag} "{mark.name}"')
+    for pose in case.robot.poses:
+        for name in pose.controls:
+            yield Mention(ACTUATOR, name, ("poses", pose.name, "controls", name), f'in pose "{pose.name}"')
+
+
+_KINDS = {"jointinparent": JOINT, "refsite": SITE, "slidersite": SITE, "cranksite": SITE}
+
+
+def _of_actuators(case: Case) -> Iterator[Mention]:
+    keys = {word: key for key, word in TARGETS.items()}
+    for actuator in case.robot.simulation.actuators:
+        for word, name in actuator.targets.items():
+            path: Path = ("actuators", actuator.name, keys[word])
+            yield Mention(_KINDS.get(word, word), name, path, f'driven by actuator "{actuator.name}"')
+
+
+def _of_tendons(case: Case) -> Iterator[Mention]:
+    for tendon in case.robot.simulation.tendons:
+        path: Path = ("tendons", tendon.name)
+        what = f'in tendon "{tendon.name}"'
+        for joint in tendon.joints:
+            yield Mention(JOINT, joint, (*path, "joints", joint), what)
+        for index, stop in enumerate(tendon.path):
+            for word, key, kind in (("site", "site", SITE), ("geom", "shape", GEOM), ("sidesite", "side_site", SITE)):
+                if word in stop.values:
+                    yield Mention(kind, str(stop.values[word]), (*path, "path", index, key), what)
+        if "material" in tendon.values:
+            yield Mention(MATERIAL, str(tendon.values["material"]), (*path, "material"), what)
+
+
+def _of_constraints(case: Case) -> Iterator[Mention]:
+    for entry in case.robot.simulation.constraints:
+        for key, kind in (("links", BODY), ("sites", SITE), ("joints", JOINT), ("tendons", TENDON)):
+            for index in (1, 2):
+                word = f"{kind}{index}"
+                if word in entry.values:
+                    path: Path = ("constraints", entry.name, key, index - 1)
+                    yield Mention(kind, str(entry.values[word]), path, f'held by constraint "{entry.name}"')
+
+
+def _of_sensors(case: Case) -> Iterator[Mention]:
+    section = case.tree.get("mjcf_sensors") or {}
+    kinds = {"body1": BODY, "body2": BODY, "geom1": GEOM, "geom2": GEOM}
+    inner = {"link": BODY, "inertial": BODY, "shape": GEOM}
+    for entry in case.robot.simulation.sensors:
+        path: Path = ("mjcf_sensors", entry.name)
+        what = f'measured by sensor "{entry.name}"'
+        words = [*MEASURED.items(), ("subtree1", "body1"), ("subtree2", "body2")]
+        for key, word in words:
+            if key in section[entry.name]:
+                yield Mention(kinds.get(word, word), str(section[entry.name][key]), (*path, key), what)
+        for key in ("object", "reference"):
+            for word, name in (section[entry.name].get(key) or {}).items():
+                yield Mention(inner.get(word, word), str(name), (*path, key, word), what)
+
+
+@rule(
+    "name-twice",
+    "Two things of one kind have one name in the MJCF: two sites, two cameras, two sensors, a tendon and one among "
+    "`mjcf_elements`.",
+    "Give one of them another name.",
+    SIMULATION,
+)
+def once(case: Case) -> Iterator[Diagnostic]:
+    """Names that MuJoCo would find twice; two actuators beside joints are a matter of the output (mjcf-actuators)."""
+    if not simulates(case.robot):
+        return
+    names = Names(case)
+    taken = _taken(case)
+    if any(named.kind == GEOM for named in names.given):
+        taken |= {(GEOM, name): path for name, path in _own_shapes(case).items()}
+    for named in names.given:
+        first = taken.setdefault((named.kind, named.name), named.path)
+        if first is not named.path and not (named.kind == ACTUATOR and named.path[0] == "actuators"):
+            yield _twice(case, named, first)
+    root = case.robot.simulation.root.joint
+    if root and root in case.robot.joint:
+        yield _twice(case, Named(JOINT, root, ("root", "joint"), False), case.joint(case.robot.joint[root]))
+
+
+def _taken(case: Case) -> dict[tuple[str, str], Path]:
+    """Return the names that links and joints bring to other kinds, and where those stand."""
+    taken: dict[tuple[str, str], Path] = {(SITE, link.name): case.link(link.name) for link in case.robot.links}
+    for index, edge in enumerate(case.robot.edges):
+        taken.setdefault((SITE, edge.child), case.edge(index, "child"))
+    for joint in case.robot.joints:
+        if joint.mimic is not None:
+            taken[EQUALITY, joint.name] = case.joint(joint, "mimic")
+        if joint.actuator is not None and joint.moves:
+            taken.setdefault((ACTUATOR, joint.actuator.name or joint.name), case.joint(joint, "actuator"))
+    return taken
+
+
+def _own_shapes(case: Case) -> Mapping[str, Path]:
+    """Return where the names of geoms come from that shapes have."""
+    places: dict[str, Path] = {}
+    for link in case.robot.links:
+        for purpose in ("collision", "visual"):
+            number = 0
+            for index, shape in enumerate(getattr(link, purpose)):
+                path = case.link(link.name, purpose, index)
+                for solid in shape.solids():
+                    number += 1
+                    places[f"{link.name}_{purpose}_{number}"] = path
+                    places.setdefault(solid.name, path)
+    return places
+
+
+def _twice(case: Case, named: Named, taken: Path) -> Diagnostic:
+    word = WORDS.get(named.kind, named.kind)
+    what = f'the {word} "{named.name}" is there twice in the MJCF'
+    if taken[0] in ("links", "sensors") and len(taken) == 2 and named.kind == SITE:
+        what = f'the site "{named.name}" has the name of a frame, which is a site in the MJCF already'
+    key = named.key and named.path[-1] == named.name
+    related = [case.related("the other one", taken, key=len(taken) == 2)]
+    help = "give one of them another name"
+    if named.path[-2] == "mjcf_elements":
+        help += "; in a part, names of its elements get its prefix"
+    return case.problem("name-twice", what, named.path, help, related=related, key=key)

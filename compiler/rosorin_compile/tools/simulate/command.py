@@ -1,0 +1,208 @@
+"""rosorin-compile simulate: the robot in MuJoCo: it rests, holds its poses, drives, and sweeps its joints."""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import replace
+from importlib.util import find_spec
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ...diagnostics import Diagnostic, arrange, error
+from ...diagnostics.console import Console
+from ...diagnostics.progress import step
+from ...diagnostics.registry import SIMULATION, Rule
+from ...diagnostics.wording import counted, listed
+from ...project import Description
+from ..given import given_arguments
+from ..options import argument_options, json_option, one_robot, package_option, place, quiet_option
+from ..robots import one
+from ..understanding import Known, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
+from .judging import LIMITS, Judge
+
+if TYPE_CHECKING:
+    from ..given import Given
+    from .trials import Trials
+    from .world import World
+
+RULES = (
+    Rule(
+        "simulation-refused",
+        "The robot cannot be simulated: MuJoCo does not load it, or its MJCF cannot be written.",
+        "As the message says; `check` names the place.",
+        SIMULATION,
+    ),
+)
+
+_HOW = "rosorin-compile simulate ROBOT"
+_LEAST_SECONDS, _MOST_SECONDS = 0.5, 600.0
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    command.add_argument(
+        "--base",
+        choices=("fixed", "free"),
+        help="fixed: held in the world; free: on a floor; default: free where it has a drive",
+    )
+    command.add_argument(
+        "--seconds", type=float, default=2.0, metavar="NUMBER", help="how long a pose is held; default: 2"
+    )
+    said = ", ".join(f"{name} {one.value:g}{f' {one.unit}' if one.unit else ''}" for name, one in LIMITS.items())
+    command.add_argument(
+        "--limit",
+        action="append",
+        default=[],
+        metavar="NAME=NUMBER",
+        dest="limits",
+        help=f"another limit, for what is beyond it fails; default: {said}",
+    )
+    command.add_argument("--no-timing", action="store_true", help="leave out how fast it was: no two runs agree on it")
+    command.add_argument("--html", type=place, metavar="FILE", help="write a page with the curves")
+    json_option(command)
+    quiet_option(command)
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Simulate a robot, and say how it behaves."""
+    given, words = given_arguments(options, options.words)
+    if len(words) > 1:
+        raise WrongUsage(f"one robot is simulated at a time: {_HOW}")
+    limits = _limits(options.limits)
+    if not _LEAST_SECONDS <= options.seconds <= _MOST_SECONDS:
+        raise WrongUsage(f"--seconds takes {_LEAST_SECONDS:g} to {_MOST_SECONDS:g}")
+    lacking = [name for name in ("mujoco", "numpy") if find_spec(name) is None]
+    if lacking:
+        raise WrongUsage(
+            f"simulate needs what is not installed ({listed(lacking)}): pip install 'rosorin-compile[simulate]'"
+        )
+    description = one(words[0] if words else "", _HOW)
+    console = Console("text", options.quiet)
+    known = understood(given, description, console)
+    if known is None:
+        return PROBLEMS
+    return _simulate(known, description, given, limits, options, console)
+
+
+def _limits(texts: Sequence[str]) -> dict[str, float]:
+    """Return the limits, those of the command line in place of the usual ones. Raises WrongUsage."""
+    from ...diagnostics import did_you_mean
+
+    made = {name: one.value for name, one in LIMITS.items()}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if name not in made:
+            raise WrongUsage(f'there is no limit "{name}"; {did_you_mean(name, made)}')
+        try:
+            made[name] = float(value)
+        except ValueError:
+            made[name] = -1.0
+        if not equals or not 0 <= made[name] < float("inf"):
+            raise WrongUsage(f"--limit takes a number that is not negative: --limit {name}={LIMITS[name].value:g}")
+    return made
+
+
+def _simulate(
+    known: Known,
+    description: Description,
+    given: Given,
+    limits: dict[str, float],
+    options: argparse.Namespace,
+    console: Console,
+) -> int:
+    """Go through the trials, and tell what came of them."""
+    from .trials import all_trials
+    from .world import FIXED, FREE, Refused, quiet
+
+    base = options.base or (FREE if known.robot.drive else FIXED)
+    with quiet() as mujoco:
+        try:
+            world = _world(mujoco, known, description, given, base)
+        except Refused as problem:
+            message = f"{known.robot.name} cannot be simulated: {problem}"
+            console.show([*problem.diagnostics, error("simulation-refused", message, None, "check names the place")])
+            return PROBLEMS
+        trials = all_trials(world, options.seconds, lambda done, total: step("simulating", done, total))
+        found = _settled(known, Judge(known.case, world, limits).all(trials))
+    _tell(world, trials, found, limits, options, console)
+    if options.html is not None and not _written(world, trials, found, Path(options.html), known, console):
+        return PROBLEMS
+    return PROBLEMS if any(one.severity != "note" for one in found) else FINE
+
+
+def _world(mujoco: object, known: Known, description: Description, given: Given, base: str) -> World:
+    """Return the robot in MuJoCo. Raises Refused."""
+    from ...formats import FORMATS
+    from ...formats.templating import Templates
+    from ..compiling import search_meshes
+    from .world import World, simulated
+
+    robot = known.robot
+    formats = [one.name for one in FORMATS.values() if one.refusal is not None and one.write is not None]
+    output = next((one for one in robot.outputs if one.backend in formats), None)
+    meshes = search_meshes(given, description, known.case.tree, robot.outputs)
+    robot = replace(robot, missing_meshes=meshes.missing)
+    text = simulated(robot, output, Templates(description.path.parent), base)
+    folder = (description.outputs / (output.file if output else "")).parent if output else description.outputs
+    return World(mujoco, robot, text, base, folder, meshes.files)
+
+
+def _settled(known: Known, found: object) -> list[Diagnostic]:
+    """Return the findings without those that the description accepts."""
+    from ..physics.accepted import settle
+
+    return arrange(settle(known.case, found, "simulation"))  # type: ignore[arg-type]
+
+
+def _tell(
+    world: World,
+    trials: Trials,
+    found: Sequence[Diagnostic],
+    limits: dict[str, float],
+    options: argparse.Namespace,
+    console: Console,
+) -> None:
+    """Print what came of the trials."""
+    from ...diagnostics.report import as_json
+    from . import telling
+
+    timing = not options.no_timing
+    if options.format == "json":
+        made = telling.as_json(world, trials, limits, timing)
+        print(json.dumps({**made, "findings": json.loads(as_json(found))}, indent=2))
+        return
+    name = world.robot.name
+    print(f"{name}: {telling.about(world)}\n")
+    print(telling.text(telling.tables(world, trials)))
+    if timing:
+        print(telling.speed_line(world))
+    print()
+    console.show(found)
+    severities = Counter(one.severity for one in found)
+    counts = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
+    console.say(f"{name}: {telling.summary(trials)} simulated: {counts or 'nothing to say'}")
+
+
+def _written(
+    world: World, trials: Trials, found: Sequence[Diagnostic], file: Path, known: Known, console: Console
+) -> bool:
+    """Write the page; say whether that was possible."""
+    from ...output import OutputError
+    from ...output.one_file import write_file
+    from .telling import page
+
+    inputs = {Path(span.source.path) for span in known.case.tree.value_spans.values()}
+    try:
+        write_file(file, page(world, trials, found).encode(), sorted(inputs))
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return False
+    console.say(f"{world.robot.name}: curves in {file}")
+    return True

@@ -1,0 +1,242 @@
+"""Words for simulation: MuJoCo has what they say, parts rename them, and what MuJoCo would refuse is refused before."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import mujoco
+import pytest
+import yaml
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from rosorin_compile.diagnostics import ERROR
+from rosorin_compile.diagnostics.report import text as report
+from rosorin_compile.frontend.schema import resolve, schema
+from rosorin_compile.rules.simulated import MEASURES, WORDS
+from support.paths import DOCS
+from support.robots import compiled_text
+
+PAGE = (DOCS / "simulation-words.md").read_text("utf-8")
+HOPPER = re.search(r"robot\.yaml -->\n```yaml\n(.*?)```", PAGE, re.DOTALL)[1]
+
+
+def mjcf(folder, text):
+    made = compiled_text(folder, text)
+    assert made.artifacts, report(made.diagnostics)
+    return next(artifact.text for artifact in made.artifacts if artifact.backend == "mjcf")
+
+
+@pytest.fixture(name="model")
+def hopper(tmp_path):
+    return mujoco.MjModel.from_xml_string(mjcf(tmp_path, HOPPER))
+
+
+def names(model, kind, count):
+    return [mujoco.mj_id2name(model, kind, index) for index in range(count)]
+
+
+def test_mujoco_has_what_the_words_say(model):
+    assert names(model, mujoco.mjtObj.mjOBJ_ACTUATOR, model.nu) == ["left_hip", "right_hip", "swing"]
+    hip, swing = model.actuator("left_hip"), model.actuator("swing")
+    assert hip.gainprm[0] == 30
+    assert hip.ctrlrange == pytest.approx([-1.0471975511965976, 1.0471975511965976])
+    assert swing.gear[0] == 2
+    assert swing.ctrlrange == pytest.approx([-1, 1])
+    joint = model.joint("left_hip")
+    assert (joint.damping[0], joint.stiffness[0]) == (0.1, 2)
+    assert model.qpos_spring[joint.qposadr[0]] == pytest.approx(0.17453292519943295)
+    assert model.jnt_actfrcrange[joint.id] == pytest.approx([-5, 5])
+    box, foot = model.geom("body_collision_1"), model.geom("left_thigh_collision_1")
+    assert box.friction[:2] == pytest.approx([0.8, 0.01])
+    assert (box.contype[0], box.conaffinity[0]) == (2, 1)
+    assert (foot.contype[0], foot.conaffinity[0], foot.condim[0]) == (4, 5, 4)
+    assert model.camera("eye").fovy[0] == 60
+    assert model.tendon_range[model.tendon("both").id] == pytest.approx([-1, 1])
+    assert model.key("home").ctrl == pytest.approx([0.2, 0.2, 0.1])
+    assert model.key("home").qpos[:3] == pytest.approx([0, 0, 0.3])
+    assert model.dof_damping[:6] == pytest.approx([0.01] * 6)
+
+
+def test_names_in_elements_follow_the_prefix_of_the_part(model):
+    sites = names(model, mujoco.mjtObj.mjOBJ_SITE, model.nsite)
+    assert {"left_knee", "right_knee", "left_foot", "right_foot"} <= set(sites)
+    assert model.site("right_knee").rgba == pytest.approx([1, 0, 0, 1])
+    assert names(model, mujoco.mjtObj.mjOBJ_SENSOR, model.nsensor)[:2] == ["left_touch", "right_touch"]
+
+
+PART = """robot: r
+links: {base: {}}
+parts:
+  leg:
+    links: {thigh: {mjcf_elements: ['<geom name="pad" size="0.1"/>']}}
+    joints: {hip: {type: fixed, parent: mount, child: thigh}}
+    mjcf_elements:
+      - <contact><exclude name="apart" body1="mount" body2="thigh"/></contact>
+      - <sensor><framepos name="where" objtype="geom" objname="pad" reftype="body" refname="base"/></sensor>
+      - <custom><text name="note" data="thigh pad"/></custom>
+use:
+  a: {part: leg, parent: base}
+  b: {part: leg, parent: a_thigh, prefix: b.}
+outputs: {mjcf: {file: r.xml}}
+"""
+
+
+def test_every_attribute_that_names_something_gets_the_prefix(tmp_path):
+    text = mjcf(tmp_path, PART)
+    for prefix, mount in (("a_", "base"), ("b.", "a_thigh")):
+        assert f'<exclude name="{prefix}apart" body1="{mount}" body2="{prefix}thigh"/>' in text
+        assert (
+            f'<framepos name="{prefix}where" objtype="geom" objname="{prefix}pad" reftype="body" refname="base"/>'
+            in text
+        )
+        assert f'<text name="{prefix}note" data="thigh pad"/>' in text
+        assert f'<geom name="{prefix}pad" size="0.1"/>' in text
+
+
+def test_shapes_are_found_by_their_place_and_by_their_name(tmp_path):
+    text = """robot: r
+links:
+  base: {collision: [{name: plate, box: {size: [1, 1, 1]}}]}
+  ball: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 0.1}}]}
+joints: {j: {type: continuous, parent: base, child: ball, xyz: [0, 0, 2], axis: [1, 0, 0]}}
+contact_pairs:
+  - {name: one, shapes: [base_collision_1, ball_collision_1]}
+  - {name: two, shapes: [plate, ball_collision_1]}
+outputs: {mjcf: {file: r.xml}}
+"""
+    model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, text))
+    assert [int(one) for one in model.pair_geom1] == [model.geom("plate").id] * 2 or [
+        int(one) for one in model.pair_geom2
+    ] == [model.geom("plate").id] * 2
+
+
+def test_a_light_shines_where_its_pose_turns_it(tmp_path):
+    text = """robot: r
+links: {base: {lights: {lamp: {rpy: [0, 90 deg, 0]}, back: {rpy: [0, 90 deg, 0], dir: [1, 0, 0]}}}}
+outputs: {mjcf: {file: r.xml}}
+"""
+    model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, text))
+    assert model.light("lamp").dir == pytest.approx([-1, 0, 0], abs=1e-12)
+    assert model.light("back").dir == pytest.approx([0, 0, -1], abs=1e-12)
+
+
+def test_keys_count_the_controls_of_every_actuator(tmp_path):
+    more = "  pid: {joint: left_hip, type: pid, kp: 1}\ncontact_layers:"
+    text = HOPPER.replace("contact_layers:", more, 1)
+    text = text.replace("use:\n", 'mjcf_elements: [<actuator><motor joint="left_hip"/></actuator>]\nuse:\n', 1)
+    model = mujoco.MjModel.from_xml_string(mjcf(tmp_path, text))
+    assert model.nu == 6
+    assert model.key("home").ctrl == pytest.approx([0.2, 0.2, 0.1, 0, 0, 0])
+
+
+def test_every_type_and_kind_of_the_schema_is_known_to_the_rules():
+    definitions = schema()["$defs"]
+    assert set(WORDS) == set(definitions["actuator"]["properties"]["type"]["enum"])
+    assert set(MEASURES) == set(definitions["mjcf_sensor"]["properties"]["kind"]["enum"])
+    keys = {key for one in MEASURES.values() for key in one.words}
+    assert keys <= set(definitions["mjcf_sensor"]["properties"])
+
+
+KNOWN = {
+    "joint": ["hip", "knee"],
+    "tendon": ["rope", "pair"],
+    "site": ["foot", "mark", "base"],
+    "link": ["base", "thigh"],
+    "shape": ["base_collision_1", "ball"],
+    "camera": ["eye"],
+    "actuator": ["push"],
+}
+KNOWN |= {"body": KNOWN["link"], "target": KNOWN["link"], "inertial": KNOWN["link"], "side_site": KNOWN["site"]}
+KNOWN |= {f"{kind}_site": KNOWN["site"] for kind in ("reference", "slider", "crank")}
+KNOWN |= {
+    f"{kind}{number}": KNOWN.get(kind, KNOWN["link"]) for kind in ("link", "shape", "subtree") for number in (1, 2)
+}
+KNOWN |= {"links": KNOWN["link"], "joints": KNOWN["joint"], "sites": KNOWN["site"], "tendons": KNOWN["tendon"]}
+KNOWN |= {"shapes": KNOWN["shape"], "joint_in_parent": KNOWN["joint"]}
+NUMBERS = st.sampled_from([0.01, 0.1, 0.5, 1.0, 2.0, 0.0, -1.0])
+
+
+def values(key: str, form: dict) -> st.SearchStrategy:
+    """Return values of a fragment of the schema, names of the robot below where it wants some."""
+    form = dict(resolve(form)) | form
+    if "enum" in form:
+        return st.sampled_from(form["enum"])
+    kinds = form.get("type", "string")
+    kind = kinds if isinstance(kinds, str) else kinds[0]
+    if kind == "array":
+        items = st.sampled_from(KNOWN[key]) if key in KNOWN else values("", form["items"])
+        return st.lists(items, min_size=form.get("minItems", 1), max_size=form.get("maxItems", 3))
+    if kind == "object":
+        factors = st.dictionaries(st.sampled_from(KNOWN["joint"]), NUMBERS, min_size=1)
+        return entries(form) if "properties" in form else factors
+    if kind == "number":
+        return NUMBERS
+    if kind == "integer":
+        return st.sampled_from([1, 3, 2])
+    return st.booleans() if kind == "boolean" else st.sampled_from(KNOWN.get(key, ["pos", "nothing"]))
+
+
+def entries(form: dict) -> st.SearchStrategy:
+    form = resolve(form)
+    needed = {key: values(key, form["properties"][key]) for key in form.get("required", ())}
+    others = {key: values(key, one) for key, one in form["properties"].items() if key not in (*needed, "source")}
+    few = st.lists(st.sampled_from(sorted(others)), max_size=4, unique=True)
+    return few.flatmap(lambda keys: st.fixed_dictionaries({**needed, **{key: others[key] for key in keys}}))
+
+
+def robot(section: str, entry: object) -> str:
+    text = """robot: r
+links:
+  base:
+    inertial: {mass: 1, of: collision}
+    collision: [{box: {size: [0.1, 0.1, 0.1]}}]
+    sites: {mark: {xyz: [0, 0, 0.2]}}
+    cameras: {eye: {resolution: [4, 4]}}
+  thigh:
+    inertial: {mass: 1, of: collision}
+    collision: [{name: ball, sphere: {radius: 0.1}}]
+    sites: {foot: {}}
+  shin: {inertial: {mass: 1, of: [sphere: {radius: 0.1}]}}
+joints:
+  hip:
+    {type: revolute, parent: base, child: thigh, axis: [0, 0, 1], limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
+  knee: {type: continuous, parent: thigh, child: shin, axis: [0, 1, 0]}
+poses: {home: {positions: {hip: 0.1}}}
+outputs: {mjcf: {file: r.xml, base: free}}
+"""
+    tree = yaml.safe_load(text)
+    tree["actuators"] = {"push": {"joint": "hip", "type": "motor"}}
+    tree["tendons"] = {"rope": {"path": [{"site": "mark"}, {"site": "foot"}]}, "pair": {"joints": {"hip": 1}}}
+    if section == "contact_pairs":
+        tree[section] = [entry]
+    else:
+        tree.setdefault(section, {})["new"] = entry
+    return yaml.safe_dump(tree, sort_keys=False)
+
+
+SECTIONS = {
+    "actuators": "other_actuator",
+    "tendons": "tendon",
+    "constraints": "constraint",
+    "mjcf_sensors": "mjcf_sensor",
+    "contact_pairs": "contact_pair",
+}
+ANY = st.sampled_from(sorted(SECTIONS)).flatmap(
+    lambda section: st.tuples(st.just(section), entries(schema()["$defs"][SECTIONS[section]]))
+)
+
+
+@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(ANY)
+def test_what_is_not_refused_is_loaded(tmp_path: Path, made: tuple[str, object]):
+    section, entry = made
+    if isinstance(entry, dict) and entry.get("type") in ("muscle", "general"):
+        return  # of which MuJoCo computes lengths, or which has kinds in parts
+    compiled = compiled_text(tmp_path, robot(section, entry))
+    if any(one.severity == ERROR for one in compiled.diagnostics):
+        assert all(one.span is not None for one in compiled.diagnostics if one.severity == ERROR)
+        return
+    (text,) = [artifact.text for artifact in compiled.artifacts if artifact.backend == "mjcf"]
+    mujoco.MjModel.from_xml_string(text)

@@ -1,0 +1,158 @@
+"""The scene of a robot: MuJoCo loads it, the robot stands on its floor, and its camera sees all of it, in light."""
+
+from __future__ import annotations
+
+import struct
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+from rosorin_compile.cli import main  # noqa: E402
+from rosorin_compile.diagnostics import has_errors  # noqa: E402
+from support.paths import ROOT, ROSORIN  # noqa: E402
+from support.robots import compiled, compiled_text  # noqa: E402
+from support.scenes import BACK_END, seen  # noqa: E402
+
+ROBOTS = {path.parent.name: path for path in [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))]}
+
+TETRAHEDRON = [
+    (0, 0, 0, 0, 1, 0, 1, 0, 0),
+    (0, 0, 0, 1, 0, 0, 0, 0, 1),
+    (0, 0, 0, 0, 0, 1, 0, 1, 0),
+    (1, 0, 0, 0, 1, 0, 0, 0, 1),
+]
+
+LEG = """\
+robot: hopper
+links:
+  foot:
+    inertial: {mass: 1, of: collision}
+    collision: [{capsule: {radius: 3 cm, length: 20 cm}, rpy: [0, 1.1, 0.4]}]
+    cameras: {overview: {xyz: [0, 0, 1]}}
+    sites: {floor: {}}
+  body: {inertial: {mass: 1, of: collision}, collision: [{sphere: {radius: 5 cm}, name: floor}]}
+joints: {slide: {type: prismatic, parent: foot, child: body, axis: [0, 0, 1], limit: {lower: 0.2, upper: 0.4,
+  effort: 10, velocity: 1}}}
+"""
+
+
+def written(folder: Path, text: str) -> Path:
+    """Write the artifacts of a description that is sound, and return where they are."""
+    made = compiled_text(folder, text)
+    assert not has_errors(made.diagnostics), made.diagnostics
+    for artifact in made.artifacts:
+        (folder / artifact.file).parent.mkdir(parents=True, exist_ok=True)
+        (folder / artifact.file).write_text(artifact.text, "utf-8")
+    return folder
+
+
+def gap(scene: Path) -> float:
+    """Return how far the robot is above the floor at home (m); negative inside."""
+    model = mujoco.MjModel.from_xml_path(str(scene))
+    data = mujoco.MjData(model)
+    mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    floor, ends = model.geom("floor").id, np.zeros(6)
+    solid = [at for at in range(model.ngeom) if model.geom_contype[at] and at != floor]
+    return min(mujoco.mj_geomDistance(model, data, floor, geom, 10.0, ends) for geom in solid)
+
+
+@pytest.mark.parametrize("base", ["fixed", "free"])
+def test_a_scene_shares_names_with_its_robot(tmp_path: Path, base: str) -> None:
+    """The robot has a camera, a site and a geom that are called like those of a scene."""
+    outputs = f"outputs: {{mjcf: {{file: hopper.xml, base: {base}}}, scene: {{file: scene.xml}}}}\n"
+    scene = written(tmp_path, LEG + outputs) / "scene.xml"
+    model = mujoco.MjModel.from_xml_path(str(scene))
+    assert model.camera("overview_").bodyid[0] == 0
+    assert model.camera("overview").bodyid[0] == model.body("foot").id
+    assert model.geom("floor_").type[0] == mujoco.mjtGeom.mjGEOM_PLANE
+    assert model.geom("floor").bodyid[0] == model.body("body").id
+
+
+@pytest.mark.parametrize(("base", "root"), [("free", ""), ("fixed", ""), ("fixed", "root: {xyz: [0, 0, -1]}\n")])
+def test_the_floor_is_where_the_robot_ends(tmp_path: Path, base: str, root: str) -> None:
+    """A free one stands on it; under one that is held lower, it is lower."""
+    text = LEG.replace("overview", "eye").replace("name: floor", "name: ball").replace("sites: {floor", "sites: {flat")
+    outputs = f"outputs: {{mjcf: {{file: hopper.xml, base: {base}}}, scene: {{file: scene.xml}}}}\n"
+    scene = written(tmp_path, text + root + outputs) / "scene.xml"
+    assert gap(scene) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_a_robot_that_is_held_high_hangs_over_the_floor(tmp_path: Path) -> None:
+    text = LEG.replace("overview", "eye").replace("name: floor", "name: ball").replace("sites: {floor", "sites: {flat")
+    outputs = "root: {xyz: [0, 0, 2]}\noutputs: {mjcf: {file: hopper.xml}, scene: {file: scene.xml}}\n"
+    assert gap(written(tmp_path, text + outputs) / "scene.xml") > 1.8
+
+
+def test_a_scene_of_one_of_two_in_another_folder(tmp_path: Path) -> None:
+    outputs = """outputs:
+  mjcf: {file: hopper.xml}
+  flying: {backend: mjcf, file: sim/flying.xml, base: free}
+  scene: {file: sim/scene.xml, of: flying}
+"""
+    scene = written(tmp_path, LEG + outputs) / "sim" / "scene.xml"
+    assert '<include file="flying.xml"/>' in scene.read_text("utf-8")
+    assert mujoco.MjModel.from_xml_path(str(scene)).nq == 8
+
+
+def test_a_robot_of_frames_alone_has_a_scene(tmp_path: Path) -> None:
+    text = "robot: bare\nlinks: {base: {}}\noutputs: {mjcf: {file: bare.xml}, scene: {file: scene.xml}}\n"
+    mujoco.MjModel.from_xml_path(str(written(tmp_path, text) / "scene.xml"))
+
+
+def test_of_a_robot_of_meshes_mujoco_says_how_large_it_is(tmp_path: Path) -> None:
+    triangle = b"".join(struct.pack("<12fH", 0, 0, 0, *corners, 0) for corners in TETRAHEDRON)
+    (tmp_path / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)
+    text = """robot: meshed
+links: {base: {}, part: {collision: [{mesh: {file: part.stl}}]}}
+joints: {hold: {type: fixed, parent: base, child: part, xyz: [0, 0, 1]}}
+outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}
+"""
+    model = mujoco.MjModel.from_xml_path(str(written(tmp_path, text) / "scene.xml"))
+    assert model.stat.extent > 0.5
+    camera = model.camera("overview")
+    assert np.linalg.norm(camera.pos - [0, 0, 0.5]) > 1.0
+
+
+def test_the_scene_brings_nothing_but_a_world() -> None:
+    (text,) = [one.text for one in compiled().artifacts if one.file == "scene.xml"]
+    root = ElementTree.fromstring(text)
+    assert [child.tag for child in root] == ["include", "statistic", "visual", "asset", "worldbody"]
+    assert [child.tag for child in root.find("worldbody")] == ["light", "geom", "camera"]
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_scene_of_every_robot_here_loads_and_has_a_key_home(name: str, tmp_path: Path) -> None:
+    for artifact in compiled(ROBOTS[name]).artifacts:
+        (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
+    model = mujoco.MjModel.from_xml_path(str(tmp_path / "scene.xml"))
+    assert model.key(0).name == "home"
+    assert gap(tmp_path / "scene.xml") >= -1e-6
+
+
+def test_a_package_has_the_scene_beside_its_robot(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["package", str(ROSORIN), "-o", "package"]) == 0
+    assert "package-mesh" not in capsys.readouterr().err
+    assert mujoco.MjModel.from_xml_path(str(home / "package" / "mjcf" / "scene.xml")).nkey == 2
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not BACK_END, reason="MuJoCo draws off screen with libEGL or libOSMesa")
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path) -> None:
+    for artifact in compiled(ROBOTS[name]).artifacts:
+        (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
+    shown = seen(tmp_path / "scene.xml", tmp_path)
+    assert 0.02 < shown.robot.mean() < 0.6
+    assert shown.floor.mean() > 0.2
+    border = np.ones_like(shown.robot)
+    border[1:-1, 1:-1] = False
+    assert not shown.robot[border].any(), "the robot is not all in the picture"
+    colours = shown.pixels[shown.robot].astype(int)
+    assert colours.max(axis=1).mean() > 90, "the robot is in the dark"
+    assert colours.max(axis=1).std() > 10, "the light has no direction"
+    assert len(np.unique(colours // 32, axis=0)) >= 8, "the robot is of one colour"

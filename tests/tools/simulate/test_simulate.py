@@ -1,0 +1,208 @@
+"""simulate: each case in tests/data/simulation says at its top what has to be said about it, word for word.
+
+The comments are those of tests/bad, notes too; a robot that is called good keeps all limits.
+"""
+
+from __future__ import annotations
+
+import json
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import Diagnostic
+from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.diagnostics.registry import SIMULATION, every_rule
+from rosorin_compile.project import Description
+from rosorin_compile.tools.given import Given
+from rosorin_compile.tools.simulate import command
+from rosorin_compile.tools.simulate.judging import LIMITS, Judge
+from rosorin_compile.tools.simulate.trials import all_trials
+from rosorin_compile.tools.simulate.world import FIXED, FREE, quiet
+from rosorin_compile.tools.understanding import Known, understood
+from support.cases import told
+from support.commands import Shown
+from support.paths import DATA, ROOT
+
+pytest.importorskip("mujoco", minversion="4")
+
+pytestmark = pytest.mark.slow  # MuJoCo, and seconds of simulation
+
+CASES = sorted((DATA / "simulation").glob("*.yaml"))
+
+
+def known(path: Path) -> tuple[Known, Description]:
+    description = Description("bad", path, Path("outputs"))
+    found = understood(Given({}, ()), description, Console("json"))
+    assert found is not None
+    return found, description
+
+
+def simulated(path: Path) -> list[Diagnostic]:
+    """Return what simulate says of a description."""
+    found, description = known(path)
+    with quiet() as mujoco:
+        base = FREE if found.robot.drive else FIXED
+        world = command._world(mujoco, found, description, Given({}, ()), base)
+        trials = all_trials(world, 2.0, lambda _done, _total: None)
+        limits = {name: one.value for name, one in LIMITS.items()}
+        return command._settled(found, Judge(found.case, world, limits).all(trials))
+
+
+@pytest.mark.parametrize("case", CASES, ids=lambda case: case.stem)
+def test_what_is_said_of_a_robot(case: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(case.parent)
+    text = case.read_text("utf-8")
+    expected = [line for line in text.splitlines() if line.startswith(("# expect: ", "#   "))]
+    diagnostics = simulated(Path(case.name))
+    found = told(diagnostics, case.name)
+    assert found == expected, "\n".join(["", *found])
+    assert ("robot: good" in text) == all(one.severity == "note" for one in diagnostics)
+
+
+def test_each_rule_has_a_case() -> None:
+    said = {
+        line.split("[")[1].split("]")[0] for case in CASES for line in case.read_text().splitlines() if "expect" in line
+    }
+    declared = {rule.id for rule in every_rule().values() if rule.topic == SIMULATION}
+    assert said == declared - {"simulation-refused"} | {"accept-unused"}
+
+
+# What there is to say of the robots of this project today. A warning would fail.
+ROBOTS = {
+    "descriptions/rosorin": {"limit-not-reached": 3, "pose-not-held": 1},
+    "examples/turtlebot3_burger": {},
+    "examples/unitree_a1": {"limit-not-reached": 2},
+    "examples/ur5e": {"limit-not-reached": 2},
+}
+# Bases that have no wheels to drive with, or no `drive` that says which they are: of these nothing is proven here yet.
+NOT_DRIVEN = {"descriptions/rosorin", "examples/turtlebot3_burger"}
+
+
+def test_every_robot_of_this_project_is_simulated() -> None:
+    folders = [*(ROOT / "descriptions").iterdir(), *(ROOT / "examples").iterdir()]
+    assert {str(folder.relative_to(ROOT)) for folder in folders if (folder / "robot.yaml").is_file()} == set(ROBOTS)
+
+
+@pytest.mark.parametrize("folder", sorted(ROBOTS))
+def test_a_robot_of_this_project_behaves(folder: str, monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
+    monkeypatch.chdir(ROOT)
+    assert main(["simulate", f"{folder}/robot.yaml", "--json", "--no-timing"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    rules = [one["rule"] for one in made["findings"]]
+    assert {rule: rules.count(rule) for rule in rules} == ROBOTS[folder]
+    assert made["poses"][0]["pose"] == "home"
+    assert bool(made["drive"]) != (folder in NOT_DRIVEN | {"examples/unitree_a1", "examples/ur5e"})
+
+
+MECANUM = DATA / "simulation/drive-mecanum.yaml"
+ARM = DATA / "simulation/pose-not-held.yaml"
+
+
+def test_a_mecanum_base_follows_every_command(capsys: Shown) -> None:
+    assert main(["simulate", str(MECANUM), "--json"]) == 0
+    made = json.loads(capsys.readouterr().out)
+    assert [one["command"] for one in made["drive"]] == ["forward", "sideways", "turn"]
+    for one in made["drive"]:
+        assert one["off"] < 0.06
+        assert one["cross"] < 0.02
+        assert one["ripple"] < 0.001
+    assert made["own_servos"] == [f"{end}_{side}_joint" for side in ("left", "right") for end in ("front", "rear")]
+    assert set(made["timing"]) == {"steps_per_cpu_second", "times_real_time"}
+
+
+def test_it_is_the_same_every_time(tmp_path: Path, capsys: Shown) -> None:
+    said = []
+    for name in ("a.html", "b.html"):
+        assert main(["simulate", str(MECANUM), "--no-timing", "--html", str(tmp_path / name)]) == 0
+        said.append(capsys.readouterr().out.replace(name, "page"))
+    assert said[0] == said[1]
+    assert "steps a CPU second" not in said[0]
+    assert (tmp_path / "a.html").read_bytes() == (tmp_path / "b.html").read_bytes()
+
+
+def test_limits_decide(capsys: Shown) -> None:
+    assert main(["simulate", str(ARM)]) == 1
+    assert main(["simulate", str(ARM), "--limit", "hold=0.1"]) == 0
+    assert "warning" not in capsys.readouterr().out.splitlines()[-1]
+    assert main(["simulate", str(MECANUM), "--limit", "drive=0", "--no-timing"]) == 1
+
+
+class _Page(HTMLParser):
+    def __init__(self) -> None:
+        super().__init__()
+        self.open: list[str] = []
+        self.lines: list[str] = []
+        self.asks: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        if tag not in ("meta",):
+            self.open.append(tag)
+        self.asks += [value or "" for name, value in attrs if name in ("src", "href")]
+        if tag == "polyline":
+            self.lines.append(dict(attrs)["points"] or "")
+
+    def handle_endtag(self, tag: str) -> None:
+        assert self.open.pop() == tag
+
+
+def test_the_page_has_curves_and_asks_for_nothing(tmp_path: Path) -> None:
+    file = tmp_path / "page.html"
+    assert main(["simulate", str(MECANUM), "--html", str(file)]) == 0
+    page = _Page()
+    page.feed(file.read_text())
+    assert (page.open, page.asks) == ([], [])
+    assert "url(" not in file.read_text()
+    for points in page.lines:
+        for x, y in (map(float, point.split(",")) for point in points.split()):
+            assert 50 <= x <= 335
+            assert 10 <= y <= 150
+    # Height at rest; of each command the velocities, and the height; energy and its kinetic part.
+    assert len(page.lines) == 1 + 3 * (3 + 1) + 2
+
+
+def test_what_is_written_over_is_not_the_description(tmp_path: Path, capsys: Shown) -> None:
+    copy = tmp_path / "robot.yaml"
+    copy.write_text(MECANUM.read_text())
+    assert main(["simulate", str(copy), "--html", str(copy)]) == 1
+    assert "output-is-input" in capsys.readouterr().err
+
+
+def test_a_robot_in_another_format_is_simulated(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
+    monkeypatch.chdir(ROOT)
+    assert main(["simulate", "outputs/rosorin/rosorin.xml", "--no-timing"]) == 0
+    assert capsys.readouterr().out.splitlines()[-1].startswith("rosorin: 2 poses, 6 ranges simulated: ")
+
+
+def test_what_mujoco_refuses_is_told(home: Path, capsys: Shown) -> None:
+    (home / "r.yaml").write_text(
+        "robot: r\nlinks: {a: {}, b: {}}\njoints: {j: {type: continuous, parent: a, child: b, axis: [0, 0, 1]}}\n"
+    )
+    assert main(["simulate", "r.yaml"]) == 1
+    shown = capsys.readouterr().err
+    assert "error[simulation-refused]: r cannot be simulated: " in shown
+
+
+def test_without_mujoco_the_way_out_is_told(monkeypatch: pytest.MonkeyPatch, capsys: Shown) -> None:
+    monkeypatch.setattr(command, "find_spec", lambda name: None if name == "mujoco" else object())
+    assert main(["simulate", str(ARM)]) == 2
+    said = "rosorin-compile: simulate needs what is not installed (mujoco): pip install 'rosorin-compile[simulate]'\n"
+    assert capsys.readouterr().err == said
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["--limit", "hodl=1"], 'there is no limit "hodl"; did you mean "hold"?'),
+        (["--limit", "hold"], "--limit takes a number that is not negative: --limit hold=0.01"),
+        (["--limit", "hold=nan"], "--limit takes a number that is not negative: --limit hold=0.01"),
+        (["--limit", "hold=-1"], "--limit takes a number that is not negative: --limit hold=0.01"),
+        (["--seconds", "0"], "--seconds takes 0.5 to 600"),
+        (["other"], "one robot is simulated at a time: rosorin-compile simulate ROBOT"),
+    ],
+)
+def test_wrong_usage(words: list[str], said: str, capsys: Shown) -> None:
+    assert main(["simulate", str(ARM), *words]) == 2
+    assert capsys.readouterr().err.startswith(f"rosorin-compile: {said}")

@@ -1,0 +1,196 @@
+"""The robot in MuJoCo: what its actuators are, where it stands, and what comes of numbers that end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from rosorin_compile.model import Drive, Joint, JointPose, Limit, Link, Robot
+from rosorin_compile.tools.simulate.trials import hold, poses_of, swept_joints
+from rosorin_compile.tools.simulate.world import (
+    FIXED,
+    FORCE,
+    FREE,
+    POSITION,
+    VELOCITY,
+    Broken,
+    Refused,
+    World,
+    quiet,
+)
+
+pytest.importorskip("mujoco", minversion="4")
+
+pytestmark = pytest.mark.slow  # MuJoCo
+
+NAMES = ("position", "velocity", "motor", "general", "damper", "geared", "unlimited")
+
+
+@pytest.fixture
+def mujoco() -> Iterator[Any]:
+    with quiet() as found:
+        yield found
+
+
+def robot(names: tuple[str, ...] = NAMES, drive: Drive | None = None) -> Robot:
+    joints = [Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=Limit(-1, 1)) for name in names]
+    return Robot("r", (Link("base"), *(Link(f"{name}_link") for name in names)), tuple(joints), drive=drive)
+
+
+def mjcf(names: tuple[str, ...], actuators: str, more: str = "") -> str:
+    bodies = "".join(
+        f'<body name="{name}_link"><joint name="{name}"/><geom size="0.1" contype="0" conaffinity="0"/></body>'
+        for name in names
+    )
+    body = f'<body name="base"><freejoint/><geom size="0.1"/>{bodies}</body>'
+    return f"<mujoco>{more}<worldbody>{body}</worldbody><actuator>{actuators}</actuator></mujoco>"
+
+
+ACTUATORS = """
+<position joint="position" kp="10" kv="1" ctrlrange="-0.5 0.7"/>
+<velocity joint="velocity" kv="2" ctrlrange="-6 6"/>
+<motor joint="motor" gear="3"/>
+<general joint="general" gaintype="fixed" gainprm="4" biastype="affine" biasprm="1 -2 -0.1"/>
+<general joint="damper" gaintype="fixed" gainprm="4" biastype="affine" biasprm="0 0 -2" gear="5" ctrlrange="-10 20"/>
+<position joint="geared" kp="10" gear="2" ctrlrange="-1 3"/>
+<position joint="unlimited" kp="10" kv="1"/>
+<adhesion body="base" gain="1" ctrlrange="0 1"/>
+"""
+
+
+def test_what_an_actuator_is_is_read_from_its_gain_and_bias(mujoco: Any) -> None:
+    world = World(mujoco, robot(), mjcf(NAMES, ACTUATORS), FREE, Path())
+    kinds = {one.joint: one.kind for one in world.actuators}
+    assert kinds == {
+        "position": POSITION,
+        "velocity": VELOCITY,
+        "motor": FORCE,
+        "general": POSITION,
+        "damper": VELOCITY,
+        "geared": POSITION,
+        "unlimited": POSITION,
+        "": FORCE,
+    }
+    assert world.own == ()
+    assert world.reach("position") == pytest.approx((-0.5, 0.7))
+    assert world.reach("geared") == pytest.approx((-0.5, 1.5))
+    assert world.reach("unlimited") is None
+    assert world.highest_speed("velocity") == pytest.approx(6)
+    assert world.highest_speed("damper") == pytest.approx(4)  # 4 * 10 / 2, through a gear of 5
+    assert world.highest_speed("motor") is None
+    found = {joint.name: ends for joint, ends in swept_joints(world)}
+    assert {name: pytest.approx(ends) for name, ends in found.items()} == {
+        "position": (-0.5, 0.7),
+        "general": (-1, 1),
+        "geared": (-0.5, 1),
+        "unlimited": (-1, 1),
+    }
+
+
+def test_an_actuator_brings_its_joint_where_it_is_told(mujoco: Any) -> None:
+    text = mjcf(
+        NAMES,
+        ACTUATORS,
+        '<option gravity="0 0 0" integrator="implicitfast"/><default><joint damping="0.001"/></default>',
+    )
+    world = World(mujoco, robot(), text, FREE, Path())
+    world.reset({"position": 0.2, "general": 0.3, "geared": 0.1})
+    for _ in world.run(0.5):
+        pass
+    for name, position in {"position": 0.2, "general": 0.3, "geared": 0.1, "unlimited": 0.0}.items():
+        assert world.position(name) == pytest.approx(position, abs=1e-3)
+    world.reset({})
+    world.hold("general", 0.4)
+    for _ in world.run(
+        4.0, lambda _: [world.turn(name, 1.5, world.sample) for name in ("velocity", "damper", "unlimited")]
+    ):
+        pass
+    assert world.position("general") == pytest.approx(0.4, abs=0.01)
+    for name in ("velocity", "damper"):
+        assert world.data.joint(name).qvel[0] == pytest.approx(1.5, rel=0.01)
+    assert world.position("unlimited") == pytest.approx(6, rel=0.1)
+
+
+def test_a_wheel_without_an_actuator_gets_a_servo(mujoco: Any) -> None:
+    names = ("position", "velocity")
+    wheel = '<geom type="cylinder" size="0.1 0.02"/>'
+    drive = Drive("differential", {"left": ("velocity",), "right": ("bare",)}, radius=0.1)
+    text = mjcf((*names, "bare"), '<velocity joint="velocity" kv="1"/>').replace('<geom size="0.1"/>', wheel)
+    made = robot((*names, "bare"), drive)
+    places = {"velocity": 0.1, "bare": -0.1}
+    joints = [
+        Joint(j.name, "continuous", "base", j.child, j.origin.__class__((0, places.get(j.name, 0), 0)), (0, 1, 0))
+        for j in made.joints
+    ]
+    world = World(mujoco, Robot("r", made.links, tuple(joints), drive=drive), text, FREE, Path())
+    assert world.own == ("bare",)
+    assert [one.kind for one in world.actuators] == [VELOCITY, VELOCITY]
+    assert World(mujoco, made, text, FIXED, Path()).own == ()  # nothing drives what is held
+
+
+GEOMS = {
+    "sphere": 'type="sphere" size="0.1"',
+    "capsule": 'type="capsule" size="0.05 0.2"',
+    "cylinder": 'type="cylinder" size="0.1 0.15"',
+    "ellipsoid": 'type="ellipsoid" size="0.1 0.2 0.3"',
+    "box": 'type="box" size="0.1 0.2 0.3"',
+    "mesh": 'type="mesh" mesh="m"',
+}
+MESH = '<asset><mesh name="m" vertex="0 0 0 0.3 0 0 0 0.2 0 0 0 0.5"/></asset>'
+
+
+@pytest.mark.parametrize("quat", ["1 0 0 0", "0.7 0.1 -0.5 0.3", "0.2 0.9 0.3 -0.1"])
+@pytest.mark.parametrize("geom", GEOMS)
+def test_a_robot_begins_on_the_floor(mujoco: Any, geom: str, quat: str) -> None:
+    """A hair lower MuJoCo has a contact with the floor, and a hair higher it has none; a ghost does not count."""
+    ghost = '<geom size="2" contype="0" conaffinity="0"/>'
+    body = (
+        f'<body name="base" pos="0.1 0 3"><freejoint/>{ghost}<geom {GEOMS[geom]} quat="{quat}" pos="0 0.1 0.2"/></body>'
+    )
+    world = World(
+        mujoco, Robot("r", (Link("base"),), ()), f"<mujoco>{MESH}<worldbody>{body}</worldbody></mujoco>", FREE, Path()
+    )
+    world.reset({})
+    for height, contacts in ((-2e-5, True), (1e-4, False)):
+        world.reset({})
+        world.data.qpos[2] += height
+        mujoco.mj_forward(world.model, world.data)
+        assert (world.data.ncon > 0) == contacts
+        assert world.stands_on() == (["base"] if contacts else [])
+
+
+def test_numbers_that_end_are_told(mujoco: Any) -> None:
+    world = World(mujoco, robot(("motor",)), mjcf(("motor",), '<motor joint="motor"/>'), FREE, Path())
+    world.reset({})
+    world.data.ctrl[0] = float("inf")
+    with pytest.raises(Broken, match="MuJoCo warns: a control is NaN, infinite or huge"):
+        list(world.run(0.1))
+    world.reset({})
+    world.data.qvel[0] = 1e200
+    with pytest.raises(Broken, match="MuJoCo warns: a speed is NaN, infinite or huge") as caught:
+        list(world.run(0.1))
+    assert caught.value.time == 0
+    assert hold(world, "home", {}, 0.5).broken is None  # a trial begins anew
+
+
+def test_what_mujoco_does_not_take_is_refused(mujoco: Any) -> None:
+    with pytest.raises(Refused, match="XML"):
+        World(mujoco, robot(), "<mujoco>", FIXED, Path())
+
+
+def test_home_is_a_pose_of_that_name_or_as_near_to_zero_as_can_be(mujoco: Any) -> None:
+    joints = tuple(
+        Joint(name, "revolute", "base", f"{name}_link", axis=(0, 0, 1), limit=limit)
+        for name, limit in (("velocity", Limit(0.5, 1)), ("motor", Limit(-1, -0.25)), ("position", None))
+    )
+    names = tuple(joint.name for joint in joints)
+    links = (Link("base"), *(Link(f"{name}_link") for name in names))
+    plain = Robot("r", links, joints, poses=(JointPose("tuck", {"motor": -0.5}),))
+    world = World(mujoco, plain, mjcf(names, ""), FREE, Path())
+    nearest = {"velocity": 0.5, "motor": -0.25, "position": 0.0}
+    assert poses_of(world) == [("home", nearest), ("tuck", {"motor": -0.5})]
+    named = Robot("r", links, joints, poses=(JointPose("a", {}), JointPose("home", {"velocity": 1.0})))
+    assert [name for name, _ in poses_of(World(mujoco, named, mjcf(names, ""), FREE, Path()))] == ["home", "a"]

@@ -111,7 +111,10 @@ def add_root(reading: Reading) -> None:
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
     entry = Map(element.span)
-    put_pose(entry, transform(body["pos"], body["quat"]), element)
+    place = transform(body["pos"], body["quat"])
+    if reading.free_base:  # which would stand on the floor, if nothing were said
+        put(entry, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
+    put_pose(entry, place, element)
     if reading.free_base:
         index = reading.joints_in[top][0]
         joint, own = reading.facts["joints"][index], reading.places.of("joints", index)

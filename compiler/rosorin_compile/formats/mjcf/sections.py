@@ -110,6 +110,7 @@ def add_poses(reading: Reading) -> None:
         put(pose, "positions", positions)
         if reading.free_base:
             base = Map(element.span)
+            put(base, "xyz", numbers([tidy(value) for value in key["qpos"][:3]], element))
             put_pose(base, transform(key["qpos"][:3], key["qpos"][3:7]), element)
             put(pose, "base", base)
         controls = _controls(reading, key, element)

@@ -219,7 +219,8 @@ class _Printer:
         self.mesh_inertia = mesh_inertia
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
-        self.root = stands_at(robot, home_of(robot)) if free else robot.simulation.root.pose
+        stands = robot.simulation.root.placed or not free
+        self.root = robot.simulation.root.pose if stands else stands_at(robot, home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""

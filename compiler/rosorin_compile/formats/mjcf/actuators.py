@@ -33,10 +33,14 @@ _READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TAR
 
 
 class Drive(NamedTuple):
-    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry beside it, if there is one."""
+    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry beside it, if there is one.
+
+    ``speed`` is the largest speed (rad/s or m/s) that the servo beside it can be asked for, if it is one of speed.
+    """
 
     effort: float | None = None
     entry: Map | None = None
+    speed: float | None = None
 
 
 class _Kind(NamedTuple):
@@ -77,7 +81,8 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
                 reading.servos[number] = index
             known, effort = (before.effort if before else 0.0), _effort(fact)
             total = None if known is None or effort is None else known + effort
-            drives[index] = Drive(total, entry or (before.entry if before else None))
+            speed = _speed(fact, entry) if entry else before.speed if before else None
+            drives[index] = Drive(total, entry or (before.entry if before else None), speed)
     if others:
         put(reading.tree, "actuators", others)
     reading.in_order = beside == sorted(beside) and reading.actuators == _usual_order(reading, others)
@@ -225,6 +230,19 @@ def _limits(
         if not fact["forced"]:
             rest["forcelimited"] = "false"
     return rest
+
+
+def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
+    """Return the speed that a servo of speed can be asked for both ways; that limits its joint, and goes without a range.
+
+    None if it is another servo, or has another range.
+    """
+    (low, high), gear = fact["control"], float(fact["gear"][0])
+    speed = tidy(high / gear) if gear > 0 else 0.0
+    if entry.get("type") != "velocity" or not fact["controlled"] or low != -high or speed <= 0 or gear * speed != high:
+        return None
+    entry.pop("range", None)
+    return speed
 
 
 def _has_range_of(joint: Mapping[str, Any] | None, fact: Mapping[str, Any]) -> bool:

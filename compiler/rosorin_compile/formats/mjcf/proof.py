@@ -32,7 +32,7 @@ LISTED_AS: Mapping[str, tuple[str, ...]] = {
     "armature": ("of the free joint", "the ball joint"),
     "friction loss": ("of the free joint", "the ball joint"),
     "groups": ("groups of geoms", '"group"'),
-    "shapes": ("a geom of link", "geoms (", "of the world: the scene"),
+    "shapes": ("that no geom has", "a geom of link", "geoms (", "of the world: the scene"),
     "masks": ("which geoms collide with which others",),
     "touching": (
         "neighbours that may touch",
@@ -43,7 +43,7 @@ LISTED_AS: Mapping[str, tuple[str, ...]] = {
     ),
     "contact": ("friction and the tuning of contacts",),
     "drag": ("the drag of fluids",),
-    "shine": ("of the world: the scene", "shine and texture mapping",),
+    "shine": ("that is kept as it is", "of the world: the scene", "shine and texture mapping",),
     "textures": ("of the world: the scene", "shine and texture mapping", "texture"),
     "looks of sites": ("how sites look", "without a name: nobody can ask"),
     "sites": ("without a name: nobody can ask", "of the world: the scene"),

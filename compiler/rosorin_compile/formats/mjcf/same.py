@@ -214,6 +214,8 @@ class Comparison:
         for one, other in self.maps[kind].items():
             if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
                 continue  # it touches nothing; a pair that names it says how
+            if feature == "looks of sites" and self.ours.names[kind][other] in self.ours.names["body"]:
+                continue  # it marks a frame, as all bodies have one
             if field in GATES and not (
                 self.is_set(self.source, GATES[field], one) and self.is_set(self.ours, GATES[field], other)
             ):

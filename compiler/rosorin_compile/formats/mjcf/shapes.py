@@ -160,6 +160,9 @@ def _keep_others(reading: Reading) -> None:
             continue
         node, element = geom["element"], reading.places.of("geoms", index)
         said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density", "material")}
+        if geom["material"] >= 0:
+            message = f"the material of a geom that is kept as it is, {_WORDS[geom['type']]}: its colour stands in"
+            reading.changed(message, element.span)
         if geom["rgba"] != list(_NO_COLOUR) or geom["material"] >= 0:
             seen = reading.facts["materials"][geom["material"]]["rgba"] if "rgba" not in said else geom["rgba"]
             said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in seen)
@@ -182,7 +185,12 @@ def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
         if called != name or (kind, name) in reading.of_scene:
             continue
         reading.of_scene.add((kind, name))
-        files = {word: reading.markup.place_of(text) for word, text in said.items() if word.startswith("file")}
+        folder = reading.facts["folders"][kind].get(called, "")
+        files = {
+            word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
+            for word, text in said.items()
+            if word.startswith("file")
+        }
         whole = {"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]}
         reading.kept(whole, f"asset: {kind}", span)
 
@@ -362,6 +370,11 @@ def _tell(reading: Reading) -> None:
     for index, geom in enumerate(reading.facts["geoms"]):
         if geom["body"] not in reading.link_of or _is_scene(geom):
             scene.append(index)
+    used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
+    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
+    if unused:
+        element = reading.markup.named("asset", unused[0]["name"]) or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

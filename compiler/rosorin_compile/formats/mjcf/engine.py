@@ -203,6 +203,7 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
         kind: {asset.name: _folder(asset.compiler, spec, word) for asset in assets}
         for kind, (word, assets) in kinds.items()
     }
+    made["folders"]["skin"] = {"": (spec.compiler.meshdir or "").replace("\\", "/")}
     meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
     made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
     for entry in made["materials"]:

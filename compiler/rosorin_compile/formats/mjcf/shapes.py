@@ -24,7 +24,7 @@ from ...xml.markup import Element
 from .bodies import SHOWN
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
-from .worded import listing, put_words
+from .worded import Node, listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
@@ -159,13 +159,8 @@ def _keep_others(reading: Reading) -> None:
         if _is_made_up(reading, geom):
             continue
         node, element = geom["element"], reading.places.of("geoms", index)
-        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density", "material")}
-        if geom["material"] >= 0:
-            message = f"the material of a geom that is kept as it is, {_WORDS[geom['type']]}: its colour stands in"
-            reading.changed(message, element.span)
-        if geom["rgba"] != list(_NO_COLOUR) or geom["material"] >= 0:
-            seen = reading.facts["materials"][geom["material"]]["rgba"] if "rgba" not in said else geom["rgba"]
-            said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in seen)
+        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
+        keep_materials(reading, node, element.span)
         place = transform(geom["pos"], geom["quat"])
         if geom["type"] in (MESH, SDF):
             mesh = reading.facts["meshes"][geom["data"]]
@@ -177,15 +172,26 @@ def _keep_others(reading: Reading) -> None:
         reading.kept(whole, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
 
 
+def keep_materials(reading: Reading, node: Node, span: Span) -> None:
+    """Keep the materials that an element names which is kept as it is, and what is in it, with their textures."""
+    name = node["attributes"].get("material", "")
+    for one in reading.facts["elements"]["material_assets"]:
+        if name and one["attributes"].get("name") == name:
+            _keep_asset(reading, "texture", one["attributes"].get("texture", ""), span)
+            _keep_asset(reading, "material", name, span)
+    for inner in node["inner"]:
+        keep_materials(reading, inner, span)
+
+
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     """Keep a mesh, a height field or a texture that something names which is kept as it is; once."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
         said = node["attributes"]
         called = said.get("name") or PurePosixPath(said.get("file", "")).stem
-        if called != name or (kind, name) in reading.of_scene:
+        if not name or called != name or (kind, name) in reading.of_scene:
             continue
         reading.of_scene.add((kind, name))
-        folder = reading.facts["folders"][kind].get(called, "")
+        folder = reading.facts["folders"].get(kind, {}).get(called, "")
         files = {
             word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
             for word, text in said.items()

@@ -64,8 +64,14 @@ def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
             reading.ignored(what, element.span)
 
 
-def _filtered(reading: Reading, touching: set[int], said: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
-    """Yield the links that are neighbours in the file and not here, since several joints move one of them."""
+def _filtered(
+    reading: Reading, touching: set[int], said: set[frozenset[str]]
+) -> Iterator[tuple[list[str], Element]]:
+    """Yield the links that are neighbours in the file and not here, since several joints move one of them.
+
+    MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
+    world. Where several joints move a body it hangs here on links without mass, which are its neighbours instead.
+    """
     if reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
     top: dict[int, int] = {}  # the topmost body of those that are welded together

@@ -30,11 +30,6 @@ RULES = (
         topic=READING,
     ),
     Rule(
-        "import-kept",
-        "A note: the language has no word for something, and the description has it as it stands in the file.",
-        topic=READING,
-    ),
-    Rule(
         "import-stand-in",
         "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
         "Put in what the robot has, and take it out of the `stand_ins` of that limit.",

@@ -102,11 +102,9 @@ def _names(reading: Reading) -> dict[str, dict[int, str]]:
     """Return the names that objects got, by kind and index."""
     bodies = {index: name for index, name in reading.link_of.items() if index}
     names = {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
-    return (
-        names
-        | {"actuator": dict(reading.actuator_of)}
-        | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
-    )
+    return names | {"actuator": dict(reading.actuator_of)} | {
+        "equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()
+    }
 
 
 def _outputs(reading: Reading) -> Map:
@@ -119,6 +117,8 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
+    if not any("visual" in link for link in reading.links.values()):
+        put(mjcf, "visuals", "own")
     groups = Map(reading.tree.span)
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)

@@ -102,9 +102,7 @@ def _joint(reading: Reading, fact: Mapping[str, Any], node: Node) -> int | None:
     return index if index in reading.joint_of else None
 
 
-def _beside(
-    reading: Reading, index: int, fact: Mapping[str, Any], node: Node, element: Element
-) -> Map:
+def _beside(reading: Reading, index: int, fact: Mapping[str, Any], node: Node, element: Element) -> Map:
     """Return the entry of an actuator that stands beside its joint."""
     joint = reading.joint_of[index]
     name = reading.name("actuator", fact["name"], joint)
@@ -115,15 +113,13 @@ def _beside(
     return entry
 
 
-def _add(
-    reading: Reading, others: Map, fact: Mapping[str, Any], node: Node, element: Element
-) -> str:
+def _add(reading: Reading, others: Map, fact: Mapping[str, Any], node: Node, element: Element) -> str:
     """Add the entry of an actuator that stands by itself, and return its name; empty for one that cannot be."""
     said = node["attributes"]
     target = next((said[word] for word in _TARGETS if word in said), "robot")
     balls = {reading.facts["joints"][at]["name"] for at in reading.ball_of}
     if {said.get("joint"), said.get("jointinparent")} & balls - {None}:
-        reading.lost(f"the actuator <{element.tag}> of the ball joint \"{target}\"", element.span)
+        reading.lost(f'the actuator <{element.tag}> of the ball joint "{target}"', element.span)
         return ""
     name = reading.name("actuator", fact["name"], f"{target}_{element.tag}")
     entry = Map(element.span)
@@ -233,7 +229,7 @@ def _limits(
 
 
 def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
-    """Return the speed that a servo of speed can be asked for both ways; that limits its joint, and goes without a range.
+    """Return the speed that a servo of speed can be asked for both ways: it limits the joint, and needs no range.
 
     None if it is another servo, or has another range.
     """

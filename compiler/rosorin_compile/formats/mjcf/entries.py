@@ -138,7 +138,8 @@ def shift_of_tendon(reading: Reading, node: Node) -> float:
         if index in reading.joint_of
     }
     factors = ((one["attributes"], one["tag"]) for one in node["inner"])
-    return sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said, tag in factors if tag == "joint")
+    total: float = sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said, tag in factors if tag == "joint")
+    return total
 
 
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
@@ -277,6 +278,7 @@ def _renamed(reading: Reading, node: Node) -> Node:
 def put_elements(reading: Reading) -> None:
     """Set what is kept as it is, in the links and at the top, and list it."""
     from ...diagnostics.wording import counted
+
     by_link: dict[str, list[str]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:

@@ -64,9 +64,7 @@ def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
             reading.ignored(what, element.span)
 
 
-def _filtered(
-    reading: Reading, touching: set[int], said: set[frozenset[str]]
-) -> Iterator[tuple[list[str], Element]]:
+def _filtered(reading: Reading, touching: set[int], said: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
     """Yield the links that are neighbours in the file and not here, since several joints move one of them.
 
     MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
@@ -82,7 +80,7 @@ def _filtered(
         groups.setdefault(one, []).append(index)
     for index, below in groups.items():
         above = top[reading.facts["bodies"][index]["parent"]] if index else 0
-        if above == 0 or len(reading.joints_in.get(index, ())) < 2 and index not in reading.balls_on:
+        if above == 0 or (len(reading.joints_in.get(index, ())) < 2 and index not in reading.balls_on):
             continue
         upper, lower = ([reading.link_of[at] for at in side if at in touching] for side in (groups[above], below))
         for names in ([one, other] for one in upper for other in lower):

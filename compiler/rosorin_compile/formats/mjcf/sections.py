@@ -35,6 +35,7 @@ _NEAR = 1e-12  # rad or m: rounding
 _NEAR_KEY = 1e-9  # rad or m: of two that are the same but for rounding
 _REST = {"solref": [], "solimp": [0.5, 2.0]}  # what MuJoCo has for the numbers that nobody says
 
+
 def add_equalities(reading: Reading) -> None:
     """Let joints follow others where an equality says so; add the other equalities as constraints."""
     elements = reading.markup.listed("equality")
@@ -184,6 +185,8 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         if follows or abs(asked - usual) > _NEAR:
             put_number(made, name, tidy(asked), element)
     return made
+
+
 def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
     """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
     for name, joint in reading.joints.items():

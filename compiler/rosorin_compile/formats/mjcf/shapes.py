@@ -50,7 +50,9 @@ def add_shapes(reading: Reading) -> None:
             else:
                 layers.put(index, shape, element)
             _more(reading, looks, index, shape, purpose, found)
-            held.setdefault((reading.link_of[geoms[index]["body"]], purpose), Seq(element.span)).put(shape, element.span)
+            held.setdefault((reading.link_of[geoms[index]["body"]], purpose), Seq(element.span)).put(
+                shape, element.span
+            )
     for (link, purpose), shapes in held.items():
         put(reading.links[link], purpose, shapes)
     _keep_others(reading)
@@ -93,9 +95,7 @@ _OF_CONTACT = ("friction", "condim", "priority", "solmix", "solref", "solimp", "
 _LOOKS = ("castshadow",)
 
 
-def _more(
-    reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, purposes: list[str]
-) -> None:
+def _more(reading: Reading, looks: Looks, index: int, shape: Map, purpose: str, purposes: list[str]) -> None:
     """Set what a shape has for a simulation alone; of two that stand for one geom only one has it."""
     geom, element = reading.facts["geoms"][index], reading.places.of("geoms", index)
     said = {key: text for key, text in geom["element"]["attributes"].items() if key not in (*_SAID, *_OF_CONTACT)}
@@ -379,7 +379,10 @@ def _tell(reading: Reading) -> None:
     used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
     unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
     if unused:
-        element = reading.markup.named("asset", unused[0]["name"]) or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        element = (
+            reading.markup.named("asset", unused[0]["name"])
+            or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        )
         reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"

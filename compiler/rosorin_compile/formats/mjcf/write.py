@@ -145,7 +145,9 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "classes": printer.classes.tree(any(link.visual for link in seen.links), bool(shown), output.options.get("groups", {})),
+        "classes": printer.classes.tree(
+            any(link.visual for link in seen.links), bool(shown), output.options.get("groups", {})
+        ),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
@@ -487,7 +489,7 @@ def keys(
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
     """
-    made = []
+    made: list[tuple[str, list[float], list[float], Values]] = []
     more = [0.0] * kept_controls(robot)
     for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
         at = _positions(robot, joints, pose)

@@ -3,6 +3,9 @@
 An MJCF of ours says of its own accord who does not touch (``contacts``). Where that is what the file says too, only the
 rest of it is in the tree; everywhere else the tree has all that the file says, and asks for no more: ``contacts:
 described``.
+
+Both are held against each other by the bodies and geoms of the compiled model, so that classes, includes and replicas
+have had their say.
 """
 
 from __future__ import annotations

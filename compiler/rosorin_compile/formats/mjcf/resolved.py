@@ -1,8 +1,8 @@
 """Resolved: a file as MuJoCo itself writes it back, every attribute with what classes, frames and units make of it.
 
 MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached
-models in place; and only what differs from its class. Here the classes are resolved as well, so that an element has all that
-the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports nothing of the
+models in place; and only what differs from its class. Here the classes are resolved as well, so that an element has
+all that the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports nothing of the
 package.
 """
 

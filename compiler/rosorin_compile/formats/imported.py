@@ -23,11 +23,6 @@ RULES = (
         "`--strict` makes it an error.",
         READING,
     ),
-    Rule(
-        "import-kept",
-        "A note: the language has no word for something, and the description has it as it stands in the file.",
-        topic=READING,
-    ),
 )
 
 

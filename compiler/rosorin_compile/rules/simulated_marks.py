@@ -106,11 +106,11 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
             not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
         ):
             message = f'link "{link.name}" is to go where a program puts it (mocap), and a joint moves or holds it'
-            help = "only the root link can, with base: fixed in the output, or what is fixed to a root that is the world"
+            help = (
+                "only the root link can, with base: fixed in the output, or what is fixed to a root that is the world"
+            )
             yield case.problem("body-value", message, (*path, "mocap"), help, key=True)
-        if link.mjcf.get("sleep") in _MOVING and (
-            not is_root or (("fixed" in bases or not bases) and not world)
-        ):
+        if link.mjcf.get("sleep") in _MOVING and (not is_root or (("fixed" in bases or not bases) and not world)):
             message = f'link "{link.name}" says how it sleeps, which only a free base does'
             help = "say it of the root link, with base: free in the output, or leave it out"
             yield case.problem("body-value", message, (*path, "sleep"), help, key=True)

@@ -229,7 +229,7 @@ def _limits(
 
 
 def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
-    """Return the speed that a servo of speed can be asked for both ways; that limits its joint, and goes without a range.
+    """Return the speed that a servo of speed can be asked for both ways: it limits the joint, and needs no range.
 
     None if it is another servo, or has another range.
     """

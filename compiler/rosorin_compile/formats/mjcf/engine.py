@@ -198,7 +198,11 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
         entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
     files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
-    kinds = {"mesh": ("meshdir", spec.meshes), "hfield": ("meshdir", spec.hfields), "texture": ("texturedir", spec.textures)}
+    kinds = {
+        "mesh": ("meshdir", spec.meshes),
+        "hfield": ("meshdir", spec.hfields),
+        "texture": ("texturedir", spec.textures),
+    }
     made["folders"] = {
         kind: {asset.name: _folder(asset.compiler, spec, word) for asset in assets}
         for kind, (word, assets) in kinds.items()

@@ -137,8 +137,9 @@ def shift_of_tendon(reading: Reading, node: Node) -> float:
         for index, joint in enumerate(reading.facts["joints"])
         if index in reading.joint_of
     }
-    factors = ((one["attributes"], one["tag"]) for one in node["inner"])
-    return sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said, tag in factors if tag == "joint")
+    joints = (one["attributes"] for one in node["inner"] if one["tag"] == "joint")
+    total: float = sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said in joints)
+    return total
 
 
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}

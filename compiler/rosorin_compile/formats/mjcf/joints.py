@@ -206,8 +206,9 @@ def _type(reading: Reading, step: Step) -> str:
 
 
 # What is read of the compiled model, or is said by the kind of the joint.
-_READ = frozenset(
-    ["name", "type", "pos", "axis", "range", "limited", "ref", "springref", "actuatorfrcrange", "actuatorfrclimited"]
+_READ = (
+    *("name", "type", "pos", "axis", "range", "limited", "ref", "springref"),
+    *("actuatorfrcrange", "actuatorfrclimited"),
 )
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
 

@@ -43,7 +43,10 @@ LISTED_AS: Mapping[str, tuple[str, ...]] = {
     ),
     "contact": ("friction and the tuning of contacts",),
     "drag": ("the drag of fluids",),
-    "shine": ("of the world: the scene", "shine and texture mapping",),
+    "shine": (
+        "of the world: the scene",
+        "shine and texture mapping",
+    ),
     "textures": ("of the world: the scene", "shine and texture mapping", "texture"),
     "looks of sites": ("how sites look", "without a name: nobody can ask"),
     "sites": ("without a name: nobody can ask", "of the world: the scene"),

@@ -30,6 +30,11 @@ RULES = (
         topic=READING,
     ),
     Rule(
+        "import-verbatim",
+        "A note: the language has no word for something of an MJCF; the description has it as it stands in the file.",
+        topic=READING,
+    ),
+    Rule(
         "import-stand-in",
         "A note: a limit that the source does not have, and that readers of URDF ask for; a number stands in for it.",
         "Put in what the robot has, and take it out of the `stand_ins` of that limit.",
@@ -130,7 +135,7 @@ class Reading:
 
     def kept_as_is(self, what: str, spans: Sequence[Span]) -> None:
         """Say that something is in the tree as it stands in the file, at its first place and at others."""
-        self.diagnostics.append(Diagnostic("import-kept", NOTE, what, spans[0], and_here(spans[1:])))
+        self.diagnostics.append(Diagnostic("import-verbatim", NOTE, what, spans[0], and_here(spans[1:])))
 
     def changed(self, what: str, span: Span) -> None:
         """Say that something is in the tree, but otherwise than the file says it."""

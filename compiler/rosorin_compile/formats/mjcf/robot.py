@@ -102,9 +102,11 @@ def _names(reading: Reading) -> dict[str, dict[int, str]]:
     """Return the names that objects got, by kind and index."""
     bodies = {index: name for index, name in reading.link_of.items() if index}
     names = {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
-    return names | {"actuator": dict(reading.actuator_of)} | {
-        "equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()
-    }
+    return (
+        names
+        | {"actuator": dict(reading.actuator_of)}
+        | {"equality" if kind == "constraint" else kind: given for kind, given in reading.given.items()}
+    )
 
 
 def _outputs(reading: Reading) -> Map:

@@ -53,6 +53,7 @@ from .same_values import (
 )
 
 WELD = 1  # mjEQ_WELD
+JOINED = 1  # mjWRAP_JOINT
 NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
 
 LOST = {
@@ -214,6 +215,11 @@ class Comparison:
         for one, other in self.maps[kind].items():
             if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
                 continue  # it touches nothing; a pair that names it says how
+            if (
+                field in ("tendon_rgba", "tendon_width")
+                and self.source.mj.wrap_type[self.source.mj.tendon_adr[one]] == JOINED
+            ):
+                continue  # a tendon of joints is not drawn
             if feature == "looks of sites" and self.ours.names[kind][other] in self.ours.names["body"]:
                 continue  # it marks a frame, as all bodies have one
             if field in GATES and not (
@@ -224,7 +230,9 @@ class Comparison:
             if field.endswith("_user"):
                 theirs, own = padded(theirs, own)
             if field == "eq_data" and self.source.mj.eq_type[one] == WELD:
-                theirs, own = (np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own))
+                theirs, own = (
+                    np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own)
+                )
             self.numbers(feature, kind, one, field.partition("_")[2], theirs, own)
 
     def is_set(self, model: Model, field: str, index: int) -> bool:

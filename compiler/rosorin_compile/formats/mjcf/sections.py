@@ -185,6 +185,8 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         if follows or abs(asked - usual) > _NEAR:
             put_number(made, name, tidy(asked), element)
     return made
+
+
 def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
     """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
     for name, joint in reading.joints.items():

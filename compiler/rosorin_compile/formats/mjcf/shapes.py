@@ -396,7 +396,10 @@ def _tell(reading: Reading) -> None:
     used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
     unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
     if unused:
-        element = reading.markup.named("asset", unused[0]["name"]) or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        element = (
+            reading.markup.named("asset", unused[0]["name"])
+            or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        )
         reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"

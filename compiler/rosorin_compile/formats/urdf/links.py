@@ -15,6 +15,7 @@ from .values import LENGTHS, PLAIN, need_numbers, number_of, put_number, put_num
 
 RULES = (
     Rule("missing-element", "An element lacks another that the specification asks for.", "Add it.", READING),
+    Rule("import-kept", "A note: a shape of another kind is kept as it is.", topic=READING),
 )
 
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")

@@ -2,8 +2,8 @@
 
 MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached
 models in place; and only what differs from its class. Here the classes are resolved as well, so that an element has
-all that the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports nothing of the
-package.
+all that the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports
+nothing of the package.
 """
 
 from __future__ import annotations

@@ -92,8 +92,8 @@ def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
 def add_poses(reading: Reading) -> None:
     """Add the keyframes: positions of joints, where the free base is, and what is asked of actuators.
 
-    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero, but
-    a servo holds its joint where it is.
+    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
+    but a servo holds its joint where it is.
     """
     elements = reading.markup.listed("keyframe", "key")
     poses = Map(reading.markup.root.span)

@@ -493,7 +493,7 @@ def keys(
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
     """
-    made: list[tuple[str, list[float], list[float], Values]] = []
+    made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
     more = [0.0] * kept_controls(robot)
     for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
         at = _positions(robot, joints, pose)

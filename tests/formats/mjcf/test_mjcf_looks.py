@@ -224,4 +224,5 @@ def test_the_reference_robot_has_what_people_expect() -> None:
     assert all(
         re.match(r'\s*<geom name="[^"]*" class="rosorin_', line) for line in text.splitlines() if "<geom name" in line
     )
-    assert "rgba" not in text[text.index("<worldbody>") :]
+    coloured = [line for line in text[text.index("<worldbody>") :].splitlines() if "rgba" in line]
+    assert all("_wheel_" in line for line in coloured)  # of the wheels it is known how they look

@@ -373,7 +373,7 @@ def test_what_was_read_is_told_with_the_artifacts_too(rosorin: Path, capsys: Sho
     for _ in range(2):  # compiled, and found unchanged
         assert main(["all", "-v"]) == 0
         err = capsys.readouterr().err
-        assert sum(line.startswith("read descriptions/rosorin/") for line in err.splitlines()) == 9
+        assert sum(line.startswith("read descriptions/rosorin/") for line in err.splitlines()) == 10
     with pytest.raises(SystemExit):
         main(["all", "-v", "-q"])
     assert "not allowed with argument" in capsys.readouterr().err

@@ -234,5 +234,5 @@ def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) 
 
 def test_inertials_that_an_artifact_gets_are_a_line_a_link(tmp_path: Path) -> None:
     comparison = described(tmp_path, ("robot.yaml", "elements: [collision]", "elements: [collision, inertial]"))
-    assert meaning(comparison)[:2] == ["base_link mass: new, 0.830939 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
+    assert meaning(comparison)[:2] == ["base_link mass: new, 1.11294 kg: urdf", "link1 mass: new, 0.0105973 kg: urdf"]
     assert len(comparison.changes) == 9

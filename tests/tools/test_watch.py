@@ -162,7 +162,7 @@ def test_new_includes_are_watched(project: Path, watch: Watch) -> None:
 
 def test_only_the_robot_that_changed_is_compiled(project: Path, watch: Watch) -> None:
     copy_of_rosorin(project)
-    watch.until("rosorin: 9 artifacts in outputs/rosorin, written: ")
+    watch.until("rosorin: 10 artifacts in outputs/rosorin, written: ")
     edit(project, "xyz: [40 mm, 0,", "xyz: [50 mm, 0,")
     told = watch.until("laser moved")
     assert not any(line.startswith("rosorin:") for line in told)

@@ -143,7 +143,7 @@ def test_what_there_is_to_say_has_rule_severity_message_and_place() -> None:
     assert len(repr(first)) < 500
     assert {path.name for path in made.inputs} == {path.name for path in ROSORIN.parent.glob("*.yaml")}
     assert repr(made) == (
-        "<Compiled <Robot rosorin: 20 links, 19 joints (11 that move), 3 sensors>, 9 artifacts, 5 notes>"
+        "<Compiled <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 10 artifacts, 6 notes>"
     )
     assert len(repr(made.artifacts)) < 1000
 
@@ -322,7 +322,7 @@ def test_a_description_is_read_as_it_is_compiled() -> None:
     made, read = rosorin_compile.compile(ROSORIN), rosorin_compile.read(ROSORIN)
     assert read.robot == made.robot
     assert set(read.inputs) <= set(made.inputs)
-    assert repr(read) == "<Reading <Robot rosorin: 20 links, 19 joints (11 that move), 3 sensors>, 5 notes>"
+    assert repr(read) == "<Reading <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 6 notes>"
 
 
 @pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])
@@ -427,7 +427,7 @@ def robot() -> Robot:
 
 
 def test_reprs_are_short(robot: Robot, small: Path) -> None:
-    assert repr(robot) == "<Robot rosorin: 20 links, 19 joints (11 that move), 3 sensors>"
+    assert repr(robot) == "<Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>"
     assert repr(robot.link["laser"]) == "<Link laser: 0.0222222 kg, 1 collision>"
     assert repr(robot.joint["joint1"]) == "<Joint joint1: revolute, base_link -> link1>"
     made = rosorin_compile.compile(small).robot
@@ -490,7 +490,7 @@ def test_the_tree_of_frames_in_html(robot: Robot) -> None:
         ("base_link", "ekf", "/tf", "", ""),
     ]
     assert ("laser", "tf_base_laser", "/tf_static", "lidar_joint (fixed)", "") in cells
-    assert {row[0].removeprefix("\u2191 ") for row in cells} >= set(robot.link)
+    assert {row[0].removeprefix("\u2191 ") for row in cells} >= set(robot.frames)
 
 
 def test_html_is_escaped_and_bounded() -> None:

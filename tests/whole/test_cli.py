@@ -42,7 +42,7 @@ def test_second_run_is_unchanged_and_says_the_same(capsys: pytest.CaptureFixture
     capsys.readouterr()
     assert main(["all"]) == 0
     shown = capsys.readouterr()
-    assert shown.out == "rosorin: 9 artifacts in outputs/rosorin, unchanged\n"
+    assert shown.out == "rosorin: 10 artifacts in outputs/rosorin, unchanged\n"
     assert "note[stand-in]: " in shown.err
 
 

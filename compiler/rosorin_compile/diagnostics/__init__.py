@@ -202,7 +202,7 @@ def _alike(word: str, names: list[str]) -> list[str]:
     if not word.isascii() and (same := [name for name in names if look(name) == look(word)]):
         return same[:1]
     if len(names) > MAX_COMPARED:  # comparing is slow, and there may be as many mistakes as names
-        first = word[:1].casefold()
+        first = "".join(_parts(word))[:1] or word[:1]  # of /laser the l
         names = [name for name in names if name[:1].casefold() == first and abs(len(name) - len(word)) < 3]
         small = word.casefold()
         names = [name for name in names if name.casefold() == small][:1] or names[:MAX_COMPARED]

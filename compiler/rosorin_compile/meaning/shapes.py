@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format, published
-from ..model import IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
+from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
@@ -110,6 +110,7 @@ class _Shapes:
         shared = [name for name in mine if name in new]
         for name in shared:
             old[name], new[name] = self._maps(name, old[name], new[name])
+        self._grounded(old, new, frame)
         counts = {name: len(old[name]) for name in mine}
         pairs: list[tuple[Piece, Piece]] = []
         for name in shared:
@@ -127,6 +128,27 @@ class _Shapes:
         for name in shared:
             if old[name] or new[name]:
                 self.items.append(self._item(name, counts[name], old[name], new[name]))
+
+    def _grounded(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
+        """Let height maps reach down to z = 0 where the other side has just these boxes: an output may ask for them."""
+        mine, theirs = (old, self.pairing.a), (new, self.pairing.b)
+        for (some, bodies), (others, their) in ((mine, theirs), (theirs, mine)):
+            for name, pieces in some.items():
+                maps = {id(piece.shape): piece.shape for piece in pieces if _reaches_not_down(piece)}
+                if not maps or self.purpose.simple:
+                    continue
+                shapes = tuple(maps.values())
+                down = pieces_of(name, shapes, bodies.printing, self.purpose.capsules, GROUNDED)
+                if frame:
+                    here = [seen(piece, bodies.relative(frame, name, {})) for piece in down]
+                    there = [seen(p, their.relative(frame, link, {})) for link, found in others.items() for p in found]
+                else:
+                    here, there = down, others.get(name, [])
+                if len(self._matched(here, there)[0]) < len(down):
+                    continue
+                kept = [piece for piece in pieces if id(piece.shape) not in maps]
+                some[name] = [piece._replace(number=index) for index, piece in enumerate([*kept, *down])]
+                self.notes.append(f"the boxes of the height map of {name} reach down to z = 0 on one side")
 
     def _cut_otherwise(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
         """Take out the boxes of a body that fill the same space: those of a height map are cut in one way or another.
@@ -238,6 +260,10 @@ class _Shapes:
         if all(abs(x - y) <= known + self.pairing.tolerance for x, y in zip(old, new, strict=True)):
             return None
         return row(old), row(new)
+
+
+def _reaches_not_down(piece: Piece) -> bool:
+    return isinstance(piece.shape.geometry, HeightMap) and bool(piece.shape.geometry.bottom)
 
 
 def _words(piece: Piece) -> str:

@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 from ..formats import Value
 from ..formats.facts import SIZES
-from ..model import Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
+from ..model import ROWS, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
 from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
@@ -289,11 +289,16 @@ class Piece(NamedTuple):
     solid: Solid
 
 
-def pieces_of(link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True) -> list[Piece]:
-    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them."""
+def pieces_of(
+    link: str, shapes: Sequence[Shape], printing: Printing, capsules: bool = True, form: str = ROWS
+) -> list[Piece]:
+    """Return the solids of a link in its own frame; without ``capsules`` as a URDF 1.0 has them.
+
+    ``form`` is how height maps are cut into boxes.
+    """
     found: list[Piece] = []
     for whole in shapes:
-        for shape in whole.solids():
+        for shape in whole.solids(form):
             made = shape if capsules else replace(shape, geometry=plain(shape.geometry))
             found.append(Piece(link, len(found), whole, _solid(made, whole, printing)))
     return found

@@ -48,12 +48,14 @@ OURS = Publisher(ROBOT_STATE_PUBLISHER, ROBOT_STATE_PUBLISHER)
 NOBODY = Publisher(UNPUBLISHED)
 FRAMES = ("published", "all", "bodies")
 SIM = texts(compiled())["rosorin_sim.urdf"]
-MASS = 0.9332425148926046  # the sum of the masses in the description
+MASS = 0.9332425148926046 + 4 * 0.0705  # kg, the sum of the masses in the description
 # Links of the reference robot that weigh something, but not those that hold nothing: frames, and the floor's.
 BODIES = {
     *("base_link", "laser", "link1", "link2", "link3", "link4", "link5", "camera_link0", "camera_link", "gripper_link"),
     *("r_link", "l_link", "l_in_link", "l_out_link", "r_in_link", "r_out_link"),
 }
+for _wheel in (f"{end}_{side}_wheel" for end in ("front", "rear") for side in ("left", "right")):
+    BODIES |= {f"{_wheel}_link", *(f"{_wheel}_roller_{number}" for number in range(9))}
 
 
 class Whole:

@@ -114,16 +114,15 @@ def link_names(case: Case) -> dict[int, str]:
 
 
 def joint_names(case: Case) -> dict[int, list[str]]:
-    """Return our moving joints of each joint of MuJoCo, three for a ball, none for the base; names are kept."""
+    """Return our moving joint of each joint of MuJoCo, none for the base; names are kept."""
     ours = iter([joint for joint in case.robot.joints if joint.type != "fixed"])
     floats = any(joint.type == "floating" for joint in case.robot.joints)
     made: dict[int, list[str]] = {}
     for index in range(case.model.njnt):
         kind, name = case.model.jnt_type[index], case.model.joint(index).name
-        count = 3 if kind == BALL else 0 if kind == FREE and not floats else 1
+        count = 0 if kind == FREE and not floats else 1
         made[index] = [next(ours).name for _ in range(count)]
-        expected = [f"{name}_{letter}" for letter in "xyz"] if kind == BALL else [name] * count
-        assert not name or made[index] == expected
+        assert not name or made[index] == [name] * count
     assert next(ours, None) is None
     return made
 
@@ -134,7 +133,7 @@ def positions(case: Case, qpos: Matrix) -> dict[str, Any]:
     for index, names in joint_names(case).items():
         at, kind = model.jnt_qposadr[index], model.jnt_type[index]
         if kind == BALL:
-            values: Any = _rotation(qpos[at : at + 4]).as_euler("XYZ")
+            values: Any = [qpos[at : at + 4]]
         else:
             values = [qpos[at : at + 7] if kind == FREE else float(qpos[at] - model.qpos0[at])]
         found |= dict(zip(names, values, strict=False))
@@ -175,7 +174,9 @@ class Pinocchio:
         }
 
     def _floating(self, name: str, value: Matrix) -> list[float]:
-        """Return the position of a floating joint, which counts from the joint's origin."""
+        """Return the position of a floating joint, which counts from the joint's origin, as a ball does anyway."""
+        if len(value) == 4:
+            return [0.0, 0.0, 0.0, *_rotation(value).as_quat()]
         joint = self.robot.joint[name]
         rows, xyz = np.array(joint.origin.transform().rows), np.array(joint.origin.xyz)
         turn = Rotation.from_matrix(rows.T) * _rotation(value[3:])

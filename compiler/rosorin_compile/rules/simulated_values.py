@@ -151,7 +151,7 @@ def layers(case: Case) -> Iterator[Diagnostic]:
 
 
 # What a joint of each kind counts among the speeds.
-_SPEEDS = {"planar": 3, "floating": 6}
+_SPEEDS = {"planar": 3, "floating": 6, "ball": 3}
 _PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
 _FREE = 6
 

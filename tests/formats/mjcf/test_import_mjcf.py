@@ -183,13 +183,12 @@ def test_joints_that_follow_count_from_where_the_model_stands() -> None:
     assert list(made["poses"]) == ["shut", "key_1"]
 
 
-def test_a_ball_turns_as_three() -> None:
+def test_a_ball_stays_one() -> None:
     made = tree("balls")
-    assert list(made["joints"])[:3] == ["shoulder_x", "shoulder_y", "shoulder_z"]
-    assert {made["joints"][f"shoulder_{letter}"]["type"] for letter in "xyz"} == {"continuous"}
-    assert made["joints"]["shoulder_y"]["dynamics"] == {"damping": 0.1}
-    angles = made["poses"]["bent"]["positions"]
-    assert angles == {"shoulder_y": math.pi / 2, "shoulder_z": math.pi / 2, "lower_joint_y": pytest.approx(1.2870022)}
+    shoulder = made["joints"]["shoulder"]
+    assert (shoulder["type"], shoulder["dynamics"]) == ("ball", {"damping": 0.1})
+    assert shoulder["mjcf"]["range"] == [0, pytest.approx(math.pi / 3)]
+    assert made["poses"]["bent"]["mjcf"]["qpos"] == pytest.approx([0.5, 0.5, 0.5, 0.5, 0.8, 0, 0.6, 0])
 
 
 def test_who_may_stand_at_the_root() -> None:

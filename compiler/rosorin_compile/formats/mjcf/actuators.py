@@ -117,10 +117,6 @@ def _add(reading: Reading, others: Map, fact: Mapping[str, Any], node: Node, ele
     """Add the entry of an actuator that stands by itself, and return its name; empty for one that cannot be."""
     said = node["attributes"]
     target = next((said[word] for word in _TARGETS if word in said), "robot")
-    balls = {reading.facts["joints"][at]["name"] for at in reading.ball_of}
-    if {said.get("joint"), said.get("jointinparent")} & balls - {None}:
-        reading.lost(f'the actuator <{element.tag}> of the ball joint "{target}"', element.span)
-        return ""
     name = reading.name("actuator", fact["name"], f"{target}_{element.tag}")
     entry = Map(element.span)
     targets = {word: said[word] for word in _TARGETS if word in said}

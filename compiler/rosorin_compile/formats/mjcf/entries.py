@@ -38,8 +38,6 @@ class _Gone(Exception):
 def called(reading: Reading, attribute: str, name: str) -> str:
     """Return the name that the description has for what an attribute names. Raises _Gone if it has none."""
     kind = _KINDS.get(attribute, "")
-    if kind == _JOINT and name in {reading.facts["joints"][index]["name"] for index in reading.ball_of}:
-        raise _Gone(f'the ball joint "{name}"')
     if kind in (_SITE, _GEOM) and not reading.ground:
         _keep_of_scene(reading, kind, name)
     return reading.called(kind, name)

@@ -5,8 +5,7 @@
   body keeps its frame.
 - Several joints in one body are a chain of links without mass, in MuJoCo's order.
 - Zero is where the model stands in the file (``qpos0``): ranges are counted from ``ref``.
-- A ball turns as three continuous joints about x, y and z turn one after the other. That reaches every orientation, but
-  it is not the same joint: the second one at 90 degrees locks the others, and a range (a cone) has no counterpart.
+- A ball stays one; its range (a cone) stands among MuJoCo's own words.
 - A free joint of the only top body is no joint of the robot: where the robot is, the simulation knows (``base: free``).
   Of one among several top bodies it is a floating joint to the ground. Other planar and floating joints: ``reading``.
 
@@ -49,11 +48,9 @@ from .reading import (
 )
 from .worded import put_words
 
-_AXES: tuple[tuple[str, Vector], ...] = (("x", (1.0, 0.0, 0.0)), ("y", (0.0, 1.0, 0.0)), ("z", (0.0, 0.0, 1.0)))
-
 
 class Step(NamedTuple):
-    """One scalar joint on the way to a body: its name, where it is anchored in the body, and its axis there."""
+    """One joint on the way to a body: its name, where it is anchored in the body, and its axis there."""
 
     name: str
     joint: int
@@ -73,11 +70,17 @@ def name_joints(reading: Reading) -> None:
             apart |= set(held)
     joints = [(index, joint) for index, joint in enumerate(reading.facts["joints"]) if index not in apart]
     for index, joint in joints:
+        if joint["name"] and joint["type"] == BALL:
+            reading.ball_of[index] = reading.joint_names.give(joint["name"])
+            if reading.ball_of[index] != joint["name"]:
+                reading.renamed.setdefault("joint", {})[joint["name"]] = reading.ball_of[index]
         if joint["name"] and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(joint["name"])
             if reading.joint_of[index] != joint["name"]:
                 reading.renamed.setdefault("joint", {})[joint["name"]] = reading.joint_of[index]
     for index, joint in joints:
+        if index not in reading.ball_of and joint["type"] == BALL:
+            reading.ball_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
         if index not in reading.joint_of and joint["type"] in (SLIDE, HINGE):
             reading.joint_of[index] = reading.joint_names.give(f"{reading.link_of[joint['body']]}_joint")
 
@@ -123,8 +126,6 @@ def add_root(reading: Reading) -> None:
         said = {key: text for key, text in joint["element"]["attributes"].items() if key not in (*_READ, *_OF_LIMITS)}
         for name in put_words(entry, said, "root", own, _OF_ROOT):
             reading.lost(f'"{name}" of the free joint', own.span)
-    else:
-        put_pose(entry, place, element)
     if entry:
         put(reading.tree, "root", entry)
 
@@ -153,19 +154,13 @@ def _several(reading: Reading, index: int, place: Transform, motion: Motion) -> 
 
 
 def _steps(reading: Reading, index: int, joint: dict[str, Any]) -> list[Step]:
-    """Return the scalar joints that a joint of MuJoCo is carried as."""
+    """Return the joint that a joint of MuJoCo is carried as."""
     element = reading.places.of("joints", index)
     x, y, z = joint["pos"]
-    if joint["type"] != BALL:
-        anchor = (x, y, z) if joint["type"] == HINGE else (0.0, 0.0, 0.0)
-        return [Step(reading.joint_of[index], index, joint["type"], anchor, unit(joint["axis"]), element)]
-    name = joint["name"] or f"{reading.link_of[joint['body']]}_joint"
-    made = [reading.joint_names.give(f"{name}_{letter}") for letter, _ in _AXES]
-    reading.ball_of[index] = made
-    limited = " and its range" if joint["limited"] else ""
-    help = f"it is carried as three continuous joints: {', '.join(made)}"
-    reading.lost(f'the ball joint "{name}"{limited}, which no description has a word for,', element.span, help)
-    return [Step(word, index, BALL, (x, y, z), axis, element) for word, (_, axis) in zip(made, _AXES, strict=True)]
+    if joint["type"] == BALL:
+        return [Step(reading.ball_of[index], index, BALL, (x, y, z), (1.0, 0.0, 0.0), element)]
+    anchor = (x, y, z) if joint["type"] == HINGE else (0.0, 0.0, 0.0)
+    return [Step(reading.joint_of[index], index, joint["type"], anchor, unit(joint["axis"]), element)]
 
 
 def _chain(reading: Reading, index: int, place: Transform, steps: list[Step], drives: dict[int, Drive]) -> None:
@@ -181,7 +176,8 @@ def _chain(reading: Reading, index: int, place: Transform, steps: list[Step], dr
         origin = place_of_link.then(shift([a - b for a, b in zip(anchor, at, strict=True)]))
         joint = reading.new_joint(step.name, _type(reading, step), above, child, step.element)
         put_pose(joint, origin, element if number == 1 and anchor == (0, 0, 0) else step.element)
-        put(joint, "axis", numbers(step.axis, step.element, "axis"))
+        if step.kind != BALL:
+            put(joint, "axis", numbers(step.axis, step.element, "axis"))
         _details(reading, step, joint, drives)
         above, at, place_of_link = child, anchor, NO_POSE
     if above != body:
@@ -199,8 +195,8 @@ def _between(reading: Reading, step: Step) -> str:
 
 
 def _type(reading: Reading, step: Step) -> str:
-    if step.kind == SLIDE:
-        return "prismatic"
+    if step.kind in (SLIDE, BALL):
+        return "prismatic" if step.kind == SLIDE else "ball"
     limited = step.kind == HINGE and reading.facts["joints"][step.joint]["limited"]
     return "revolute" if limited else "continuous"
 
@@ -224,9 +220,13 @@ def _details(reading: Reading, step: Step, entry: Map, drives: dict[int, Drive])
         _put_rest(reading, step, entry, said)
     if drive.entry is not None:
         put(entry, "actuator", drive.entry)
+    rest |= _unread(said)
+    joint = reading.facts["joints"][step.joint]
     if step.kind != BALL:
-        rest |= _unread(said) | _force(reading.facts["joints"][step.joint], drive)
-        _put_more(reading, step.name, step.element, entry, rest)
+        rest |= _force(joint, drive)
+    elif joint["limited"]:
+        rest["range"] = f"0 {joint['range'][1]!r}"
+    _put_more(reading, step.name, step.element, entry, rest)
 
 
 def _put_dynamics(entry: Map, said: Mapping[str, str], element: Element) -> dict[str, str]:

@@ -61,7 +61,7 @@ class Reading:
 
     ``links`` and ``joints`` are sections of ``tree``. ``link_of`` is the link of each body by its index, 0 being the
     world; the world is a link only if ``ground`` is true. ``joint_of`` is the name of each hinge and slide,
-    ``site_of`` the link of a site, ``ball_of`` the names of the joints of each ball, and ``motion_of`` the planar or
+    ``site_of`` the link of a site, ``ball_of`` the name of each ball, and ``motion_of`` the planar or
     floating joint of a body. ``servos`` are the names of the servos that are carried, by joint, in the order of the
     file, and ``stand_ins`` the limits that it does not have: joint, number and place by the key of ``limit``. ``pairs``
     are the elements of pairs of geoms that ours has anyway.
@@ -81,7 +81,7 @@ class Reading:
         self.joint_of: dict[int, str] = {}
         self.material_of: dict[int, str] = {}
         self.site_of: dict[int, str] = {}
-        self.ball_of: dict[int, list[str]] = {}
+        self.ball_of: dict[int, str] = {}
         self.motion_of: dict[int, Motion] = {}
         self.actuators: list[str] = []
         self.actuator_of: dict[int, str] = {}

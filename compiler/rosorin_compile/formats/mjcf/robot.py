@@ -101,7 +101,7 @@ def _read(reading: Reading, path: Path) -> None:
 def _names(reading: Reading) -> dict[str, dict[int, str]]:
     """Return the names that objects got, by kind and index."""
     bodies = {index: name for index, name in reading.link_of.items() if index}
-    names = {"body": bodies, "joint": dict(reading.joint_of), "material": dict(reading.material_of)}
+    names = {"body": bodies, "joint": reading.joint_of | reading.ball_of, "material": dict(reading.material_of)}
     return (
         names
         | {"actuator": dict(reading.actuator_of)}

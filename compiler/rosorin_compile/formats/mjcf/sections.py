@@ -18,7 +18,6 @@ from .reading import (
     HINGE,
     SLIDE,
     Reading,
-    angles_about_xyz,
     numbers,
     plain,
     put,
@@ -133,6 +132,7 @@ def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
     for index, joint in enumerate(reading.facts["joints"]):
         at.update(_positions(reading, index, joint, qpos))
         beyond = joint["body"] in reading.motion_of or (joint["type"] == FREE and not reading.free_base)
+        beyond = beyond or joint["type"] == BALL
         size = {FREE: 7, BALL: 4}.get(joint["type"], 1)
         place = range(joint["address"], joint["address"] + size)
         if beyond and any(abs(qpos[i] - reading.facts["zero"][i]) > _NEAR for i in place):
@@ -151,7 +151,7 @@ def _whole(reading: Reading, qpos: list[float]) -> list[float]:
     made: list[float] = []
     for index, joint in enumerate(reading.facts["joints"]):
         at, kind = joint["address"], joint["type"]
-        if joint["body"] in reading.motion_of or kind == FREE:
+        if joint["body"] in reading.motion_of or kind in (FREE, BALL):
             made += qpos[at : at + {FREE: 7, BALL: 4}.get(kind, 1)]
         else:
             made += [value for _, value in _positions(reading, index, joint, qpos)]
@@ -161,9 +161,6 @@ def _whole(reading: Reading, qpos: list[float]) -> list[float]:
 def _more(reading: Reading, pose: Map, said: Mapping[str, str], element: Element) -> None:
     """Set what the language has no word for; speeds only where the joints have as many as in the file."""
     more = {key: text for key, text in said.items() if key not in ("name", "ctrl")}
-    if reading.ball_of and "qvel" in more:
-        reading.lost("the speeds of a key: the ball joints are others here, they", element.span, "", True)
-        del more["qvel"]
     for name in put_words(pose, more, "pose", element):
         reading.lost(f'"{name}" of a key', element.span)
 
@@ -206,8 +203,6 @@ def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: lis
     if joint["type"] in (SLIDE, HINGE):
         value = qpos[at] - reading.facts["zero"][at]
         return [(reading.joint_of[index], tidy(value) if joint["type"] == SLIDE else tidy_position(value))]
-    if joint["type"] == BALL:
-        return list(zip(reading.ball_of[index], angles_about_xyz(qpos[at : at + 4]), strict=True))
     return []
 
 

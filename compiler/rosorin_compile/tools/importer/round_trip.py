@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import random
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
@@ -166,9 +166,15 @@ def largest_difference(one: Robot, other: Robot) -> float:
     for number in range(STATES + 1):
         step("proving the import", number, STATES + 1)
         state = {} if number == 0 else {joint.name: _somewhere(joint, generator) for joint in one.joints}
-        first, second = one.poses_in_root(state), other.poses_in_root(state)
+        first, second = one.poses_in_root(state), other.poses_in_root(_in_urdf(one, state))
         largest = max([largest, *(_apart(pose, second[name]) for name, pose in first.items())])
     return largest
+
+
+def _in_urdf(robot: Robot, state: Mapping[str, float | Sequence[float]]) -> dict[str, float | Sequence[float]]:
+    """Return a state as a URDF has it, where a ball joint is a floating one."""
+    balls = {joint.name for joint in robot.joints if joint.type == "ball"}
+    return {name: (0.0, 0.0, 0.0, *at) if name in balls else at for name, at in state.items()}  # type: ignore[misc]
 
 
 def _somewhere(joint: Joint, generator: random.Random) -> float | Sequence[float]:

@@ -25,7 +25,7 @@ from rosorin_compile.formats.mjcf.robot import read_mjcf
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.formats.urdf import write as urdf
 from rosorin_compile.frontend.validate import validate
-from rosorin_compile.model import Box, Capsule, Cylinder, Mesh, Output, Robot, Shape, Sphere
+from rosorin_compile.model import Box, Capsule, Cylinder, Ellipsoid, Mesh, Output, Robot, Shape, Sphere
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.project import ROOT_FILE
 from rosorin_compile.tools.importer.description import outputs, write
@@ -271,7 +271,7 @@ def shapes_differ(case: Case, folder: Path) -> float:
 
 
 _MESH = 7
-_KINDS = {2: Sphere, 3: Capsule, 5: Cylinder, 6: Box, 7: Mesh}
+_KINDS = {2: Sphere, 3: Capsule, 4: Ellipsoid, 5: Cylinder, 6: Box, 7: Mesh}
 
 
 def _shape_differs(model: Any, geom: int, shape: Shape, folder: Path) -> float:
@@ -290,6 +290,7 @@ def _shape_differs(model: Any, geom: int, shape: Shape, folder: Path) -> float:
     size = model.geom_size[geom]
     sizes = {
         Sphere: lambda s: [s.radius - size[0]],
+        Ellipsoid: lambda s: list(np.array(s.radii) - size),
         Box: lambda s: list(np.array(s.size) / 2 - size),
         Cylinder: lambda s: [s.radius - size[0], s.length / 2 - size[1]],
         Capsule: lambda s: [s.radius - size[0], s.length / 2 - size[1]],

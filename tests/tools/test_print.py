@@ -133,7 +133,7 @@ def test_a_name_goes_before_a_format(home: Path, capsys: Shown) -> None:
 def test_an_unknown_output_is_met_with_what_there_is(capsys: Shown) -> None:
     said = ask(capsys, "print", "udrf", str(ROSORIN), code=2)
     assert 'error[unknown-output]: rosorin has no output "udrf", and there is no format of that name' in said
-    assert 'did you mean "urdf"? (its outputs: urdf, urdf_sim, mjcf, ' in said
+    assert 'did you mean "urdf"? (its outputs: urdf, ' in said
     assert "; with their defaults: frames_picture, page, template)" in said
 
 

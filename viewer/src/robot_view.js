@@ -64,7 +64,7 @@ export class RobotView {
     this.ghost = ghost;
     this.pieces = [];
     this.links = new Map(robot.links.map((link) => [link.name, new THREE.Matrix4()]));
-    this.hasVisuals = robot.links.some((link) => link.visual.length);
+    this.hasVisuals = !robot.collision_only;
     this.marks = { selected: "", hovered: "", touching: new Set() };
     this.shown = { visual: true, collision: false };
     this.faded = 0;

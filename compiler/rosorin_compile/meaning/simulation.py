@@ -104,7 +104,7 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
-        things[f"actuator of {joint.name}"] = values
+        things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mjcf:
         things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)
     return things

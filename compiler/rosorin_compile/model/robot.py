@@ -333,6 +333,15 @@ class Robot:
         return found
 
     @property
+    def has_looks(self) -> bool:
+        """Whether it is described how the robot looks; of what only simulations have it may be described alone."""
+        return any(link.visual for link in self.links if link.name not in self.simulated_frames)
+
+    def look_of(self, link: Link) -> Rgba | None:
+        """Return the colour of the first visual of a link that has one, for shapes that stand for them."""
+        return next((colour for shape in link.visual if (colour := self.colour(shape)) is not None), None)
+
+    @property
     def frames(self) -> list[str]:
         """The links that are frames of the robot: all but those of simulations alone."""
         return [link.name for link in self.links if link.name not in self.simulated_frames]

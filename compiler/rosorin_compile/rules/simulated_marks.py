@@ -99,12 +99,18 @@ def bodies(case: Case) -> Iterator[Diagnostic]:
     bases = {output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"}
     for link in case.robot.links:
         path = case.link(link.name, "mjcf")
-        is_root = link.name not in case.robot.joint_to
-        if link.mjcf.get("mocap") is True and (not is_root or "free" in bases):
+        joint = case.robot.joint_to.get(link.name)
+        world = case.robot.simulation.root.world
+        is_root = joint is None or (world and joint.parent == case.robot.root)
+        if link.mjcf.get("mocap") is True and (
+            not is_root or (joint is not None and not joint.is_fixed) or ("free" in bases and not world)
+        ):
             message = f'link "{link.name}" is to go where a program puts it (mocap), and a joint moves or holds it'
-            help = "only the root link can, with base: fixed in the output"
+            help = (
+                "only the root link can, with base: fixed in the output, or what is fixed to a root that is the world"
+            )
             yield case.problem("body-value", message, (*path, "mocap"), help, key=True)
-        if link.mjcf.get("sleep") in _MOVING and (not is_root or "fixed" in bases or not bases):
+        if link.mjcf.get("sleep") in _MOVING and (not is_root or (("fixed" in bases or not bases) and not world)):
             message = f'link "{link.name}" says how it sleeps, which only a free base does'
             help = "say it of the root link, with base: free in the output, or leave it out"
             yield case.problem("body-value", message, (*path, "sleep"), help, key=True)

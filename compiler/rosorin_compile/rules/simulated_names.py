@@ -99,15 +99,19 @@ class Names:
 
     @cached_property
     def shapes(self) -> Mapping[str, int]:
-        """The names of the geoms of shapes, and how many have each: their own, and LINK_collision_1 and so on."""
+        """The names of the geoms of shapes, and how many have each: their own, and LINK_collision_1 and so on.
+
+        What collides goes before what is seen under the same name.
+        """
         counts: dict[str, int] = {}
-        for link in self.robot.links:
-            for purpose in ("collision", "visual"):
+        for purpose in ("collision", "visual"):
+            before = frozenset(counts)
+            for link in self.robot.links:
                 solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
                 for index, solid in enumerate(solids, start=1):
                     made = f"{link.name}_{purpose}_{index}"
                     counts[made] = 1
-                    if solid.name and solid.name != made:
+                    if solid.name and solid.name != made and solid.name not in before:
                         counts[solid.name] = counts.get(solid.name, 0) + 1
         for named in self.given:
             if named.kind == GEOM:

@@ -152,12 +152,13 @@ def layers(case: Case) -> Iterator[Diagnostic]:
 
 # What a joint of each kind counts among the speeds.
 _SPEEDS = {"planar": 3, "floating": 6}
+_PLACES = {"planar": 3, "floating": 7, "ball": 4}  # and how many positions
 _FREE = 6
 
 
 @rule(
     "key-length",
-    "A pose lists speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
+    "A pose lists positions, speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
     "Give one for each, in MuJoCo's order.",
     SIMULATION,
 )
@@ -170,12 +171,14 @@ def keys(case: Case) -> Iterator[Diagnostic]:
     bases = [output.options.get("base", "fixed") for output in case.robot.outputs if output.backend == "mjcf"]
     lengths = {"mpos": {3 * captured}, "mquat": {4 * captured}}
     lengths["qvel"] = {moving + (_FREE if base == "free" else 0) for base in bases} or {moving, moving + _FREE}
+    places = sum(_PLACES.get(joint.type, 1 if joint.moves else 0) for joint in case.robot.joints)
+    lengths["qpos"] = {places + (_FREE + 1 if base == "free" else 0) for base in bases} or {places, places + _FREE + 1}
     if all(driver.actuator.type in _STATELESS for driver in drivers(case)) and not case.robot.simulation.elements:
         lengths["act"] = {sum("timeconst" in driver.actuator.mjcf for driver in drivers(case))}
     for pose in case.robot.poses:
         for word, allowed in lengths.items():
             given = pose.mjcf.get(word)
-            if isinstance(given, tuple) and allowed != {len(given)}:
+            if isinstance(given, tuple) and (allowed != {len(given)} if bases else len(given) not in allowed):
                 there = " or ".join(map(str, sorted(allowed)))
                 message = f'pose "{pose.name}" has {counted(len(given), "number")} of {word}, and the robot {there}'
                 path: Path = ("poses", pose.name, "mjcf", word)

@@ -8,9 +8,14 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.mjcf.robot import read_mjcf
+from support.paths import DATA
 
 mujoco = pytest.importorskip("mujoco")
 pytestmark = pytest.mark.slow
+
+KEPT = sorted((DATA / "mjcf" / "kept").glob("*.xml"))
 
 GRIPPER = """<mujoco model="gripper">
   <option timestep="0.001" cone="elliptic" impratio="10" gravity="0 0 -1.6"><flag eulerdamp="disable"/></option>
@@ -108,3 +113,39 @@ def test_a_thin_mesh_stays_a_shell(models: tuple[Any, Any]) -> None:
     assert ours.body("palm").inertia.tolist() == pytest.approx(source.body("palm").inertia.tolist())
     text = Path("outputs/gripper/gripper.xml").read_text("utf-8")
     assert text.count('inertia="shell"') == 1
+
+
+@pytest.mark.parametrize("path", KEPT, ids=lambda path: path.stem)
+def test_all_is_kept_and_moves_the_same(
+    path: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """MuJoCo's model of what an import becomes is that of the source, field by field, and so is how it moves."""
+    monkeypatch.chdir(tmp_path)
+    assert main(["import", str(path), "--strict"]) == 0
+    said = "".join(capsys.readouterr())
+    assert "MuJoCo's model of the MJCF is that of the source" in said
+    assert "largest difference" in said.partition("MuJoCo's model")[2]
+    assert "import-untold" not in said
+    assert main(["all"]) == 0
+    assert main(["check"]) == 0
+
+
+def test_actuators_are_called_by_what_they_are() -> None:
+    tree = read_mjcf(DATA / "mjcf" / "kept" / "everything.xml", ReadOptions()).tree
+    assert tree is not None
+    kinds = {name: entry.get("type", "position") for name, entry in tree["actuators"].items()}
+    assert kinds == {
+        "f_velocity": "velocity",
+        "s_motor": "motor",
+        "arm_adhesion": "adhesion",
+        "iv": "general",
+        "j_position": "position",
+        "j_position_2": "general",  # its filter holds what is counted from another zero
+    }
+    assert tree["joints"]["j"]["actuator"]["name"] == "a"
+    assert tree["joints"]["k"]["actuator"]["mjcf"]["gaintype"] == "muscle"
+    assert tree["constraints"]["arm_connect"] == {"type": "connect", "links": ["arm", "base"], "at": [0, 0.1, 0.2]}
+    assert tree["tendons"]["sp"]["path"][2] == {"pulley": 2}
+    assert tree["mjcf_sensors"]["arm_framepos"]["object"] == {"link": "arm"}
+    assert tree["links"]["base"]["gravity_compensation"] == 0.5
+    assert tree["joints"]["k"]["mjcf"]["stiffness"] == [1, 2]

@@ -57,10 +57,14 @@ def test_what_is_broken_is_refused_with_its_line(path: Path) -> None:
     assert not any(str(MJCF) in d.message for d in made.diagnostics)
 
 
-def test_what_is_told_of_many_names_the_other_places() -> None:
-    made = read_mjcf(MJCF / "told" / "lost.xml", ReadOptions())
-    (found,) = [d for d in made.diagnostics if d.message.startswith("2 elements (geom: ellipsoid)")]
-    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 20)]
+def test_what_is_told_of_many_names_the_other_places(tmp_path: Path) -> None:
+    file = tmp_path / "hills.xml"
+    hills = '<geom type="hfield" hfield="hills"/>'
+    asset = '<asset><hfield name="hills" nrow="2" ncol="2" size="1 1 1 1" elevation="0 1 2 3"/></asset>'
+    file.write_text(f"<mujoco>{asset}<worldbody><body>\n{hills}\n{hills}\n</body></worldbody></mujoco>", "utf-8")
+    made = read_mjcf(file, ReadOptions())
+    (found,) = [d for d in made.diagnostics if d.message.startswith("2 elements (geom: height field)")]
+    assert [(related.message, related.span and related.span.line) for related in found.related] == [("and here", 3)]
 
 
 def test_a_folder_may_be_allowed() -> None:

@@ -48,11 +48,11 @@ def test_what_is_the_same_is_said(words: tuple[str, ...], capsys: pytest.Capture
 
 
 def test_what_is_listed_is_known(capsys: pytest.CaptureFixture[str]) -> None:
-    Path("arm.xml").write_text(ROBOT.replace('damping="0.5"', 'stiffness="0.5"'), "utf-8")
+    Path("arm.xml").write_text(ROBOT.replace("<worldbody>", '<worldbody><light pos="0 0 3"/>'), "utf-8")
     assert main(["import", "arm.xml"]) == 0
     said = "".join(capsys.readouterr())
-    assert "warning[import-cannot-carry]: springs of joints are not carried over" in said
-    assert "is that of the source, but for what is listed above (springs)\n" in said
+    assert "note[import-ignored]: 1 light of the world: the scene is no part of the robot" in said
+    assert "is that of the source, but for what is listed above (lights); 250 steps" in said
     assert "import-untold" not in said
 
 

@@ -234,7 +234,10 @@ FORMAT = Format(
         "groups": {
             "type": "object",
             "description": "The groups by which viewers show and hide geoms, of visuals and of what collides.",
-            "properties": {"visual": _GROUP, "collision": _GROUP},
+            "properties": {
+                "visual": {**_GROUP, "description": "That of visuals; default 2."},
+                "collision": {**_GROUP, "description": "That of what collides; default 3, of a robot without looks 0."},
+            },
             "additionalProperties": False,
         },
         "actuators": {

@@ -33,10 +33,14 @@ _READ = ("name", "ctrlrange", "ctrllimited", "forcerange", "forcelimited", *_TAR
 
 
 class Drive(NamedTuple):
-    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry beside it, if there is one."""
+    """What drives a joint: the largest torque (N*m) or force (N), if known, and the entry beside it, if there is one.
+
+    ``speed`` is the largest speed (rad/s or m/s) that the servo beside it can be asked for, if it is one of speed.
+    """
 
     effort: float | None = None
     entry: Map | None = None
+    speed: float | None = None
 
 
 class _Kind(NamedTuple):
@@ -77,7 +81,8 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
                 reading.servos[number] = index
             known, effort = (before.effort if before else 0.0), _effort(fact)
             total = None if known is None or effort is None else known + effort
-            drives[index] = Drive(total, entry or (before.entry if before else None))
+            speed = _speed(fact, entry) if entry else before.speed if before else None
+            drives[index] = Drive(total, entry or (before.entry if before else None), speed)
     if others:
         put(reading.tree, "actuators", others)
     reading.in_order = beside == sorted(beside) and reading.actuators == _usual_order(reading, others)
@@ -175,7 +180,7 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
     if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
         affine, kp = said.get("biastype", "none") == "affine", gain[0]
         filtered = {"timeconst": said.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
-        if affine and kp > 0 and bias[:2] == [0, -kp]:
+        if affine and kp > 0 and bias[:2] == [0, -kp] and not (filtered and shift):  # what it holds is counted too
             word = "kv" if bias[2] <= 0 else "damping_ratio"
             return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
         if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
@@ -185,6 +190,8 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
         if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
             return _Kind("motor", {}, plain)
     rest = dict(said)
+    if shift:  # the control stays what it is
+        rest.pop("inheritrange", None)
     if shift and said.get("biastype") == "affine" and bias[1]:
         rest["biasprm"] = " ".join(map(repr, [bias[0] + bias[1] * shift, *bias[1:]]))
     return _Kind("general", {}, rest)
@@ -205,7 +212,7 @@ def _limits(
     moved = shift if kind == "position" else 0.0
     cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
     asked = [cut(value - moved) for value in fact["control"]]
-    if "inheritrange" in said:
+    if "inheritrange" in said and not (shift and kind != "position"):
         pass
     elif fact["controlled"] or "ctrlrange" in said:
         if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):
@@ -219,6 +226,19 @@ def _limits(
         if not fact["forced"]:
             rest["forcelimited"] = "false"
     return rest
+
+
+def _speed(fact: Mapping[str, Any], entry: Map) -> float | None:
+    """Return the speed that a servo of speed can be asked for both ways: it limits the joint, and needs no range.
+
+    None if it is another servo, or has another range.
+    """
+    (low, high), gear = fact["control"], float(fact["gear"][0])
+    speed = tidy(high / gear) if gear > 0 else 0.0
+    if entry.get("type") != "velocity" or not fact["controlled"] or low != -high or speed <= 0 or gear * speed != high:
+        return None
+    entry.pop("range", None)
+    return speed
 
 
 def _has_range_of(joint: Mapping[str, Any] | None, fact: Mapping[str, Any]) -> bool:

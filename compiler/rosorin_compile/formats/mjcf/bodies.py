@@ -11,6 +11,8 @@ WORLD = "world"
 PLANAR = ("_TX", "_TY", "_RZ")
 FLOATING = ("_TX", "_TY", "_TZ", "_R")
 
+# How stiff the coupling of a joint that follows another one is, where nobody says it.
+STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 # The ends of the names of default classes (``classes``), and the groups by which viewers show and hide.
 VISUAL, COLLISION = "visual", "collision"
 # Visuals that nobody described: they show the collision shapes of a robot that has nothing else to be seen by.
@@ -20,8 +22,6 @@ SHOWN = "visual_of_shapes"
 FRAME = "frame"
 
 VISUAL_GROUP, COLLISION_GROUP, FRAME_GROUP = 2, 3, 4
-# How stiff the coupling of a joint that follows another one is, where nobody says it.
-STIFF = {"solref": (0.005, 1.0), "solimp": (0.95, 0.99, 0.001)}
 
 
 def body_name(robot: Robot, link: str) -> str:

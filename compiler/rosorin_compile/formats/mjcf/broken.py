@@ -1,4 +1,7 @@
-"""Broken: what makes a file no robot for us, with a place: seen in the text (``before``), or said by MuJoCo (``refusal``)."""
+"""Broken: what makes a file no robot for us, with its place.
+
+Some is seen in the text (``before``), the rest is said by MuJoCo (``refusal``).
+"""
 
 from __future__ import annotations
 

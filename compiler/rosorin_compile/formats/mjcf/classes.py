@@ -90,11 +90,10 @@ class Classes:
     def tree(self, seen: bool, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the classes as the file has them; ``seen``: it has visuals; ``shown``: some show what collides.
 
-        ``groups`` are those of visuals and of what collides, where the description says them.
+        ``groups`` are those that visuals and collisions have if not ours, by purpose.
         """
-        hidden = COLLISION_GROUP if seen else 0
         visual = {"group": str(groups.get(VISUAL, VISUAL_GROUP)), "contype": "0", "conaffinity": "0", "density": "0"}
-        solid = {"group": str(groups.get(COLLISION, hidden)), "density": "0"}
+        solid = {"group": str(groups.get(COLLISION, COLLISION_GROUP if seen else 0)), "density": "0"}
         inner = [Class(self.named(SHOWN))] if shown else []
         made = [Class(self.named(VISUAL), [_part("geom", visual)], inner)]
         made.append(Class(self.named(COLLISION), [_part("geom", solid)]))

@@ -198,6 +198,16 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
         entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
     files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
+    kinds = {
+        "mesh": ("meshdir", spec.meshes),
+        "hfield": ("meshdir", spec.hfields),
+        "texture": ("texturedir", spec.textures),
+    }
+    made["folders"] = {
+        kind: {asset.name: _folder(asset.compiler, spec, word) for asset in assets}
+        for kind, (word, assets) in kinds.items()
+    }
+    made["folders"]["skin"] = {"": (spec.compiler.meshdir or "").replace("\\", "/")}
     meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
     made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
     for entry in made["materials"]:

@@ -6,6 +6,7 @@ site or a geom of the world, where that is no link) is kept with it.
 
 from __future__ import annotations
 
+import posixpath
 from collections.abc import Mapping, Sequence
 
 from ...diagnostics import Span
@@ -13,6 +14,7 @@ from ...frontend.tree import Map
 from ...model import Transform
 from ...xml.markup import Element
 from .reading import Reading, numbers, put, put_number, put_pose, tidy, transform
+from .shapes import keep_materials
 from .worded import Node, floats, forms_of, listing, put_words, text_of
 
 _BODY, _SITE, _GEOM, _JOINT, _TENDON = "body", "site", "geom", "joint", "tendon"
@@ -119,6 +121,8 @@ def _put_way(reading: Reading, entry: Map, node: Node, element: Element) -> None
 def _moved(reading: Reading, node: Node) -> dict[str, str]:
     """Return the attributes of a tendon; lengths are counted from the zeros that its joints have here."""
     said = dict(node["attributes"])
+    if node["tag"] == "fixed":  # which is not drawn, whatever its class says
+        said = {word: text for word, text in said.items() if word not in ("width", "rgba", "material")}
     shift = shift_of_tendon(reading, node)
     for word in ("range", "springlength") if shift else ():
         if word in said and not (word == "springlength" and floats(said, word)[0] < 0):
@@ -133,8 +137,9 @@ def shift_of_tendon(reading: Reading, node: Node) -> float:
         for index, joint in enumerate(reading.facts["joints"])
         if index in reading.joint_of
     }
-    factors = ((one["attributes"], one["tag"]) for one in node["inner"])
-    return sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said, tag in factors if tag == "joint")
+    joints = (one["attributes"] for one in node["inner"] if one["tag"] == "joint")
+    total: float = sum(zero.get(said["joint"], 0.0) * floats(said, "coef", [0])[0] for said in joints)
+    return total
 
 
 _OF_CONSTRAINT = {"torquescale": "torque_scale", "polycoef": "polynomial", "anchor": "at"}
@@ -245,7 +250,17 @@ def add_whole(reading: Reading) -> None:
     """Keep the sections that say nothing of links and joints, such as numbers and texts for other programs."""
     for node in reading.facts["elements"]["whole"]:
         found = reading.markup.sections(node["tag"])
-        reading.kept(node, node["tag"], (found[0] if found else reading.markup.root).span)
+        span = (found[0] if found else reading.markup.root).span
+        keep_materials(reading, node, span)
+        reading.kept(_with_files(reading, node), node["tag"], span)
+
+
+def _with_files(reading: Reading, node: Node) -> Node:
+    """Return an element with its files as seen from the main file."""
+    said = dict(node["attributes"])
+    if "file" in said and node["tag"] == "skin":
+        said["file"] = reading.markup.place_of(posixpath.join(reading.facts["folders"]["skin"][""], said["file"]))
+    return {**node, "attributes": said, "inner": [_with_files(reading, one) for one in node["inner"]]}
 
 
 def _renamed(reading: Reading, node: Node) -> Node:
@@ -255,7 +270,7 @@ def _renamed(reading: Reading, node: Node) -> Node:
         kind = _KINDS.get(word, "")
         if word in ("objname", "refname"):
             kind = _KINDS.get(_OBJECTS.get(said.get(f"{word[:3]}type", ""), ""), "")
-        if kind:
+        if kind and kind != "material":  # those are kept with it
             said[word] = reading.called(kind, text)
     return {**node, "attributes": said, "inner": [_renamed(reading, one) for one in node["inner"]]}
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ...model import Transform
 
 _FREE = 7
-_BALL = 4
+_SIZES = {"ball": 4, "free": _FREE}
 # Where the top of the tree stands.
 _TOP = "the world of MuJoCo"
 _COLOUR = ("red", "green", "blue", "alpha")
@@ -43,8 +43,8 @@ def read(text: str) -> Facts:
     worldbody = sheet.root.find("worldbody")
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
-    _fill(sheet.root)
     _root_is_world(worldbody)
+    _fill(sheet.root)
     scales = {mesh.get("name", ""): mesh for mesh in sheet.root.iterfind("asset/mesh")}
     joints: dict[str, Element] = {}
     owners: dict[str, str] = {}
@@ -77,6 +77,15 @@ def read(text: str) -> Facts:
     return sheet.facts
 
 
+def _root_is_world(worldbody: Element) -> None:
+    """Put what stands in the world itself into a body, where the root link is the world: it has a site there."""
+    site = worldbody.find("site")
+    if site is not None:
+        body = worldbody.makeelement("body", {"name": site.get("name", "")})
+        body.extend(list(worldbody))
+        worldbody[:] = [body]
+
+
 def _fill(root: Element) -> None:
     """Give each element the attributes of its class, and visuals the colour of their material, where it has no own."""
     classes: dict[str, dict[str, dict[str, str]]] = {}
@@ -94,15 +103,6 @@ def _fill(root: Element) -> None:
             colour = colours.get(element.get("material", ""))
             if colour is not None:
                 element.attrib.setdefault("rgba", colour)
-
-
-def _root_is_world(worldbody: Element) -> None:
-    """Put what stands in the world itself into a body, where the root link is the world: it has a site there."""
-    site = worldbody.find("site")
-    if site is not None:
-        body = Element("body", {"name": site.get("name", "")})
-        body.extend(list(worldbody))
-        worldbody[:] = [body]
 
 
 def _bodies(
@@ -126,6 +126,7 @@ def _bodies(
             if parent != _TOP:
                 sheet.add(Fact("joint", sheet.text(joint, "name"), "type"), "floating")
                 sheet.add(Fact("joint", sheet.text(joint, "name"), "child"), name)
+                joints[sheet.text(joint, "name")] = joint
                 continue
             free = True
             sheet.add(Fact("link", name, "base"), "free")
@@ -316,11 +317,14 @@ def _actuator(sheet: FactSheet, actuator: Element, joints: dict[str, Element]) -
 
 
 def _key(sheet: FactSheet, key: Element, joints: dict[str, Element], free: bool) -> None:
-    sizes = [_BALL if joint.get("type") == "ball" else 1 for joint in joints.values()]
+    sizes = [_SIZES.get(joint.get("type", ""), 1) for joint in joints.values()]
     length = sum(sizes) + (_FREE if free else 0)
     positions = iter(sheet.vector(key, "qpos", length, (0.0,) * length)[length - sum(sizes) :])
     for name, size in zip(joints, sizes, strict=True):
         for index in range(size):
+            if size == _FREE:  # where it floats, no pose says
+                next(positions)
+                continue
             which = name if size == 1 else f"{name} {'wxyz'[index]}"
             unit = _unit(joints, name) if size == 1 else ""
             sheet.add(Fact("pose", sheet.text(key, "name"), which), next(positions), unit)

@@ -39,7 +39,6 @@ from .reading import (
     put,
     put_number,
     put_pose,
-    rpy_of,
     shift,
     source,
     tidy,
@@ -111,10 +110,12 @@ def add_root(reading: Reading) -> None:
         return
     top = reading.tops[0]
     body, element = reading.facts["bodies"][top], reading.places.body(top)
-    entry, place = Map(element.span), transform(body["pos"], body["quat"])
+    entry = Map(element.span)
+    place = transform(body["pos"], body["quat"])
     if reading.free_base:  # which would stand on the floor, if nothing were said
         put(entry, "xyz", numbers(tidy_vector(place.xyz), element, "pos"))
-        put(entry, "rpy", numbers(rpy_of(place.rows), element))
+    put_pose(entry, place, element)
+    if reading.free_base:
         index = reading.joints_in[top][0]
         joint, own = reading.facts["joints"][index], reading.places.of("joints", index)
         if joint["name"]:
@@ -205,8 +206,9 @@ def _type(reading: Reading, step: Step) -> str:
 
 
 # What is read of the compiled model, or is said by the kind of the joint.
-_READ = frozenset(
-    ["name", "type", "pos", "axis", "range", "limited", "ref", "springref", "actuatorfrcrange", "actuatorfrclimited"]
+_READ = (
+    *("name", "type", "pos", "axis", "range", "limited", "ref", "springref"),
+    *("actuatorfrcrange", "actuatorfrclimited"),
 )
 _OF_DYNAMICS = {"damping": "damping", "frictionloss": "friction", "armature": "armature", "stiffness": "stiffness"}
 
@@ -287,12 +289,15 @@ def add_limit(reading: Reading, index: int, entry: Map, drive: Drive) -> None:
         for key, sign in (("lower", "-"), ("upper", "")):
             put(limit, key, parse_quantity(f"{sign}{STAND_IN_TRAVEL:g} m"))
     effort = _effort(reading, index, drive)
-    if effort is None and not limit:
+    if effort is None and drive.speed is None and not limit:
         return
     missing += ["effort"] if effort is None else []
     put_number(limit, "effort", STAND_IN_EFFORT if effort is None else effort, element, "actuatorfrcrange", 1)
-    put_number(limit, "velocity", STAND_IN_VELOCITY, element)
-    missing.append("velocity")
+    put_number(limit, "velocity", STAND_IN_VELOCITY if drive.speed is None else drive.speed, element)
+    missing += ["velocity"] if drive.speed is None else []
+    if not missing:
+        put(entry, "limit", limit)
+        return
     note = f"{listed(missing)} {'is a stand-in' if len(missing) == 1 else 'are stand-ins'}: the MJCF does not limit "
     stand_ins = Seq(element.span)
     for key in missing:

@@ -158,7 +158,8 @@ def _add_mark(reading: Reading, kind: str, index: int, thing: Mapping[str, Any])
     link, element, node = reading.link_of[thing["body"]], reading.places.of(kind, index), thing["element"]
     place = transform(thing["pos"], thing.get("quat", (1, 0, 0, 0)))
     said = {key: text for key, text in node["attributes"].items() if key not in _POSED}
-    is_frame = tidy_vector(thing["pos"]) == (0, 0, 0) and _is_unturned(place) and not said
+    plain = not said or (reading.is_ours and said.keys() == {"group"})
+    is_frame = tidy_vector(thing["pos"]) == (0, 0, 0) and _is_unturned(place) and plain
     if kind == "sites" and thing["name"] == link and is_frame:
         return  # the frame of the link itself, as the compiler writes it
     name = _mark_name(reading, tag, thing["name"], link, element)

@@ -92,7 +92,10 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         made: dict[int, int] = {}
         maps[kind] = made
         for index, name in enumerate(source.names[kind]):
-            found = by_name.get(told.get(kind, {}).get(index, "") or name)
+            wanted = told.get(kind, {}).get(index, "") or name
+            found = by_name.get(wanted)
+            if found is None and kind == "material":  # ours begin with the name of the robot
+                found = next((at for own, at in by_name.items() if own.endswith(f"_{wanted}")), None)
             if found is not None and found not in made.values():
                 made[index] = found
         _in_order(source, ours, kind, maps)

@@ -3,6 +3,9 @@
 An MJCF of ours says of its own accord who does not touch (``contacts``). Where that is what the file says too, only the
 rest of it is in the tree; everywhere else the tree has all that the file says, and asks for no more: ``contacts:
 described``.
+
+Both are held against each other by the bodies and geoms of the compiled model, so that classes, includes and replicas
+have had their say.
 """
 
 from __future__ import annotations
@@ -65,7 +68,11 @@ def _excludes(reading: Reading) -> Iterator[tuple[list[str], Element]]:
 
 
 def _filtered(reading: Reading, touching: set[int], said: set[frozenset[str]]) -> Iterator[tuple[list[str], Element]]:
-    """Yield the links that are neighbours in the file and not here, since several joints move one of them."""
+    """Yield the links that are neighbours in the file and not here, since several joints move one of them.
+
+    MuJoCo lets nothing that is welded to a body touch what is welded to the body that it moves in, unless that is the
+    world. Where several joints move a body it hangs here on links without mass, which are its neighbours instead.
+    """
     if reading.facts["elements"]["options"].get("flag filterparent") == "disable":
         return
     top: dict[int, int] = {}  # the topmost body of those that are welded together

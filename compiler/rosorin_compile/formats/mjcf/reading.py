@@ -30,8 +30,8 @@ RULES = (
         topic=READING,
     ),
     Rule(
-        "import-kept",
-        "A note: the language has no word for something, and the description has it as it stands in the file.",
+        "import-verbatim",
+        "A note: the language has no word for something of an MJCF; the description has it as it stands in the file.",
         topic=READING,
     ),
     Rule(
@@ -135,7 +135,7 @@ class Reading:
 
     def kept_as_is(self, what: str, spans: Sequence[Span]) -> None:
         """Say that something is in the tree as it stands in the file, at its first place and at others."""
-        self.diagnostics.append(Diagnostic("import-kept", NOTE, what, spans[0], and_here(spans[1:])))
+        self.diagnostics.append(Diagnostic("import-verbatim", NOTE, what, spans[0], and_here(spans[1:])))
 
     def changed(self, what: str, span: Span) -> None:
         """Say that something is in the tree, but otherwise than the file says it."""

@@ -1,9 +1,9 @@
 """Resolved: a file as MuJoCo itself writes it back, every attribute with what classes, frames and units make of it.
 
-MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached models
-in place; and only what differs from its class. Here the classes are resolved as well, so that an element has all that
-the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports nothing of the
-package.
+MuJoCo's own writer says each element in the words of the format, in radians, with includes, replicas and attached
+models in place; and only what differs from its class. Here the classes are resolved as well, so that an element has
+all that the file says of it, wherever it says it. It runs in the child process that has MuJoCo, and imports
+nothing of the package.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ class _Resolver:
 
     def _options(self) -> Attributes:
         """Return the settings; those of flags as ``flag NAME``."""
-        made = {}
+        made: Attributes = {}
         for option in self.root.findall("option"):
             made |= option.attrib
             made |= {f"flag {key}": value for flag in option.findall("flag") for key, value in flag.attrib.items()}

@@ -119,6 +119,8 @@ def _outputs(reading: Reading) -> Map:
         put(mjcf, "actuators", listing(reading.actuators, reading.markup.root))
     if not reading.implied_contacts:
         put(mjcf, "contacts", "described")
+    if not any("visual" in link for link in reading.links.values()):
+        put(mjcf, "visuals", "own")
     groups = Map(reading.tree.span)
     for purpose, group in reading.groups.items():
         put(groups, purpose, group)

@@ -14,7 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...model.standing import HOME
 from .matched import (
     BALL,
     FREE,
@@ -53,6 +52,8 @@ from .same_values import (
     vertices,
 )
 
+WELD = 1  # mjEQ_WELD
+JOINED = 1  # mjWRAP_JOINT
 NO_MASS = 1e-12  # kg: what MuJoCo has to have where there is none
 
 LOST = {
@@ -80,7 +81,7 @@ LOST = {
 }
 
 
-_NAMES_OF_FILES = ("mesh", "height field")  # nobody asks for those by name; what has them is compared
+_NAMES_OF_FILES = ("mesh", "height field", "material")  # nobody asks for those by name; what has them is compared
 GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
 WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
 
@@ -205,8 +206,8 @@ class Comparison:
                     continue
                 if kind == "body" and mj.body_mass[index] <= NO_MASS:
                     continue
-                if kind == "key" and self.ours.names[kind][index] == HOME:
-                    continue  # every robot of ours has it
+                if kind == "key" and self.ours.names[kind][index] == "home":
+                    continue  # every robot of ours has one
                 text = f"{self.ours.called(kind, index)} is in ours alone"
                 self.found.append(Difference(LOST[kind], text))
 
@@ -214,6 +215,13 @@ class Comparison:
         for one, other in self.maps[kind].items():
             if feature == "contact" and not (self.source.mj.geom_contype[one] or self.source.mj.geom_conaffinity[one]):
                 continue  # it touches nothing; a pair that names it says how
+            if (
+                field in ("tendon_rgba", "tendon_width")
+                and self.source.mj.wrap_type[self.source.mj.tendon_adr[one]] == JOINED
+            ):
+                continue  # a tendon of joints is not drawn
+            if feature == "looks of sites" and self.ours.names[kind][other] in self.ours.names["body"]:
+                continue  # it marks a frame, as all bodies have one
             if field in GATES and not (
                 self.is_set(self.source, GATES[field], one) and self.is_set(self.ours, GATES[field], other)
             ):
@@ -221,6 +229,10 @@ class Comparison:
             theirs, own = value(self.source.mj, field, one), value(self.ours.mj, field, other)
             if field.endswith("_user"):
                 theirs, own = padded(theirs, own)
+            if field == "eq_data" and self.source.mj.eq_type[one] == WELD:
+                theirs, own = (
+                    np.concatenate([row[:6], rotation(row[6:10]).ravel(), row[10:]]) for row in (theirs, own)
+                )
             self.numbers(feature, kind, one, field.partition("_")[2], theirs, own)
 
     def is_set(self, model: Model, field: str, index: int) -> bool:

@@ -282,7 +282,7 @@ EXCUSED: Mapping[str, str] = {
     "mesh_scale": "the vertices have it, and those are compared",
     "jnt_actuatorid tendon_actuatorid": "says which actuator has damping or armature, which is compared there",
     "tendon_treenum tendon_treeid": _TREE,
-    "actuator_ctrlspec": "declares what a control is, which a servo written in numbers leaves open; nothing is computed of it",
+    "actuator_ctrlspec": "declares what a control is, which a servo in numbers leaves open; nothing is computed of it",
     "ten_J_rownnz ten_J_rowadr ten_J_colind flexedge_J_rownnz flexedge_J_rowadr flexedge_J_colind B_rownnz B_rowadr"
     " B_colind M_rownnz M_rowadr M_colind mapM2M D_rownnz D_rowadr D_diag D_colind mapM2D mapD2M": _MATRIX,
     "pair_signature": "the bodies of the geoms of a pair",

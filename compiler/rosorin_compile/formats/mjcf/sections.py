@@ -17,7 +17,6 @@ from .reading import (
     FREE,
     HINGE,
     SLIDE,
-    Names,
     Reading,
     angles_about_xyz,
     numbers,
@@ -93,11 +92,11 @@ def _is_mimic(reading: Reading, entry: Mapping[str, Any]) -> bool:
 def add_poses(reading: Reading) -> None:
     """Add the keyframes: positions of joints, where the free base is, and what is asked of actuators.
 
-    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero, but
-    a servo holds its joint where it is.
+    Joints not named are at zero, and so are those that follow another one. An actuator that is not named is at zero,
+    but a servo holds its joint where it is.
     """
     elements = reading.markup.listed("keyframe", "key")
-    poses, names = Map(reading.markup.root.span), Names()
+    poses = Map(reading.markup.root.span)
     nodes = reading.facts["elements"]["keys"]
     for number, key in enumerate(reading.facts["keys"]):
         element = elements[number] if number < len(elements) else reading.markup.root
@@ -112,6 +111,7 @@ def add_poses(reading: Reading) -> None:
         put(pose, "positions", positions)
         if reading.free_base:
             base = Map(element.span)
+            put(base, "xyz", numbers([tidy(value) for value in key["qpos"][:3]], element))
             put_pose(base, transform(key["qpos"][:3], key["qpos"][3:7]), element)
             put(pose, "base", base)
         controls = _controls(reading, key, element)
@@ -121,20 +121,10 @@ def add_poses(reading: Reading) -> None:
         if _is_beyond(reading, key["qpos"]):
             said["qpos"] = " ".join(repr(tidy(value)) for value in _whole(reading, key["qpos"]))
         _more(reading, pose, said, element)
-        put(poses, names.give(key["name"] or f"key_{number}"), pose, element.span)
+        name = reading.name("key", key["name"], f"key_{number}", number)
+        put(poses, name, pose, element.span)
     if poses:
         put(reading.tree, "poses", poses)
-
-
-def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
-    """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
-    for name, joint in reading.joints.items():
-        limit = joint.get("limit") or {}
-        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
-        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
-        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
-            return False
-    return True
 
 
 def _is_beyond(reading: Reading, qpos: list[float]) -> bool:
@@ -195,6 +185,17 @@ def _controls(reading: Reading, key: Mapping[str, Any], element: Element) -> Map
         if follows or abs(asked - usual) > _NEAR:
             put_number(made, name, tidy(asked), element)
     return made
+
+
+def _is_usual(reading: Reading, positions: Mapping[str, float]) -> bool:
+    """Say whether positions (rad or m) are those of the key home that a robot without such a pose has."""
+    for name, joint in reading.joints.items():
+        limit = joint.get("limit") or {}
+        lower, upper = limit.get("lower", 0.0), limit.get("upper", 0.0)
+        usual = lower if lower > 0.0 else upper if upper < 0.0 else 0.0
+        if "mimic" not in joint and abs(positions.get(name, 0.0) - usual) > _NEAR:
+            return False
+    return True
 
 
 def _positions(reading: Reading, index: int, joint: Mapping[str, Any], qpos: list[float]) -> list[tuple[str, float]]:

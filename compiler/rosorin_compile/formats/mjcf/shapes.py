@@ -24,7 +24,7 @@ from ...xml.markup import Element
 from .bodies import SHOWN
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
-from .worded import listing, put_words
+from .worded import Node, listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
 _WORDS = ("plane", "height field", "sphere", "capsule", "ellipsoid", "cylinder", "box", "mesh", "sdf")
@@ -173,11 +173,11 @@ def _keep_others(reading: Reading) -> None:
     for index, geom in enumerate(reading.facts["geoms"]):
         if geom["body"] not in reading.link_of or _is_carried(reading, geom) or _is_scene(geom):
             continue
+        if _is_made_up(reading, geom):
+            continue
         node, element = geom["element"], reading.places.of("geoms", index)
-        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density", "material")}
-        if geom["rgba"] != list(_NO_COLOUR) or geom["material"] >= 0:
-            seen = reading.facts["materials"][geom["material"]]["rgba"] if "rgba" not in said else geom["rgba"]
-            said["rgba"] = " ".join(repr(tidy(round(value, 7))) for value in seen)
+        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
+        keep_materials(reading, node, element.span)
         place = transform(geom["pos"], geom["quat"])
         if geom["type"] in (MESH, SDF):
             mesh = reading.facts["meshes"][geom["data"]]
@@ -189,15 +189,31 @@ def _keep_others(reading: Reading) -> None:
         reading.kept(whole, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
 
 
+def keep_materials(reading: Reading, node: Node, span: Span) -> None:
+    """Keep the materials that an element names which is kept as it is, and what is in it, with their textures."""
+    name = node["attributes"].get("material", "")
+    for one in reading.facts["elements"]["material_assets"]:
+        if name and one["attributes"].get("name") == name:
+            _keep_asset(reading, "texture", one["attributes"].get("texture", ""), span)
+            _keep_asset(reading, "material", name, span)
+    for inner in node["inner"]:
+        keep_materials(reading, inner, span)
+
+
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
     """Keep a mesh, a height field or a texture that something names which is kept as it is; once."""
     for node in reading.facts["elements"][f"{kind}_assets"]:
         said = node["attributes"]
         called = said.get("name") or PurePosixPath(said.get("file", "")).stem
-        if called != name or (kind, name) in reading.of_scene:
+        if not name or called != name or (kind, name) in reading.of_scene:
             continue
         reading.of_scene.add((kind, name))
-        files = {word: reading.markup.place_of(text) for word, text in said.items() if word.startswith("file")}
+        folder = reading.facts["folders"].get(kind, {}).get(called, "")
+        files = {
+            word: reading.markup.place_of(posixpath.normpath(posixpath.join(folder, text.replace("\\", "/"))))
+            for word, text in said.items()
+            if word.startswith("file")
+        }
         whole = {"tag": "asset", "attributes": {}, "inner": [{**node, "attributes": said | files}]}
         reading.kept(whole, f"asset: {kind}", span)
 
@@ -206,13 +222,17 @@ def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
     if geom["type"] == MESH and not mesh_file(reading.facts["meshes"][geom["data"]]):
         return False
     more = geom["element"]["inner"]  # plugins
-    made_up = geom["class"] == f"{reading.facts['name']}_{SHOWN}"  # ours: it shows what collides, and is nothing else
-    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not made_up
+    return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not _is_made_up(reading, geom)
 
 
 def _is_scene(geom: Mapping[str, Any]) -> bool:
     """Say whether a geom is ground that the robot stands on."""
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
+
+
+def _is_made_up(reading: Reading, geom: Mapping[str, Any]) -> bool:
+    """Say whether a geom is one of ours that shows what collides, and is nothing else."""
+    return bool(geom["class"] == f"{reading.facts['name']}_{SHOWN}")
 
 
 def _collides(geom: Mapping[str, Any]) -> bool:
@@ -330,8 +350,9 @@ class Looks:
         material = reading.facts["materials"][index]
         if index in reading.material_of:
             return reading.material_of[index]
-        own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "")
-        known = reading.material_of[index] = reading.name("material", own or material["name"])
+        own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or material["name"]
+        known = reading.material_of[index] = reading.name("material", own)
+        reading.renamed.setdefault("material", {})[material["name"]] = known
         element = reading.markup.named("asset", material["name"]) or reading.markup.root
         entry = Map(element.span)
         put(entry, "rgba", numbers([tidy(round(value, 7)) for value in material["rgba"]], element, "rgba"))
@@ -372,6 +393,14 @@ def _tell(reading: Reading) -> None:
     for index, geom in enumerate(reading.facts["geoms"]):
         if geom["body"] not in reading.link_of or _is_scene(geom):
             scene.append(index)
+    used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
+    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
+    if unused:
+        element = (
+            reading.markup.named("asset", unused[0]["name"])
+            or (reading.markup.sections("asset") or [reading.markup.root])[0]
+        )
+        reading.ignored(f"{counted(len(unused), 'mesh')} that no geom has", element.span)
     if scene:
         message = f"{counted(len(scene), 'geom')} of the world: the scene is no part of the robot"
         reading.ignored(message, reading.places.of("geoms", scene[0]).span)

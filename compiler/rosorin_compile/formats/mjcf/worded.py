@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 from xml.sax.saxutils import quoteattr
 
-from ...frontend.schema import schema
+from ...frontend.schema import resolve, schema
 from ...frontend.tree import Map, Seq
 from ...xml.markup import Element
 from .reading import legal, numbers, plain, put, tidy
@@ -42,7 +42,7 @@ def put_words(
     ``mjcf``. ``rename`` makes of an attribute and a name in it the name that the description has.
     """
     forms, called = forms_of(kind), words or {}
-    more = forms.get("mjcf", {}).get("properties", {})
+    more = resolve(forms.get("mjcf", {})).get("properties", {})
     kept, rest = Map(element.span), {}
     for name, text in attributes.items():
         if name == "name":

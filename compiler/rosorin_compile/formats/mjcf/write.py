@@ -145,9 +145,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values = {
         "robot": robot,
         "free_joint": printer.free_joint() if free else "",
-        "classes": printer.classes.tree(
-            any(link.visual for link in seen.links), bool(shown), output.options.get("groups", {})
-        ),
+        "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
@@ -221,7 +219,8 @@ class _Printer:
         self.mesh_inertia = mesh_inertia
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
-        self.root = stands_at(robot, home_of(robot)) if free else robot.simulation.root.pose
+        stands = robot.simulation.root.placed or not free
+        self.root = robot.simulation.root.pose if stands else stands_at(robot, home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
@@ -425,6 +424,8 @@ def _several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
         return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
     if joint.type == "ball":
         return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
+    if is_free(robot, joint):
+        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
     base = _base_name(joint, robot)
     if joint.type == "planar":
         axes = (*plane_axes(joint.axis), joint.axis)
@@ -461,7 +462,7 @@ def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
         words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
         words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
         values = {word: number(value) for word, value in words.items() if value}
-    effort = joint.limit.known("effort") if joint.limit is not None and joint.moves else None
+    effort = joint.limit.known("effort") if joint.limit is not None else None
     if effort and not is_clamped(robot, joint, effort):
         values["actuatorfrcrange"] = vector([-effort, effort], number)
     if joint.mjcf:
@@ -492,7 +493,7 @@ def keys(
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
     """
-    made = []
+    made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
     more = [0.0] * kept_controls(robot)
     for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
         at = _positions(robot, joints, pose)
@@ -502,10 +503,9 @@ def keys(
         base = [*place.xyz, *place.transform().quaternion()] if free else []
         said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
         whole = pose.mjcf.get("qpos")
-        if isinstance(whole, tuple):
-            made.append((pose.name, list(map(float, whole)), ctrl + more, said))
-        elif qpos or base or ctrl or pose in robot.poses:
-            made.append((pose.name, base + qpos, ctrl + more, said))
+        where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos
+        if qpos or base or ctrl or pose in robot.poses:
+            made.append((pose.name, where, ctrl + more, said))
     return made
 
 

@@ -134,7 +134,7 @@ class SimulationPrinter:
         """Return attributes printed, by name."""
         texts = {}
         for name, value in values.items():
-            if value is None or name == "material":  # the file has colours alone
+            if value is None:
                 continue
             named = name in _BODIES or (name in ("objname", "refname") and values.get(f"{name[:3]}type") == "xbody")
             texts[name] = self.text(value)

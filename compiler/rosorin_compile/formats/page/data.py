@@ -47,6 +47,7 @@ def robot_data(robot: Robot) -> Data:
         "modes": list(robot.modes),
         "publishers": dict(colours(publishers(rows(robot)))),
         "situations": _situations(robot),
+        "collision_only": not robot.has_looks,
         "meshes": {},
         **({"textures": {}} if any(texture_names(robot)) else {}),
     }
@@ -77,7 +78,7 @@ def before_data(robot: Robot, shapes: Mapping[tuple[str, str], Sequence[Shape]],
             for link in robot.links
         ],
         "joints": [_joint(robot, joint) for joint in robot.joints],
-        "collision_only": not any(link.visual for link in robot.links),
+        "collision_only": not robot.has_looks,
         "meshes": {},
     }
 
@@ -87,7 +88,9 @@ def _link(robot: Robot, link: Link) -> Data:
     if link.inertial is not None:
         made["inertial"] = _inertial(link.inertial)
     made["visual"] = [_shape(one) | _colour(robot, one) for shape in link.visual for one in shape.drawn()]
-    made["collision"] = _shapes(link.collision)
+    look = robot.look_of(link)
+    instead = {} if look is None or robot.has_looks else {"rgba": list(look)}
+    made["collision"] = [one | instead for one in _shapes(link.collision)]
     return made
 
 

@@ -16,7 +16,7 @@ from ..tree import Instance, Map, Seq, Text
 from .placing import defined_names, placed
 
 # What a robot says of itself as a whole: the description that includes it says that of its own.
-_WHOLE = ("rosorin_compile", "robot", "source", "outputs")
+_WHOLE = ("rosorin_compile", "robot", "source", "outputs", "root", "contact_layers")
 
 # Elements that have a name of their own, by the element around: two arms must not have the same ones.
 _OWN_NAMES = {

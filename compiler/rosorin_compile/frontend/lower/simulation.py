@@ -101,7 +101,8 @@ def _others(entry: Mapping[str, Any], known: tuple[str, ...]) -> dict[str, Attri
 def _root(entry: Mapping[str, Any]) -> Root:
     words = {"damping": "damping", "friction": "frictionloss", "armature": "armature"}
     values = values_of(entry.get("mjcf")) | _renamed(entry, words)
-    placed, world = "xyz" in entry or "rpy" in entry, bool(entry.get("world", False))
+    placed = "xyz" in entry or "rpy" in entry
+    world = bool(entry.get("world", False))
     return Root(pose_of_entry(entry), entry.get("joint", ""), values, placed, world)
 
 

@@ -21,24 +21,36 @@ from ...units import UNITS
 from .layout import Expression, Verbatim, angle_of, layout, number, placed
 
 MAX_LINES = 150  # a longer description is split into files
-LINKS, JOINTS, EXTENSIONS = "links.yaml", "joints.yaml", "extensions.yaml"
+LINKS, JOINTS, SIMULATION, EXTENSIONS = "links.yaml", "joints.yaml", "simulation.yaml", "extensions.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
 _TAIL = ("poses", "disabled_contacts", "accept", "outputs")
-_FILES = {LINKS: ("materials", "links"), JOINTS: ("joints",), EXTENSIONS: ("urdf_elements",)}
+_FILES = {
+    LINKS: ("materials", "links"),
+    JOINTS: ("joints",),
+    SIMULATION: (
+        *("root", "actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs"),
+        "mjcf_elements",
+    ),
+    EXTENSIONS: ("urdf_elements",),
+}
 _ABOUT = {
     LINKS: "The links: masses, what they look like, what they collide with.",
     JOINTS: "The joints: how the links hang together.",
+    SIMULATION: "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
     EXTENSIONS: "What the language has no word for, as it stood in the source.",
 }
-_NAMED_SECTIONS = ("positions", "pulses")  # of a pose: their keys are names of joints
+# Sections in an entry whose keys are names: of a pose, a tendon, a link.
+_NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "cameras", "lights")
 
 # The order in which a person says things; what is not here comes after, in the order of the source.
 _ORDER = (
     "name type parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size radius length "
     "radii xyz rpy inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit lower upper effort velocity "
-    "mimic joint multiplier offset dynamics damping friction armature calibration safety_controller material rgba "
-    "texture actuator publisher optical source urdf_elements"
+    "mimic joint multiplier offset dynamics damping friction armature stiffness spring_reference calibration "
+    "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
+    "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "
+    "urdf_elements mjcf_elements"
 )
 _RANK = {key: rank for rank, key in enumerate(_ORDER.split())}
 

@@ -117,7 +117,7 @@ def run(options: argparse.Namespace) -> int:
         console.warn(f"{description.name}: a robot with errors is not drawn")
         return PROBLEMS
     robot = looked.shown.robot
-    visual = any(link.visual for link in robot.links)
+    visual = robot.has_looks
     collision = options.collision or not visual
     asked = Asked(visual, collision, _frames(robot, options), direction, *size, options.transparent, options.theme)
     return _draw(looked.shown, asked, options, target, looked.files, console)

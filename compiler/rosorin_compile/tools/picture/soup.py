@@ -95,7 +95,7 @@ def pieces(
     for index, link in enumerate(robot.links):
         for purpose, shown, shape in _shapes(link, surfaces, visual, collision):
             veiled = purpose == "collision" and visual and collision
-            rgba = robot.colour(shape) if purpose == "visual" else None
+            rgba = robot.colour(shape) if purpose == "visual" else None if robot.has_looks else robot.look_of(link)
             colour = COLLISION if veiled else rgba[:3] if rgba else of_link(index)
             opacity = VEIL if veiled else rgba[3] if rgba else 1.0
             at = places[link.name].then(shape.origin().transform())

@@ -96,7 +96,7 @@ CHANGES = [
     ),
     pytest.param(
         ("poses.yaml", "poses:\n", "poses:\n  home: {positions: {joint1: 0}}\n"),
-        ["new: pose home: mjcf, frames"],
+        ["new: pose home: frames"],
         id="new-pose",
     ),
     pytest.param(
@@ -115,8 +115,9 @@ CHANGES = [
     pytest.param(
         ("chassis.yaml", "step: 10 mm", "step: 5 mm"),
         [
-            "base_footprint collision: 45 -> 55 shapes, 34 of them changed, up to 155.0 mm"
-            " (and therefore the shapes of base_link): urdf, urdf_sim, mjcf"
+            "base_footprint collision: 29 -> 31 shapes, 26 of them changed, up to 180.0 mm"
+            " (and therefore the shapes of base_link): urdf_sim, mjcf",
+            "base_link collision: 66 of 149 shapes changed, up to 5.0 mm: urdf, urdf_sim",
         ],
         id="height-step",
     ),
@@ -137,7 +138,13 @@ CHANGES = [
         id="parent",
     ),
     pytest.param(
-        ("robot.yaml", "default: fixed", "default: free"), ["base_footprint base: new, free: mjcf"], id="base"
+        ("robot.yaml", "default: fixed", "default: free"),
+        [
+            # On its wheels: three spheres of a roller do not quite reach the ideal wheel between them.
+            "base_footprint moved 0.056 mm in the world of MuJoCo: origin z 0 -> -5.5639e-05 m: mjcf",
+            "base_footprint base: new, free: mjcf",
+        ],
+        id="base",
     ),
 ]
 
@@ -219,7 +226,11 @@ def test_a_joint_that_moves_now_is_one_line(tmp_path: Path) -> None:
         f"camera_link0: topic /tf_static -> /tf: frames, {PICTURES}",
         f"camera_connect_joint type fixed -> revolute: urdf, urdf_sim, mjcf, robot_model, {PICTURES}",
     ]
-    assert [line.partition(":")[0] for line in said[2:]] == ["contact pairs", "excluded contacts"]
+    assert {" ".join(line.split()[:2]).rstrip(":") for line in said[2:]} <= {
+        "contact pair",
+        "contact pairs",
+        "excluded contacts",
+    }
 
 
 def test_a_frame_that_another_node_publishes_now_changes_places(tmp_path: Path) -> None:

@@ -80,8 +80,13 @@ def test_a_map_cut_otherwise_is_the_same_robot_and_said(made: Path, one: str, ot
     assert "collision boxes are cut otherwise, and fill the same space: base" in found["notes"]
 
 
-def test_a_map_down_to_the_ground_is_another_one(made: Path) -> None:
-    (difference,) = compared(made / "robot.yaml", made / "c.urdf")["differences"]
+def test_a_map_down_to_the_ground_is_another_one_unless_an_output_asks_for_it(made: Path) -> None:
+    found = compared(made / "robot.yaml", made / "c.urdf")
+    assert found["differences"] == []
+    assert "the boxes of the height map of base reach down to z = 0 on one side" in found["notes"]
+    other = made / "other.yaml"
+    other.write_text(ROBOT.format(bottom="20 mm").replace("grounded}", "rows}"), "utf-8")
+    (difference,) = compared(other, made / "c.urdf")["differences"]
     assert difference["text"] == "base collision: 3 of 3 shapes changed, up to 20.0 mm"
 
 

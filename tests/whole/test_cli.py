@@ -156,7 +156,7 @@ def test_forms_for_programs(project: Path, capsys: pytest.CaptureFixture[str], f
 def test_an_artifact_of_ones_own_needs_a_template_and_one_line(project: Path) -> None:
     description = project / "descriptions" / "rosorin"
     (description / "reach.md.jinja").write_text(
-        "# Joints of {{ robot.name }}\n{% for joint in robot.joints if joint.moves %}\n"
+        "# Joints of {{ robot.name }}\n{% for joint in robot.joints if joint.moves and joint.limit %}\n"
         "- {{ joint.name }} {{ joint.limit.lower }} to {{ joint.limit.upper }} rad\n{% endfor %}\n",
         "utf-8",
     )

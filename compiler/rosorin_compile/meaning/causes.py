@@ -8,9 +8,10 @@ calculated: the old shapes must follow from what was, and the new ones from what
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 from ..formats import Fact
-from ..model import MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
+from ..model import GROUNDED, MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Change, Pair, joints_by_child
 from .solids import COLLISION, Solid, remainder, same_bodies, same_set, shape_of, solid_from
@@ -42,6 +43,10 @@ def causes(
     if whole is None or whole.output == pair.output:
         return []
     trees = _tree(whole.old, purpose), _tree(whole.new, purpose)
+    if purpose == COLLISION and _is_grounded(robot, pair):
+        teller = next((other for other in pairs if other.old.heights and other.new.heights), None)
+        told = (teller.old, teller.new) if teller else (None, None)
+        trees = _grounded(trees[0], robot, told[0]), _grounded(trees[1], robot, told[1])
     members: set[str] = set()
     for tree, view, every in zip(trees, (pair.old, pair.new), (whole.old, whole.new), strict=True):
         if link not in tree.link:
@@ -85,8 +90,9 @@ def _made_of_map(robot: Robot, pair: Pair, link: str, pairs: Sequence[Pair]) -> 
     rest = []
     for view, told in ((pair.old, teller.old), (pair.new, teller.new)):
         solids = [solid._replace(words=()) for solid in view.shapes.get((link, COLLISION), ())]
-        grid = _grid(told, link, step)
-        left = (remainder(solids, [solid_from(Shape(box)) for box in grid.boxes(form)]) for form in (ROWS, MERGED))
+        grid = _with_bottom(_grid(told, link, step), shapes)
+        forms = (ROWS, MERGED, GROUNDED)
+        left = (remainder(solids, [solid_from(Shape(box)) for box in grid.boxes(form)]) for form in forms)
         fitting = next((one for one in left if not one.added), None)
         if fitting is None:
             return False
@@ -105,6 +111,15 @@ def _grid(view: View, frame: str, step: float) -> HeightMap:
     heights = tuple(tuple(cells.get((i, j), 0.0) for j in range(columns)) for i in range(rows))
     x, y, cell = (_number(view, frame, quantity) for quantity in ("origin x", "origin y", "cell"))
     return HeightMap((x, y), cell, heights, step)
+
+
+def _with_bottom(grid: HeightMap, shapes: Sequence[Shape]) -> HeightMap:
+    """Return a height map with the bottom that a link says, for an artifact may tell the top alone."""
+    for shape in shapes:
+        given = shape.geometry
+        if isinstance(given, HeightMap) and [*map(len, given.heights)] == [*map(len, grid.heights)]:
+            return replace(grid, bottom=given.bottom)
+    return grid
 
 
 def _number(view: View, frame: str, quantity: str) -> float:
@@ -133,6 +148,24 @@ def _tree(view: View, purpose: str) -> Robot:
 def _is_map(change: Change) -> bool:
     """Say whether a change is about the numbers of a height map that boxes are made from."""
     return change.kind == "height map" and change.quantity in _OF_BOXES
+
+
+def _is_grounded(robot: Robot, pair: Pair) -> bool:
+    """Say whether an artifact has height maps down to z = 0, unlike the one that carries every frame."""
+    return any(one.name == pair.output and one.options.get("height_maps") == GROUNDED for one in robot.outputs)
+
+
+def _grounded(tree: Robot, robot: Robot, told: View | None) -> Robot:
+    """Return a tree whose height maps reach down to z = 0, with the heights that an artifact tells, if one does."""
+    links = []
+    for link in tree.links:
+        shapes = robot.link[link.name].collision if link.name in robot.link else ()
+        maps = [shape.geometry for shape in shapes if isinstance(shape.geometry, HeightMap)]
+        solids = [solid for shape in shapes for solid in shape.solids(GROUNDED)]
+        if len(maps) == len(shapes) == 1 and told is not None and link.name in told.heights:
+            solids = [Shape(box, shapes[0].pose) for box in _grid(told, link.name, maps[0].step).boxes(GROUNDED)]
+        links.append(replace(link, collision=tuple(solids)) if maps else link)
+    return replace(tree, links=tuple(links))
 
 
 def _moves(change: Change, pair: Pair, thing: tuple[str, str], members: set[str], trees: tuple[Robot, Robot]) -> bool:

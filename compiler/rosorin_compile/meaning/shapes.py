@@ -130,9 +130,11 @@ class _Shapes:
                 self.items.append(self._item(name, counts[name], old[name], new[name]))
 
     def _grounded(self, old: dict[str, list[Piece]], new: dict[str, list[Piece]], frame: str) -> None:
-        """Let height maps reach down to z = 0 where the other side has just these boxes: an output may ask for them."""
+        """Let height maps reach down to z = 0 where an output asks for it, and the other side has just these boxes."""
         mine, theirs = (old, self.pairing.a), (new, self.pairing.b)
         for (some, bodies), (others, their) in ((mine, theirs), (theirs, mine)):
+            if not any(output.options.get("height_maps") == GROUNDED for output in bodies.robot.outputs):
+                continue
             for name, pieces in some.items():
                 maps = {id(piece.shape): piece.shape for piece in pieces if _reaches_not_down(piece)}
                 if not maps or self.purpose.simple:

@@ -107,7 +107,8 @@ def test_another_cell_keeps_the_area(rosorin: Path, capsys: Said) -> None:
         capsys.readouterr().out.splitlines()
     )
     text = Path(CHASSIS).read_text()
-    assert "          cell: 5 mm\n          step: 10 mm        # boxes" in text
+    assert "          cell: 5 mm\n" in text
+    assert "          step: 10 mm        # boxes" in text
 
 
 def test_mesh_in_the_wrong_place_writes_nothing(rosorin: Path, capsys: Said) -> None:

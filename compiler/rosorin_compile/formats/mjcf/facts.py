@@ -65,6 +65,8 @@ def read(text: str) -> Facts:
     for tendon in sheet.root.iterfind("tendon/*"):
         _entry(sheet, "tendon", tendon)
     for pair in sheet.root.iterfind("contact/pair"):
+        if pair.attrib.keys() <= {"geom1", "geom2", "class"}:
+            continue  # that they touch is all of it, which is told of their links
         _entry(sheet, "contact pair", pair)
     for pair in sheet.root.iterfind("contact/exclude"):
         one, other = (owners.get(name, name) for name in (sheet.text(pair, "body1"), sheet.text(pair, "body2")))

@@ -23,7 +23,6 @@ URDF_LINKS = {
 }
 LAUNCH = {"laser", "imu_link"}
 SIMULATED = {"base_footprint", "l_link", "r_link", "l_in_link", "l_out_link", "r_in_link", "r_out_link"}
-SIMULATED |= {f"{end}_{side}_wheel_link" for end in ("front", "rear") for side in ("left", "right")}
 HALF_DIGIT = 5.0e-4  # tf2_echo prints three decimals
 
 

@@ -147,7 +147,7 @@ def test_the_reference_robot_has_a_picture_for_each_mode() -> None:
         text = (OUTPUTS / file).read_text("utf-8")
         assert text == texts(made)[file] == drawn(made.robot, file, modes)
         (shown,) = read(text)
-        assert (shown.label, len(shown.frames)) == (label, 27)
+        assert (shown.label, len(shown.frames)) == (label, 23)
         publisher = {row.child: row.publisher for row in shown.edges if row.published}
         assert (publisher["odom"], publisher["base_link"], publisher["laser"]) == (owner, "ekf", "tf_base_laser")
     said = frames_picture.read(texts(made)["frames_slam.svg"]).items()

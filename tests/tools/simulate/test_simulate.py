@@ -76,7 +76,7 @@ ROBOTS = {
     "examples/ackermann_car": {},
     "examples/omni_base": {},
     "examples/turtlebot3_burger": {},
-    "examples/unitree_a1": {"limit-not-reached": 2},
+    "examples/unitree_a1": {"limit-not-reached": 1},
     "examples/ur5e": {"limit-not-reached": 2},
 }
 NOT_DRIVEN = {"examples/unitree_a1", "examples/ur5e"}  # they have no wheels

@@ -10,6 +10,7 @@ from dataclasses import fields
 from typing import Any
 
 from ..model import IDENTITY, Joint, Link, Pose, Robot, Shape
+from ..model.simulation import POSITION
 from ..xml.elements import fragments
 from .difference import OTHER, Item
 from .wording import number
@@ -104,6 +105,8 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
+        if values.get("type") == POSITION:
+            del values["type"]
         things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mjcf:
         things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)

@@ -10,7 +10,6 @@ from dataclasses import fields
 from typing import Any
 
 from ..model import IDENTITY, Joint, Link, Pose, Robot, Shape
-from ..model.simulation import POSITION
 from ..xml.elements import fragments
 from .difference import OTHER, Item
 from .wording import number
@@ -105,8 +104,6 @@ def _of_joint(joint: Joint) -> dict[str, Said]:
     things: dict[str, Said] = {}
     if joint.actuator is not None:  # its gains are compared as those of the joint
         values = {word: value for word, value in _said(joint.actuator).items() if word not in ("kp", "kv", "joint")}
-        if values.get("type") == POSITION:
-            del values["type"]
         things |= {f"actuator of {joint.name}": values} if values else {}
     if joint.mjcf:
         things[f"joint {joint.name} in simulation"] = _said(joint.mjcf)
@@ -120,7 +117,7 @@ def _said(value: Any) -> dict[str, str]:
     words: dict[str, str] = {}
     for field in fields(value) if value is not None else ():
         inner = getattr(value, field.name)
-        if field.name in ("name", "tag"):
+        if field.name in ("name", "tag") or inner == field.default:
             continue
         if isinstance(inner, Mapping):
             words |= _said(inner)

@@ -160,7 +160,7 @@ def test_legs_of_an_mjcf_move_as_mujoco_moves_the_leg():
             for body, placed in alone.items():
                 assert np.abs(found[f"{side}_{body}"] - mount @ placed).max() < 1e-9
     keys = {whole.key(index).name: whole.key(index).qpos.tolist() for index in range(whole.nkey)}
-    assert keys == {"left_kneel": [0.5, -1.5, 0, 0], "right_kneel": [0, 0, 0.5, -1.5]}
+    assert keys == {"home": [0] * 4, "left_kneel": [0.5, -1.5, 0, 0], "right_kneel": [0, 0, 0.5, -1.5]}
     names = [whole.body(index).name for index in range(whole.nbody)]
     excluded = {(names[pair >> 16], names[pair & 0xFFFF]) for pair in whole.exclude_signature}
     assert {("left_hip", "left_shank"), ("right_hip", "right_shank")} <= excluded

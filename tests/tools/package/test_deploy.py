@@ -204,7 +204,8 @@ def test_an_unknown_argument_writes_nothing(base: Path) -> None:
 
 
 def test_what_goes_nowhere_is_said(base: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    others = [a.output for a in compiled().artifacts if a.withheld or a.backend in ("mjcf", "scene", "frames", "frames_picture")]
+    nowhere = ("mjcf", "scene", "frames", "frames_picture")
+    others = [a.output for a in compiled().artifacts if a.withheld or a.backend in nowhere]
     message = f"no copy of {', '.join(others)} is in {base}, and none is put there"
     deploy(base)
     said = f"note[deploy-nowhere]: {message}\n    --map OUTPUT=PLACE puts one there; --map OUTPUT=none keeps it quiet\n"

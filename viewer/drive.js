@@ -89,6 +89,7 @@ const ANSWERS = {
   press: async ({ key }) => void (await page.keyboard.press(key)),
   picture: async ({ file }) => {
     await drawn();
+    await page.waitForFunction("!window.app?.stage.coarse"); // all pixels are drawn again when nothing moves
     await page.screenshot({ path: file });
   },
   kept: async () => ({ found: { asked, complaints } }),

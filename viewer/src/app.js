@@ -78,10 +78,12 @@ export class App {
   load(data, first) {
     const { robot, before, changes } = data;
     Object.assign(this, { robot, before, changes: changes ?? null, became: data.moved ?? {}, said: data.said, notes: data.notes });
+    this.coloured = new Map((changes ?? []).filter((one) => one.colours).map((one) => [one.frame, one.colours]));
     this.kinematics = new Kinematics(robot);
-    this.meshes = new Meshes(robot.meshes, this.meshes);
+    this.meshes = new Meshes(robot, this.meshes);
     this.view = this.#replaced(this.view, new RobotView(robot, this.meshes));
     this.ghost = this.#replaced(this.ghost, before ? new Ghost(data, this.view) : null);
+    this.view.recolour(this.coloured);
     if (first && !this.view.hasVisuals) Object.assign(this.shown, { visual: false, collision: true });
     this.state = Object.fromEntries(Object.entries(this.state).filter(([name]) => this.kinematics.byName.has(name)));
     this.modes = Object.fromEntries(robot.modes.map((mode) => [mode, this.modes[mode] ?? false]));
@@ -156,7 +158,7 @@ export class App {
     this.places = this.kinematics.places(this.state);
     this.view.place(this.places);
     this.ghost?.place(this.state, this.places);
-    for (const overlay of [this.sensors, this.masses]) overlay?.place(this.places);
+    for (const overlay of [this.sensors, this.masses]) if (overlay?.group.visible) overlay.place(this.places);
     if (this.frames.names.every((name) => this.places.has(name))) this.frames.place(this.places);
     this.stage.touch(true);
   }
@@ -172,7 +174,7 @@ export class App {
     Object.assign(this.state, positions);
     this.#place();
     this.panels.joints.show(new Set(Object.keys(positions)));
-    this.card.draw();
+    this.card.update();
     clearTimeout(this.asking);
     this.asking = setTimeout(() => this.#touch(), ASK_AGAIN);
   }
@@ -236,6 +238,7 @@ export class App {
     const { shown } = this;
     this.view.show(shown);
     this.ghost?.show(shown);
+    this.view.fade(this.ghost && shown.before ? Math.max(0, this.ghost.strength - 1) : 0);
     this.sensors.group.visible = shown.sensors;
     this.masses.group.visible = shown.masses;
     this.frames.show(this.#frameNames(), 0.07 * this.size);
@@ -252,6 +255,12 @@ export class App {
 
   lookFrom(view) {
     this.stage.look(this.view.bounds(), view);
+  }
+
+  /** Draw the robot before as strongly: 0 is not at all, 1 as it is meant, 2 as if it were there, its colours as well. */
+  fade(strength) {
+    this.ghost.fade(strength);
+    this.show({ before: true });
   }
 
   /** Choose a frame and look at it from nearby. */

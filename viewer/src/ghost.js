@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import { GHOST, SELECTED } from "./colours.js";
-import { UNIT, matrix } from "./geometry.js";
+import { matrix } from "./geometry.js";
 import { Kinematics } from "./kinematics.js";
 import { Meshes } from "./meshes.js";
 import { RobotView } from "./robot_view.js";
@@ -39,7 +39,7 @@ export class Ghost {
     this.base = ofPose(before.at?.xyz ?? [0, 0, 0], before.at?.rpy ?? [0, 0, 0]);
     this.group = new THREE.Group();
     this.strength = 1;
-    const meshes = new Meshes({ ...robot.meshes, ...before.meshes });
+    const meshes = new Meshes({ meshes: { ...robot.meshes, ...before.meshes } });
     const carried = (name) => this.moved[name] === "carried";
     this.layers = [
       { look: LOOKS.own, view: new RobotView(only(before, (name) => !carried(name)), meshes, { ghost: true }), edges: [] },
@@ -77,7 +77,7 @@ export class Ghost {
       for (const { line } of layer.edges) this.group.remove(line);
       layer.edges = [];
       for (const piece of layer.view.pieces.filter(layer.wanted ?? Boolean)) {
-        const geometry = piece.mesh && count < MOST_EDGES && edgesOf(piece.solid ? UNIT[piece.solid] : piece.mesh.geometry);
+        const geometry = piece.mesh && count < MOST_EDGES && edgesOf(piece.geometry);
         if (!geometry) continue;
         const line = new THREE.LineSegments(geometry, material);
         line.matrixAutoUpdate = false;

@@ -46,10 +46,9 @@ export async function touching(state) {
   if (!isLive()) return "rosorin-compile view marks parts that touch";
   try {
     const answer = await fetch("touching", { method: "POST", headers: { "Content-Type": "application/json" }, body: JSON.stringify(state) });
-    if (answer.ok) return await answer.json();
-    return answer.status === 501 ? "parts that touch are marked where rosorin-compile[physics] is installed" : UNKNOWN;
+    return answer.ok ? await answer.json() : `${UNKNOWN}: ${(await answer.text()).trim()}`;
   } catch {
-    return UNKNOWN;
+    return `${UNKNOWN}: the compiler has stopped`;
   }
 }
 

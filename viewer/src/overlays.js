@@ -185,26 +185,33 @@ export class Masses {
     this.entries = [];
     const look = { color: 0xf5a524, transparent: true, opacity: 0.35, depthWrite: false, depthTest: false };
     const [skin, core] = [new THREE.MeshStandardMaterial(look), new THREE.MeshBasicMaterial({ color: 0x3a2a00, depthTest: false })];
+    const [bodies, centres] = [[], []];
     for (const { name, inertial } of robot.links) {
       if (!inertial) continue;
       const local = ofPose(inertial.xyz, inertial.rpy);
       const shape = ellipsoid(inertial);
-      if (shape) this.#add(new THREE.SphereGeometry(1, 24, 16), skin, name, then(local, shape.transform), shape.radii);
-      const dot = Array(3).fill(0.006 * size);
-      this.#add(new THREE.SphereGeometry(1, 12, 8), core, name, local, dot);
+      if (shape) bodies.push({ link: name, local: then(local, shape.transform), scale: new THREE.Vector3(...shape.radii) });
+      centres.push({ link: name, local, scale: new THREE.Vector3().setScalar(0.006 * size) });
     }
+    this.#add(new THREE.SphereGeometry(1, 24, 16), skin, bodies);
+    this.#add(new THREE.SphereGeometry(1, 12, 8), core, centres);
   }
 
-  #add(geometry, material, link, local, radii) {
-    const mesh = new THREE.Mesh(geometry, material);
-    mesh.matrixAutoUpdate = false;
+  /** Draw balls of one kind all at once. */
+  #add(geometry, material, entries) {
+    const mesh = new THREE.InstancedMesh(geometry, material, entries.length);
+    mesh.frustumCulled = false;
     mesh.renderOrder = 3;
     this.group.add(mesh);
-    this.entries.push({ mesh, link, local, scale: new THREE.Vector3(...radii) });
+    this.entries.push({ mesh, entries });
   }
 
   place(places) {
-    for (const { mesh, link, local, scale } of this.entries) matrix(then(places.get(link), local), mesh.matrix).scale(scale);
+    const at = new THREE.Matrix4();
+    for (const { mesh, entries } of this.entries) {
+      entries.forEach(({ link, local, scale }, index) => mesh.setMatrixAt(index, matrix(then(places.get(link), local), at).scale(scale)));
+      mesh.instanceMatrix.needsUpdate = true;
+    }
   }
 }
 

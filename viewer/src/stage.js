@@ -13,6 +13,9 @@ export const VIEWS = {
   top: [0, -0.001, 1],
 };
 const SHADOWS = 2048;
+const SLOW = 90; // ms from one picture to the next from which on fewer pixels are drawn while something moves
+const REST = 180; // ms without a change until the full picture is drawn
+const COARSE = 0.5; // pixels along a side of those that there are
 
 /** Return the grid of the floor: lines a decimetre and a metre apart that fade with the distance. */
 function floor() {
@@ -49,7 +52,8 @@ function floor() {
 export class Stage {
   constructor(canvas) {
     this.renderer = new THREE.WebGLRenderer({ canvas, antialias: true, preserveDrawingBuffer: true });
-    this.renderer.setPixelRatio(Math.min(window.devicePixelRatio, 2));
+    this.ratio = Math.min(window.devicePixelRatio, 2);
+    this.renderer.setPixelRatio(this.ratio);
     this.renderer.shadowMap.enabled = true;
     this.renderer.shadowMap.type = THREE.PCFShadowMap;
     this.renderer.shadowMap.autoUpdate = false; // a camera that moves changes no shadow
@@ -63,7 +67,8 @@ export class Stage {
     this.#light();
     this.#ground();
     this.before = [];
-    this.frames = { count: 0, last: 0, mean: 0 };
+    this.frames = { count: 0, last: 0, mean: 0, slow: 0 };
+    this.coarse = false;
     new ResizeObserver(() => this.resize()).observe(canvas.parentElement);
     this.dirty = true;
     this.renderer.setAnimationLoop((now) => this.#draw(now));
@@ -181,17 +186,31 @@ export class Stage {
     this.controls.update();
     if (!this.dirty) {
       this.frames.last = 0;
+      this.frames.slow = 0;
+      if (this.coarse && now - this.drawnAt > REST) this.#sharpen(false);
       return;
     }
     this.dirty = false;
+    this.drawnAt = now;
+    if (!this.coarse && this.frames.slow >= 3) this.#sharpen(true);
     for (const step of this.before) step(this.camera);
+    if (this.coarse) this.renderer.shadowMap.needsUpdate = false;
     this.renderer.render(this.scene, this.camera);
     this.#count(now);
+  }
+
+  /** Draw fewer pixels and no new shadows while something moves on a slow machine; all of them when it rests. */
+  #sharpen(coarse) {
+    this.coarse = coarse;
+    this.frames.slow = 0;
+    this.renderer.setPixelRatio(this.ratio * (coarse ? COARSE : 1));
+    this.touch(true);
   }
 
   /** Measure the time between pictures (ms) while they follow one another. */
   #count(now) {
     const { frames } = this;
+    if (frames.last) frames.slow = now - frames.last > SLOW ? frames.slow + 1 : 0;
     if (frames.last) frames.mean = frames.mean ? 0.9 * frames.mean + 0.1 * (now - frames.last) : now - frames.last;
     frames.last = now;
     frames.count += 1;

@@ -122,10 +122,14 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     naming = [output for output in outputs if RECORDS[output.backend].meshes]
     embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
-    if not named or not (opening or naming or embedding):
+    images = textures_of(tree, places) if embedding else {}
+    if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
     found = _Search(places, opening, naming).run(named)
-    return found._replace(inputs=(*found.inputs, *found.by_name.values())) if embedding else found
+    if not embedding:
+        return found
+    by_name = {**images, **found.by_name}
+    return found._replace(by_name=by_name, inputs=(*found.inputs, *by_name.values()))
 
 
 def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[str, Path]:
@@ -135,20 +139,35 @@ def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[st
     return _Search(places, opening, naming).run(list(named_meshes(tree))).by_name
 
 
+def textures_of(tree: Map, places: Places) -> Mapping[str, Path]:
+    """Return the files of all images that are found, by their names in a description."""
+    found: dict[str, list[Span]] = {}
+    for node in _maps(tree):
+        if isinstance(node.get("texture"), str) and node["texture"]:
+            found.setdefault(node["texture"], []).append(node.value_spans["texture"])
+    return _Search(places, [], []).run([Named(name, spans) for name, spans in found.items()]).by_name
+
+
 def named_meshes(tree: Map) -> Iterator[Named]:
     """Yield the meshes of a description, each name once."""
     found: dict[str, list[Span]] = {}
+    for node in _maps(tree):
+        mesh = node.get("mesh")
+        if isinstance(mesh, Map) and isinstance(mesh.get("file"), str):
+            found.setdefault(mesh["file"], []).append(mesh.value_spans["file"])
+    return (Named(name, list(dict.fromkeys(spans))) for name, spans in found.items())
+
+
+def _maps(tree: Map) -> Iterator[Map]:
+    """Yield the entries of a description, but for its outputs, in their order."""
     waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
     while waiting:
         node = waiting.pop()
         if isinstance(node, Map):
-            mesh = node.get("mesh")
-            if isinstance(mesh, Map) and isinstance(mesh.get("file"), str):
-                found.setdefault(mesh["file"], []).append(mesh.value_spans["file"])
+            yield node
             waiting += list(node.values())[::-1]
         elif isinstance(node, Seq):
             waiting += list(node)[::-1]
-    return (Named(name, list(dict.fromkeys(spans))) for name, spans in found.items())
 
 
 class _Search:

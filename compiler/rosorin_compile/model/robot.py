@@ -124,7 +124,7 @@ class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
-    of each that is.
+    of each that is, and of each image.
     """
 
     name: str
@@ -203,6 +203,12 @@ class Robot:
         if visual.rgba is not None or visual.texture or visual.material not in self.material:
             return visual.rgba
         return self.material[visual.material].rgba
+
+    def texture(self, visual: Shape) -> str:
+        """Return the image of a visual: its own, or that of its material; empty if neither has one."""
+        if visual.rgba is not None or visual.texture or visual.material not in self.material:
+            return visual.texture
+        return self.material[visual.material].texture
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""

@@ -6,8 +6,10 @@ With --every-argument a robot is compiled with every combination of the argument
 from __future__ import annotations
 
 import argparse
+import os
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import redirect_stdout
 from functools import partial
 from itertools import islice, product
 from math import prod
@@ -122,7 +124,14 @@ def run(options: argparse.Namespace) -> int:
     from .view.changed import Pictures
 
     pictures = Pictures(options)
-    code = _run(options, partial(check_one, pictures=pictures))
+    try:
+        code = _run(options, partial(check_one, pictures=pictures))
+    except BrokenPipeError:  # who reads the messages has enough of them; the page is for somebody else
+        pictures.taken.clear()
+        with Path(os.devnull).open("w", encoding="utf-8") as nowhere, redirect_stdout(nowhere):
+            _run(options, partial(check_one, pictures=pictures))
+            pictures.write(console_of(options))
+        raise
     pictures.write(console_of(options))
     return code
 

@@ -92,12 +92,15 @@ def run(options: argparse.Namespace) -> int:
     if options.format == "json":
         import json
 
-        print(json.dumps(as_json(found), indent=2))
+        said = json.dumps(as_json(found), indent=2)
     else:
-        print("\n".join(lines(found, options.full)))
-    if options.html is not None:
-        givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
-        _write_page(options, list(zip(words, givens, strict=True)), sides, found)
+        said = "\n".join(lines(found, options.full))
+    try:
+        print(said, flush=options.html is not None)
+    finally:  # also where nobody reads to the end
+        if options.html is not None:
+            givens = [given._replace(texts={**given.texts, **named(texts)}) for texts in (options.a_arg, options.b_arg)]
+            _write_page(options, list(zip(words, givens, strict=True)), sides, found)
     return FINE if found.same else PROBLEMS
 
 

@@ -183,6 +183,62 @@ links:
 """
 
 
+def test_a_dark_picture_is_dark_around_the_same_robot():
+    light, dark = (drawn_by("arm", "--size", "160x120", "--frames", "--theme", name) for name in ("light", "dark"))
+    corner = (slice(0, 10), slice(0, 10))
+    assert light[corner].min() > 200
+    assert dark[corner].max() < 60
+    bare = [drawn_by("bare", "--size", "320x240", "--theme", name) for name in ("light", "dark")]
+    assert bare[0].min() < 60 < 180 < bare[1].max(), "letters are told from what is behind them"
+    assert main(["picture", "arm", "-o", "dark.svg", "--frames", "--theme", "dark"]) == 0
+    text = Path("dark.svg").read_text("utf-8")
+    assert 'fill="#e6eaf0" stroke="#171b21"' in text
+    assert "#f3f5f8" not in text
+
+
+COLOURED = """\
+robot: coloured
+links: {a: {visual: [{mesh: {file: a.obj}}]}, b: {visual: [{mesh: {file: a.obj}, rgba: [0, 1, 0, 1]}]}}
+joints: {j: {type: fixed, parent: a, child: b, xyz: [0, 3, 0]}}
+"""
+MATERIALS = "newmtl blue\nKd 0 0 1\nnewmtl image\nKd 0 0 0\nmap_Kd skin.png\n"
+
+
+def test_colours_of_materials_are_drawn_where_the_visual_has_none():
+    trimesh = pytest.importorskip("trimesh")
+    folder = Path("descriptions/coloured")
+    folder.mkdir()
+    (folder / "robot.yaml").write_text(COLOURED, "utf-8")
+    cube = trimesh.creation.box((1, 1, 1)).export(file_type="obj", include_normals=False)
+    (folder / "a.obj").write_text("mtllib a.mtl\nusemtl blue\n" + "".join(line + "\n" for line in cube.splitlines()))
+    (folder / "a.mtl").write_text(MATERIALS)
+
+    def hues() -> set[str]:
+        shown = drawn_by("coloured", "--size", "160x120", "--transparent")
+        return {hue_name(colour) for colour in shown[shown[..., 3] == 255]}
+
+    assert hues() == {"blue", "green"}
+    (folder / "a.obj").write_text((folder / "a.obj").read_text().replace("usemtl blue", "usemtl image"))
+    assert "green" in hues()
+    assert "blue" not in hues()
+    (folder / "a.mtl").unlink()
+    assert "green" in hues()
+
+
+def test_colours_of_a_dae_are_drawn():
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("collada")
+    folder = Path("descriptions/coloured")
+    folder.mkdir()
+    (folder / "robot.yaml").write_text("robot: c\nlinks: {a: {visual: [{mesh: {file: a.dae}}]}}\n", "utf-8")
+    ball = trimesh.creation.icosphere(radius=0.2)
+    material = trimesh.visual.material.PBRMaterial(baseColorFactor=[0, 0, 255, 255])
+    ball.visual = trimesh.visual.TextureVisuals(uv=np.zeros((len(ball.vertices), 2)), material=material)
+    (folder / "a.dae").write_bytes(trimesh.exchange.dae.export_collada(ball))
+    shown = drawn_by("coloured", "--size", "160x120", "--transparent")
+    assert {hue_name(colour) for colour in shown[shown[..., 3] == 255]} == {"blue"}
+
+
 def test_meshes_are_drawn_and_those_that_are_missing_told(capsys):
     trimesh = pytest.importorskip("trimesh")
     folder = Path("descriptions/meshes")

@@ -16,6 +16,7 @@ import pytest
 from rosorin_compile.model import Robot
 from rosorin_compile.tools.picture import raster, soup
 from rosorin_compile.tools.picture.camera import FIELD, ROOM, VIEWS, Box, Camera, fitted
+from rosorin_compile.tools.picture.light import THEMES
 from rosorin_compile.tools.picture.painting import in_view, modelled, painted
 from rosorin_compile.tools.picture.png import png
 from rosorin_compile.tools.picture.svg import svg
@@ -117,7 +118,7 @@ def test_an_svg_painted_in_its_order_shows_the_same(tmp_path, seed):
     robot = random_robot(tmp_path, seed)
     direction = random.Random(seed).choice([*VIEWS.values(), (-1.0, 0.4, 0.5)])  # noqa: S311
     places, pieces, box, camera = camera_of(robot, direction, (640, 400))
-    text = svg(pieces, box, camera, [], [], False, robot.name, silent)
+    text = svg(pieces, box, camera, [], [], False, THEMES["light"], robot.name, silent)
     polygons = list(polygons_of(text))
     points = [point for point in clear_points(robot, places, camera, seed) if point[2]]
     wrong = [(x, y, link) for x, y, link in points if top_colour(polygons, x + 0.5, y + 0.5) != link]

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import os
 import shutil
 import struct
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +15,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.formats.page import MAX_MEGABYTES, data_of
+from rosorin_compile.formats.page import MAX_MEGABYTES, data_of, html
 from rosorin_compile.tools.options import PAGE_MEGABYTES
 from support.commands import Shown, ask, edit, write_files
 from support.paths import ROOT
@@ -249,3 +253,73 @@ def test_diff_with_an_argument_of_one_side(project: Path, capsys: Shown) -> None
     data = page(capsys, "diff", "crane.yaml", "crane.yaml", "--b-arg", "long=200 mm", code=1)
     assert [joint["xyz"][0] for joint in (*data["robot"]["joints"], *data["before"]["joints"])] == [0.2, 0.1]
     assert data["moved"] == {"b": "moved"}
+
+
+# A change of colour, pages that are old, and who does not read to the end.
+
+
+def test_a_change_of_colour_alone_has_both_colours(project: Path, capsys: Shown) -> None:
+    lamp = "robot: lamp\nlinks: {base: {visual: [{box: {size: [1, 1, 1]}, rgba: [1, 0, 0, 1]}]}}\n"
+    write_files(project, {"old.yaml": lamp, "new.yaml": lamp.replace("[1, 0, 0, 1]", "[0, 0.5, 0, 1]")})
+    meant = {"was": [1.0, 0.0, 0.0, 1.0], "is": [0.0, 0.5, 0.0, 1.0]}
+    data = page(capsys, "diff", "old.yaml", "new.yaml", code=1)
+    assert [(one["frame"], one["colours"]) for one in data["changes"]] == [("base", meant)]
+    shutil.rmtree("descriptions")
+    write_files(project, {"descriptions/lamp/robot.yaml": lamp + "outputs: {urdf: {file: lamp.urdf}}\n"})
+    assert main(["all"]) == 0
+    edit(project / "descriptions/lamp/robot.yaml", "[1, 0, 0, 1]", "[0, 0.5, 0, 1]")
+    data = page(capsys, "check", code=1)
+    assert [(one["frame"], one["colours"]) for one in data["changes"]] == [("base", meant)]
+
+
+def test_a_page_of_what_does_not_compile_any_more_is_removed(committed: Path, capsys: Shown) -> None:
+    page(capsys, "check", code=0)
+    for name in NAMES:
+        edit(committed / f"descriptions/{name}/robot.yaml", "child: mast,", "chidl: mast,")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert "no page, because no robot compiles; the old one is removed" in "".join(capsys.readouterr())
+    assert not Path("page.html").exists()
+    Path("page.html").write_text(html({"robot": {"name": "r"}}), "utf-8")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert Path("page.html").exists(), "the page of a robot is an artifact"
+    Path("page.html").write_text("<p>of somebody else")
+    assert main(["check", "--html", "page.html"]) == 1
+    assert Path("page.html").read_text() == "<p>of somebody else"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("words", [["check"], ["diff", "arm", "cart"]])
+def test_the_page_is_written_where_nobody_reads_to_the_end(committed: Path, words: list[str]) -> None:
+    edit(committed / "descriptions/cart/robot.yaml", "[0, 0, 120 mm]", "[0, 0, 130 mm]")
+    command = [sys.executable, "-u", "-m", "rosorin_compile", *words, "--html", "page.html"]
+    reading, writing = os.pipe()
+    os.close(reading)
+    try:
+        ran = subprocess.run(command, stdout=writing, stderr=subprocess.PIPE, text=True, timeout=60, check=False)
+    finally:
+        os.close(writing)
+    assert "Traceback" not in ran.stderr
+    data = data_of(Path("page.html").read_text("utf-8"))
+    VALID.validate(data)
+    assert "laser" in [change.get("frame") for change in data["changes"]]
+    if words == ["check"]:
+        assert [one["robot"]["name"] for one in data["others"]] == ["arm"]
+
+
+@pytest.mark.usefixtures("committed")
+def test_a_page_to_send_has_no_path_of_this_machine(capsys: Shown, tmp_path_factory: pytest.TempPathFactory) -> None:
+    """A robot that stands elsewhere, with a mesh that is named by an absolute path."""
+    away = tmp_path_factory.mktemp("away")
+    (away / "part.stl").write_bytes(stl(0.03))
+    text = f"robot: r\nlinks: {{base: {{visual: [{{mesh: {{file: {away}/part.stl}}}}]}}}}\n"
+    (away / "robot.yaml").write_text(text)
+    for words in (["view", str(away / "robot.yaml")], ["diff", str(away / "robot.yaml"), "cart"]):
+        main([*words, "--html", "page.html"])
+        data = data_of(Path("page.html").read_text("utf-8"))
+        VALID.validate(data)
+        capsys.readouterr()
+        seen = json.dumps({**data, "changes": [], "notes": []})
+        assert str(away) not in seen, seen[max(0, seen.find(str(away)) - 200) :][:400]
+    assert main(["view", str(away / "robot.yaml"), "--html", "page.html"]) == 0
+    (link,) = data_of(Path("page.html").read_text("utf-8"))["robot"]["links"]
+    assert (link["where"]["file"], link["visual"][0]["mesh"]) == ("robot.yaml", "part.stl")

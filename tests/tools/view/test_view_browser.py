@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 
+from rosorin_compile.cli import main
 from rosorin_compile.formats.page import html
 from rosorin_compile.formats.page.data import robot_data
 from rosorin_compile.model import Box, Joint, Link, Pose, Robot, Shape
@@ -260,6 +261,78 @@ def test_a_page_waits_for_a_robot_that_does_not_compile_yet(browser: Browser, ho
         kept_to_itself(browser, viewing.port)
 
 
+FREE = """\
+robot: free
+links:
+  base: {visual: [{box: {size: [0.4, 0.3, 0.1]}, rgba: [0.8, 0.1, 0.1, 1]}]}
+  puck: {visual: [{cylinder: {radius: 0.06, length: 0.04}}]}
+  drone: {visual: [{box: {size: [0.1, 0.1, 0.03]}}]}
+joints:
+  slide: {type: planar, parent: base, child: puck, xyz: [0, 0, 0.1], axis: [0, 0, 1]}
+  fly: {type: floating, parent: base, child: drone, xyz: [0, 0, 0.3]}
+"""
+
+
+def test_sliders_of_planar_and_floating_joints(browser: Browser, home: Path, capsys: Shown) -> None:
+    (home / "free.yaml").write_text(FREE)
+    ask(capsys, "view", "free.yaml", "--html", "free.html")
+    browser.open(f"file://{home}/free.html")
+    browser.evaluate("app.select('drone')")
+    rows = "[...document.querySelectorAll('.card tr')]"
+    now = f"{rows}.find((row) => row.firstChild.textContent === 'now').lastChild.textContent"
+    browser.evaluate(f"window.kept = {rows}")
+    half = math.sqrt(0.5)
+    browser.evaluate(f"app.move({{fly: [0.1, 0, 0.2, 0, 0, {half}, {half}], slide: [0.1, -0.1, 0.5]}})")
+    assert browser.evaluate(now) == "100  0  500 mm; 0  0  90 deg"
+    assert browser.evaluate(f"{rows}.every((row, index) => row === window.kept[index])"), "the card is not drawn anew"
+    numbers = "[...document.querySelectorAll('[data-joint={}] input[type=number]')].map((one) => Number(one.value))"
+    assert browser.evaluate(numbers.format("fly")) == [100, 0, 200, 0, 0, 90]
+    assert browser.evaluate(numbers.format("slide")) == [100, -100, pytest.approx(math.degrees(0.5), abs=0.01)]
+    kept_to_itself(browser)
+
+
+def test_a_colour_that_changed_is_drawn(browser: Browser, home: Path, capsys: Shown) -> None:
+    (home / "old.yaml").write_text(FREE)
+    (home / "new.yaml").write_text(FREE.replace("0.8, 0.1, 0.1", "0.1, 0.7, 0.1"))
+    assert main(["diff", "old.yaml", "new.yaml", "--html", "page.html"]) == 1
+    capsys.readouterr()
+    browser.open(f"file://{home}/page.html")
+    spots = "[...document.querySelectorAll('.changes .dot')].map((dot) => getComputedStyle(dot).backgroundColor)"
+    assert browser.evaluate(spots) == ["rgb(204, 26, 26)", "rgb(26, 179, 26)"]
+    drawn = """((piece) => { const colour = piece.colour.clone(); piece.mesh.getColorAt(piece.instance, colour);
+        return colour.getHex(); })(app.view.pieces.find(({link}) => link === 'base'))"""
+    assert browser.evaluate(drawn) == 0x1AB31A
+    browser.evaluate("app.fade(2)")
+    assert browser.evaluate(drawn) == 0xCC1A1A
+    kept_to_itself(browser)
+
+
+def test_images_are_on_the_parts(browser: Browser, home: Path, capsys: Shown) -> None:
+    """An image of one red pixel on a box and, by its materials, on one of two parts of a mesh; from disk and served."""
+    header = b"BM" + (58).to_bytes(4, "little") + bytes(4) + (54).to_bytes(4, "little") + (40).to_bytes(4, "little")
+    size = (1).to_bytes(4, "little") * 2 + (1).to_bytes(2, "little") + (24).to_bytes(2, "little") + bytes(24)
+    (home / "red.bmp").write_bytes(header + size + bytes([0, 0, 255, 0]))
+    (home / "part.mtl").write_text("newmtl plain\nKd 0 0 1\nnewmtl image\nKd 0 0 0\nmap_Kd red.bmp\n")
+    corners = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nvt 0 0\n"
+    (home / "part.obj").write_text(f"mtllib part.mtl\n{corners}usemtl plain\nf 1 2 3\nusemtl image\nf 1/1 3/1 4/1\n")
+    (home / "r.yaml").write_text(
+        "robot: r\nlinks: {a: {visual: [{box: {size: [1, 1, 1]}, texture: red.bmp}]},"
+        " b: {visual: [{mesh: {file: part.obj}}, {mesh: {file: part.obj, scale: [1, -1, 1]}}]}}\n"
+        "joints: {j: {type: fixed, parent: a, child: b, xyz: [2, 0, 0]}}\n"
+    )
+    ask(capsys, "view", "r.yaml", "--html", "r.html")
+    looks = "app.view.pieces.map(({link, map, colour}) => [link, map?.image.width ?? 0, map ? 0 : colour.getHex()])"
+    meant = [["a", 1, 0]] + [["b", 0, 0x0000FF], ["b", 1, 0]] * 2
+    browser.open(f"file://{home}/r.html")
+    assert sorted(browser.evaluate(looks)) == sorted(meant)
+    assert browser.evaluate("app.view.group.children.length") == 5, "a mirrored mesh has its faces the other way round"
+    kept_to_itself(browser)
+    with Viewing(home, "r.yaml", "--port", "0") as viewing:
+        browser.open(f"http://localhost:{viewing.port}/")
+        assert sorted(browser.evaluate(looks)) == sorted(meant)
+        kept_to_itself(browser, viewing.port)
+
+
 SHARP = [
     "</script><script>document.title='out'</script>",
     "<img src=x onerror=\"document.title='out'\">",
@@ -331,8 +404,13 @@ def test_a_phone_shows_the_robot_first(browser: Browser, sent: Path, width: int,
     assert browser.evaluate(seen.format(".side.right")) == "hidden"
     assert browser.evaluate("document.documentElement.scrollWidth <= innerWidth")
     for side in ("left", "right"):
+        assert browser.evaluate(seen.format(f".fold.{side}")) == "visible", "what opens a panel is there"
         browser.evaluate(f"document.querySelector('.fold.{side}').click()")
         assert browser.evaluate(seen.format(f".side.{side}")) == "visible"
+        if height > width:
+            sheet = browser.evaluate(f"document.querySelector('.side.{side}').getBoundingClientRect().top")
+            canvas = browser.evaluate("document.querySelector('canvas').getBoundingClientRect().bottom")
+            assert canvas <= sheet + 1, "the robot is above the panel"
         for name in ("side", "fold"):
             box = browser.evaluate(f"document.querySelector('.{name}.{side}').getBoundingClientRect().toJSON()")
             assert box["left"] >= 0

@@ -8,6 +8,8 @@ import shutil
 import signal
 import socket
 import struct
+import subprocess
+import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -16,6 +18,7 @@ import jsonschema
 import pytest
 
 from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.formats.page import data_of
 from rosorin_compile.project import find
 from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.view import command
@@ -152,6 +155,35 @@ def test_robots_in_other_formats_are_followed_too(home: Path, name: str) -> None
         assert x_of_arm(view) == 2
         file.write_text("<robot")
         assert name in events.until("problem")["text"]
+
+
+def test_what_a_xacro_includes_is_followed(home: Path) -> None:
+    pytest.importorskip("xacro")
+    top = (
+        FOREIGN["a.xacro"]
+        .format(1)
+        .replace('<xacro:property name="x" value="1"/>', '<xacro:include filename="x.xacro"/>')
+    )
+    part = '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="x" value="{}"/></robot>'
+    write_files(home, {"a.xacro": top, "x.xacro": part.format(1)})
+    with Viewing(home, "a.xacro", "--port", "0") as view, Events(view.port) as events:
+        events.next()
+        assert x_of_arm(view) == 1
+        (home / "x.xacro").write_text(part.format(2))
+        events.until("robot")
+        assert x_of_arm(view) == 2
+        (home / "x.xacro").write_text("<robot")
+        assert "x.xacro" in events.until("problem")["text"]
+        assert x_of_arm(view) == 2
+
+
+@pytest.mark.parametrize("text", [SMALL, FOREIGN["a.urdf"].format(1)], ids=["yaml", "urdf"])
+def test_a_robot_from_standard_input_is_written_as_a_page(home: Path, text: str) -> None:
+    command = [sys.executable, "-m", "rosorin_compile", "view", "-", "--html", "r.html"]
+    ran = subprocess.run(command, cwd=home, input=text, capture_output=True, text=True, timeout=60, check=False)
+    assert (ran.returncode, ran.stderr) == (0, "")
+    robot = data_of((home / "r.html").read_text("utf-8"))["robot"]
+    assert [joint["child"] for joint in robot["joints"]] == ["arm"]
 
 
 def test_a_mesh_is_served_under_its_number_and_followed(home: Path) -> None:

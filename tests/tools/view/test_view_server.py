@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.tools.view.server import LOOPBACK, Page, Server, bound
+from rosorin_compile.tools.view.server import LOOPBACK, Page, Server, Unknown, bound
 from support.commands import Shown
 from support.viewing import Events, asked
 
@@ -23,7 +23,12 @@ def server(tmp_path: Path) -> Iterator[Server]:
     mesh.write_bytes(b"solid")
     (tmp_path / "secret").write_text("secret")
     page = Page()
-    page.text, page.data, page.version, page.files = "<p>", {"robot": {}, "version": "a"}, "a", {"0": mesh}
+    page.text, page.data, page.version, page.files = (
+        "<p>",
+        {"robot": {}, "version": "a"},
+        "a",
+        {"0": (mesh, "model/stl")},
+    )
     page.touching = lambda state: [["a", "b"]] if state else []
     page.explain = lambda frame: [f"about {frame}"]
     made = bound(page, LOOPBACK, 0)
@@ -41,6 +46,19 @@ def test_it_serves_the_robot(server: Server) -> None:
     assert asked(server.port, "/touching", "POST", b'{"j": 1}', Content_Type="application/json") == (
         200,
         b'[["a", "b"]]',
+    )
+
+
+def test_it_says_why_it_does_not_know_what_touches(server: Server) -> None:
+    def unknown(_: object) -> list[list[str]]:
+        raise Unknown("mujoco is not installed")
+
+    server.page.touching = unknown
+    found = asked(server.port, "/touching", "POST", b"{}", Content_Type="application/json")
+    assert found == (501, b"mujoco is not installed\n")
+    server.page.touching = Page().touching
+    assert (
+        asked(server.port, "/touching", "POST", b"{}", Content_Type="application/json")[1] == b"there is no robot yet\n"
     )
 
 

@@ -1,9 +1,15 @@
 /** The card of what is chosen: what it is, its numbers, the lines that say so; and the way between two frames. */
 
-import { element } from "../dom.js";
+import { dot, element } from "../dom.js";
 import { explained } from "../live.js";
 import { inverse, rpy, then } from "../transform.js";
 import { angle, length, vector } from "../units.js";
+
+/** Return two colours as spots: what was, and what is; nothing for a change of something else. */
+export function swatches(colours) {
+  const spot = (rgba) => dot(rgba ? `rgb(${rgba.slice(0, 3).map((part) => Math.round(255 * part)).join(" ")} / ${rgba[3]})` : "transparent");
+  return colours ? element("span", { class: "swatches", title: "the colour before, and that of now" }, spot(colours.was), "→", spot(colours.is)) : "";
+}
 
 function row(name, ...value) {
   return value.some(Boolean) ? element("tr", {}, element("th", {}, name), element("td", {}, ...value)) : "";
@@ -29,10 +35,25 @@ export class Card {
     this.app = app;
     this.root = element("aside", { class: "card", hidden: true, "aria-live": "polite" });
     this.from = "";
+    this.changing = [];
+  }
+
+  /** Renew the numbers that follow the joints. */
+  update() {
+    if (this.root.hidden) return;
+    for (const { cell, text } of this.changing) cell.textContent = text();
+  }
+
+  /** Return a row whose value follows the joints. */
+  #moving(name, text) {
+    const cell = element("td", {}, text());
+    this.changing.push({ cell, text });
+    return element("tr", {}, element("th", {}, name), cell);
   }
 
   draw() {
     const { app } = this;
+    this.changing = [];
     const { robot, selected: name } = app;
     this.root.hidden = !name;
     if (!name) return;
@@ -64,21 +85,21 @@ export class Card {
       row("said at", place(this.app, link.where)),
       row("mass", inertial && `${Number(inertial.mass.toPrecision(6))} kg at ${vector(inertial.xyz, units)}`),
       row("shapes", kinds.join(", ")),
+      row("colour", swatches(this.app.coloured.get(link.name))),
     ];
   }
 
   #joint(joint) {
     if (!joint) return [];
-    const { units, state } = this.app;
+    const { units } = this.app;
     const kind = joint.type === "prismatic" ? length : angle;
     const { lower, upper } = joint.limit ?? {};
-    const at = this.app.kinematics.between(joint.parent, joint.child, state);
     const edge = this.app.edgeTo(joint.child);
     const who = edge && (edge.published ? `${edge.publisher}, ${edge.topic}` : `nobody${edge.why ? `: ${edge.why}` : ""}`);
     return [
       row("joint", `${joint.name}, ${joint.type} in ${joint.parent}`),
       row("origin", `${vector(joint.xyz, units)}; ${vector(joint.rpy, units, "angle")}`),
-      row("now", joint.type !== "fixed" && `${vector(at.p, units)}; ${vector(rpy(at), units, "angle")}`),
+      ...(joint.type === "fixed" ? [] : [this.#moving("now", () => this.#way(joint.parent, joint.child))]),
       row("limits", Number.isFinite(lower) && `${kind(lower, units)} to ${kind(upper, units)}`),
       row("follows", joint.mimic && `${joint.mimic.multiplier} × ${joint.mimic.joint} + ${joint.mimic.offset}`),
       row("publisher", who),
@@ -91,14 +112,21 @@ export class Card {
   }
 
   #measured(name) {
-    const { units, places } = this.app;
-    if (!this.from || this.from === name || !places.has(this.from)) return [];
-    const between = then(inverse(places.get(this.from)), places.get(name));
-    return [
-      row("in", this.from),
-      row("", `${vector(between.p, units)}; ${vector(rpy(between), units, "angle")}`),
-      row("apart", length(Math.hypot(...between.p), units)),
-    ];
+    const { from } = this;
+    if (!from || from === name || !this.app.places.has(from)) return [];
+    const apart = () => length(Math.hypot(...this.#between(from, name).p), this.app.units);
+    return [row("in", from), this.#moving("", () => this.#way(from, name)), this.#moving("apart", apart)];
+  }
+
+  #between(source, target) {
+    const { places } = this.app;
+    return then(inverse(places.get(source)), places.get(target));
+  }
+
+  /** Return the way from one frame to another in words, at the joint positions of now. */
+  #way(source, target) {
+    const between = this.#between(source, target);
+    return `${vector(between.p, this.app.units)}; ${vector(rpy(between), this.app.units, "angle")}`;
   }
 
   #tools(link) {

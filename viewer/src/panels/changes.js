@@ -1,6 +1,7 @@
 /** What became of the robot before: the changes, by meaning; a click flies there. And which robot of several is shown. */
 
 import { element } from "../dom.js";
+import { swatches } from "./card.js";
 
 const WORDS = { moved: "moved", carried: "carried along", shaped: "other shapes", new: "new", removed: "no more" };
 const FULL = 100; // of the slider
@@ -34,11 +35,11 @@ export class Changes {
     this.rows = new Map();
     const list = groups.map(([frame, some]) => this.#group(frame, some, became[frame]));
     const more = notes?.length ? element("details", {}, element("summary", { class: "quiet" }, `${notes.length} more to say`), element("ul", { class: "quiet" }, ...notes.map((note) => element("li", {}, note)))) : "";
-    this.root.replaceChildren(element("details", { open: true }, element("summary", {}, said ?? `${changes.length} changes`), element("ol", {}, ...list), more, ghost && changes.length ? this.#fader() : ""));
+    this.root.replaceChildren(element("details", { open: true }, element("summary", {}, said ?? `${changes.length} changes`), element("ol", {}, ...list), more, ghost && changes.some(({ frame }) => frame) ? this.#fader() : ""));
   }
 
   #group(frame, changes, how) {
-    const lines = changes.map(({ text, artifacts }) => element("p", {}, text, artifacts ? element("small", {}, ` ${artifacts.join(", ")}`) : ""));
+    const lines = changes.map(({ text, artifacts, colours }) => element("p", {}, swatches(colours), text, artifacts ? element("small", {}, ` ${artifacts.join(", ")}`) : ""));
     if (!frame) return element("li", {}, ...lines);
     const go = element("button", { class: "go", title: "look at it (key n: the next one)", onclick: () => this.fly(frame) }, frame);
     const row = element("li", { "data-frame": frame }, go, element("small", {}, how ? ` ${WORDS[how]}` : ""), ...lines);
@@ -51,8 +52,7 @@ export class Changes {
     const { app } = this;
     const slider = element("input", { type: "range", min: 0, max: 2 * FULL, value: app.ghost.strength * FULL, "aria-label": "how strongly the robot before is drawn", id: "fade" });
     slider.addEventListener("input", () => {
-      app.ghost.fade(Number(slider.value) / FULL);
-      app.show({ before: true });
+      app.fade(Number(slider.value) / FULL);
     });
     return element("label", { class: "fader", title: "key b: with it or without" }, "now", slider, element("span", { class: "was" }, "before"));
   }

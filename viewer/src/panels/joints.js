@@ -2,9 +2,10 @@
 
 import { element, section, toggle } from "../dom.js";
 import { isFree, zero } from "../kinematics.js";
+import { ofQuaternion, rpy } from "../transform.js";
 import { UNITS, kindOf } from "../units.js";
 
-const FREE_RANGE = { angle: [-Math.PI, Math.PI], length: [-0.5, 0.5] };
+const TURN = [-Math.PI, Math.PI];
 const STEPS = 1000;
 
 /** Return the coordinates of a joint as people move them; the turn of a floating joint as three angles. */
@@ -20,6 +21,13 @@ function turned([roll, pitch, yaw]) {
   const [sa, sb, sc] = [a, b, c].map(Math.sin);
   const [ca, cb, cc] = [a, b, c].map(Math.cos);
   return [sa * cb * cc - ca * sb * sc, ca * sb * cc + sa * cb * sc, ca * cb * sc - sa * sb * cc, ca * cb * cc + sa * sb * sc];
+}
+
+/** Return how far a coordinate without limits goes here: about as far as the robot is large, in round numbers. */
+function reach(kind, size) {
+  const step = 10 ** Math.floor(Math.log10(size));
+  const far = Math.ceil(size / step) * step;
+  return kind === "angle" ? TURN : [-far, far];
 }
 
 /** Return the servo pulse nearest to a position; null where a joint has no servo, or no pulse gives it. */
@@ -46,7 +54,7 @@ class Mover {
     const kind = kindOf(this.joint.type, name);
     const { lower, upper } = this.joint.limit ?? {};
     const limited = name === "position" && Number.isFinite(lower) && Number.isFinite(upper) && this.joint.type !== "continuous";
-    const [low, high] = limited ? [lower, upper] : FREE_RANGE[kind];
+    const [low, high] = limited ? [lower, upper] : reach(kind, this.app.size);
     const range = element("input", { type: "range", min: low, max: high, step: (high - low) / STEPS || 1e-6, "aria-label": `${this.joint.name} ${name}` });
     const number = element("input", { type: "number", step: "any", "aria-label": `${this.joint.name} ${name}, as a number` });
     const unit = element("small", {});
@@ -72,7 +80,9 @@ class Mover {
     const at = state[this.joint.name] ?? zero(this.joint);
     if (this.joint.type === "planar") this.values = [...at];
     else if (this.joint.type !== "floating") this.values = [at];
-    else if (state[this.joint.name] === undefined) this.values = [0, 0, 0, 0, 0, 0];
+    else if (at.some((part, index) => Math.abs(part - this.position[index]) > 1e-9)) {
+      this.values = [...at.slice(0, 3), ...rpy(ofQuaternion([0, 0, 0], at.slice(3)))];
+    }
     this.sliders.forEach(({ kind, range, number, unit }, index) => {
       const [word, factor, digits] = UNITS[this.app.units][kind];
       range.value = this.values[index];

@@ -24,7 +24,8 @@ from ...project import data_folder
 from ..facts import frame_facts
 from ..format import Fact, Facts, Format, Value
 from ..templating import Templates
-from .data import mesh_names, robot_data
+from .data import mesh_names, robot_data, texture_names
+from .images import Side, beside, image_type
 from .seen import Data
 
 RULES = (
@@ -38,6 +39,7 @@ RULES = (
 
 # What the loaders of the page read, by the ending of a file.
 MESHES: Mapping[str, str] = {".stl": "stl", ".obj": "obj", ".dae": "dae", ".glb": "glb"}
+_SHAPES = (*MESHES, ".ply", ".msh", ".gltf")  # endings of meshes; what else is left out is an image
 MAX_MEGABYTES = 40
 _SHOWN = 3
 _SHOWN_OF = {
@@ -48,11 +50,13 @@ _SHOWN_OF = {
     "modes": "modes",
     "situations": "who publishes what",
     "meshes": "meshes",
+    "textures": "textures",
 }
 
 # The page asks nothing from anywhere: a browser holds it to that.
 _ALONE = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:; connect-src {}"
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src {0}data: blob:; connect-src {0}data: blob:"
 )
 _DATA = re.compile(r'<script type="application/json" id="robot">(.*?)</script>', re.DOTALL)
 
@@ -63,40 +67,81 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     if not output.options.get("meshes", True):
         return html({"robot": data}), []
     limit = int(output.options.get("max_megabytes", MAX_MEGABYTES) * 1_000_000)
-    data["meshes"], left = embedded(robot, robot.mesh_files, limit)
-    return html({"robot": data}), [_left_out(left)] if left else []
+    embedding = Embedding(limit)
+    embedding.take(data, robot, robot.mesh_files)
+    return html({"robot": data}), [_left_out(embedding.left)] if embedding.left else []
 
 
-def embedded(robot: Robot, files: Mapping[str, Path], limit: int) -> tuple[Data, dict[str, str]]:
-    """Return the meshes of a robot as text by name, and why those that are left out are; ``limit`` in bytes."""
-    made: Data = {}
-    left: dict[str, str] = {}
-    size = 0
-    for name in mesh_names(robot):
+class Embedding:
+    """Meshes and images as text in a page; ``limit`` is what all of them may have in bytes, ``left`` why some are not.
+
+    What several robots of a page share counts for each: it is in it as often.
+    """
+
+    def __init__(self, limit: int) -> None:
+        self.limit = limit
+        self.size = 0
+        self.left: dict[str, str] = {}
+
+    def take(self, data: Data, robot: Robot, files: Mapping[str, Path]) -> None:
+        """Put the meshes and the images of a robot into its data."""
+        data["meshes"] = {name: self._mesh(name, files.get(name)) for name in mesh_names(robot)}
+        if "textures" in data:
+            data["textures"] = {name: self._image(name, files.get(name)) for name in texture_names(robot)}
+
+    def _mesh(self, name: str, file: Path | None) -> Data:
         kind = MESHES.get(PurePosixPath(name).suffix.lower())
-        file = files.get(name)
         if kind is None or file is None:
-            left[name] = "not found" if file is None else "no browser reads it"
-            continue
+            return self._without(name, "not found" if file is None else "no browser reads it")
+        content = self._content(name, file)
+        if content is None:
+            return {"missing": self.left[name]}
+        sides, vain = beside(file, content)
+        for image in vain:
+            self._without(image, "not found, or no image that browsers read")
+        made = {"format": kind, "data": b64encode(content).decode("ascii")}
+        own = {side.name: taken for side in sides if (taken := self._side(side))}
+        return {**made, "files": own} if own else made
+
+    def _image(self, name: str, file: Path | None) -> Data:
+        kind = image_type(file) if file is not None else ""
+        if file is None or not kind:
+            return self._without(name, "not found" if file is None else "no browser reads it")
+        return self._side(Side(name, file, kind)) or {"missing": self.left[name]}
+
+    def _side(self, side: Side) -> Data | None:
+        content = self._content(side.name, side.file)
+        return None if content is None else {"type": side.type, "data": b64encode(content).decode("ascii")}
+
+    def _content(self, name: str, file: Path) -> bytes | None:
+        """Return a file, if there is room for it."""
         try:
             content = file.read_bytes()
         except OSError as problem:
-            left[name] = problem.strerror or "it cannot be read"
-            continue
-        if size + len(content) > limit:
-            left[name] = f"more than {limit / 1e6:g} MB of meshes"
-            continue
-        size += len(content)
-        made[name] = {"format": kind, "data": b64encode(content).decode("ascii")}
-    return made | {name: {"missing": why} for name, why in left.items()}, left
+            self._without(name, problem.strerror or "it cannot be read")
+            return None
+        if self.size + len(content) > self.limit:
+            self._without(name, f"more than {self.limit / 1e6:g} MB of meshes")
+            return None
+        self.size += len(content)
+        return content
+
+    def _without(self, name: str, why: str) -> Data:
+        self.left[name] = why
+        return {"missing": why}
+
+
+def left_out(left: Mapping[str, str]) -> str:
+    """Return which meshes and images a page does not show, and why."""
+    images = [name for name in left if PurePosixPath(name).suffix.lower() not in _SHAPES]
+    kind = "mesh" if not images else "texture" if len(images) == len(left) else "file"
+    return f"{counted(len(left), kind)} ({first_of(list(left), _SHOWN)}): {', '.join(dict.fromkeys(left.values()))}"
 
 
 def _left_out(left: Mapping[str, str]) -> Diagnostic:
     """Return the warning about meshes that the page does not show."""
-    reasons = ", ".join(dict.fromkeys(left.values()))
-    which = f"{counted(len(left), 'mesh')} ({first_of(list(left), _SHOWN)})"
     help = "meshes: false leaves out all; max_megabytes: NUMBER allows more"
-    return Diagnostic("page-left-out", WARNING, f"the page does not show {which}: {reasons}", help=help)
+    return Diagnostic("page-left-out", WARNING, f"the page does not show {left_out(left)}", help=help)
 
 
 def html(data: Data, live: str = "") -> str:
@@ -106,7 +151,7 @@ def html(data: Data, live: str = "") -> str:
     page may have no robot yet.
     """
     text = json.dumps(data, ensure_ascii=False, separators=(",", ":"), allow_nan=False)
-    policy = _ALONE.format("'self'" if live else "data: blob:")
+    policy = _ALONE.format("'self' " if live else "")
     name = escape(str(data["robot"]["name"] if data["robot"] else "rosorin-compile"))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
@@ -172,7 +217,9 @@ def disagreements(robot: Robot, output: Output, text: str) -> Iterator[str]:  # 
     """Yield what a page says otherwise than the model. Raises ValueError if it is damaged."""
     shown, meant = data_of(text)["robot"], json_of(json.dumps(robot_data(robot)))
     yield from (
-        f"its {key} are not those of the robot" for key in meant if key != "meshes" and shown[key] != meant[key]
+        f"its {key} are not those of the robot"
+        for key in meant
+        if key not in ("meshes", "textures") and shown[key] != meant[key]
     )
 
 
@@ -180,7 +227,7 @@ def differ(old: str, new: str) -> str:
     """Return what differs between two pages that say the same of frames, joints and masses."""
     try:
         before, after = data_of(old)["robot"], data_of(new)["robot"]
-        found = [what for key, what in _SHOWN_OF.items() if before[key] != after[key]]
+        found = [what for key, what in _SHOWN_OF.items() if before.get(key) != after.get(key)]
         found += [f"shapes of {first_of(names, _SHOWN)}" for names in [_reshaped(before, after)] if names]
     except (KeyError, TypeError, ValueError):
         return ""

@@ -47,7 +47,14 @@ def robot_data(robot: Robot) -> Data:
         "publishers": dict(colours(publishers(rows(robot)))),
         "situations": _situations(robot),
         "meshes": {},
+        **({"textures": {}} if any(texture_names(robot)) else {}),
     }
+
+
+def texture_names(robot: Robot) -> Iterator[str]:
+    """Yield the names of the images that the visuals have, each once, in the order of the description."""
+    visuals = (shape for link in robot.links for shape in link.visual)
+    yield from dict.fromkeys(name for shape in visuals if (name := robot.texture(shape)))
 
 
 def mesh_names(robot: Robot) -> Iterator[str]:
@@ -107,8 +114,8 @@ def _shape(shape: Shape) -> Data:
 
 
 def _colour(robot: Robot, shape: Shape) -> Data:
-    rgba = robot.colour(shape)
-    return {} if rgba is None else {"rgba": list(rgba)}
+    rgba, texture = robot.colour(shape), robot.texture(shape)
+    return ({} if rgba is None else {"rgba": list(rgba)}) | ({"texture": texture} if texture else {})
 
 
 def _joint(robot: Robot, joint: Joint) -> Data:

@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -48,22 +49,33 @@ FORMATS = ("stl", "obj", "dae", "gltf", "glb")
 MAX_BYTES = 2_000_000_000
 # No part of a robot is longer, in metres; one that is was drawn in millimetres.
 LONGEST_PART = 20.0
+_MOST_MATERIALS = 1_000_000  # bytes
+_MAP, _WHITE = re.compile(rb"(?mi)^[ \t]*map_Kd\b[^\r\n]*"), re.compile(rb"(?mi)^[ \t]*Kd\b[^\r\n]*")
+_NAMELESS = "material_0"  # what trimesh calls a material that it made up
 _INSTALL = "pip install 'rosorin-compile[import]' brings what reads meshes"
+
+
+Colour = tuple[float, float, float]
 
 
 @dataclass(frozen=True)
 class Mesh:
-    """Triangles of a mesh: ``triangles`` is (n, 3, 3), corners in metres, counter-clockwise seen from outside."""
+    """Triangles of a mesh: ``triangles`` is (n, 3, 3), corners in metres, counter-clockwise seen from outside.
+
+    ``colours`` has for each run of triangles how many they are and their colour (sRGB, 0 to 1), if the file has one.
+    """
 
     name: str
     triangles: Floats
+    colours: tuple[tuple[int, Colour | None], ...] = ()
 
 
-def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mesh:
+def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0), coloured: bool = False) -> Mesh:
     """Return the triangles of a mesh file: all geometries of its scene where the scene places them, times ``scale``.
 
     STL, OBJ and glTF have no unit that differs from file to file: their numbers times ``scale`` are metres. A DAE names
-    its unit, which is applied; its up axis is not: what the file has along z is height.
+    its unit, which is applied; its up axis is not: what the file has along z is height. ``coloured``: with the colours
+    of its materials, those of an OBJ from the files beside it; what has an image is white.
     Raises NotThere if there is no such file, else ExtractProblem.
     """
     need_trimesh()
@@ -73,7 +85,8 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mesh:
     data = _read(path)
     if kind == "dae":
         _refuse_dtd(path, data)
-    pieces = [piece for piece in _parsed(path, kind, data) if len(piece)]
+    parsed = [piece for piece in _parsed(path, kind, data, coloured) if len(piece[0])]
+    pieces = [triangles for triangles, _ in parsed]
     if not pieces:
         raise fail("mesh-empty", f"{path} has no triangle", "name a mesh that has a surface")
     triangles = pieces[0] if len(pieces) == 1 else np.concatenate(pieces)
@@ -84,7 +97,9 @@ def load_mesh(path: Path, scale: Sequence[float] = (1.0, 1.0, 1.0)) -> Mesh:
             triangles = triangles[:, ::-1]
     if not np.isfinite(triangles).all():
         raise fail("mesh-unreadable", f"{path} has corners that are not finite numbers", "export it anew")
-    return Mesh(path.name, triangles)
+    runs = groupby(parsed, lambda piece: piece[1])
+    colours = tuple((sum(len(piece) for piece, _ in run), colour) for colour, run in runs)
+    return Mesh(path.name, triangles, colours if coloured else ())
 
 
 def need_trimesh() -> None:
@@ -168,14 +183,14 @@ def _unit(data: bytes) -> float:
     return unit if math.isfinite(unit) and unit > 0 else 1.0
 
 
-def _parsed(path: Path, kind: str, data: bytes) -> list[Floats]:
-    """Return the triangles of each geometry of a file. Raises ExtractProblem."""
+def _parsed(path: Path, kind: str, data: bytes, coloured: bool) -> list[tuple[Floats, Colour | None]]:
+    """Return the triangles of each geometry of a file, and its colour if that is asked for. Raises ExtractProblem."""
     import trimesh
 
     options: dict[str, Any] = {"process": False}
-    if kind in ("obj", "gltf", "glb"):
+    if kind in ("obj", "gltf", "glb") and not (coloured and kind == "obj"):
         options["skip_materials"] = True
-    resolver: Any = _Beside(path) if kind == "gltf" else None
+    resolver: Any = _Beside(path) if kind == "gltf" else _Materials(path) if coloured and kind == "obj" else None
     try:
         with _quiet():
             return list(_pieces(path, trimesh.load(io.BytesIO(data), file_type=kind, resolver=resolver, **options)))
@@ -207,13 +222,13 @@ def _quiet() -> Iterator[None]:
         log.setLevel(before)
 
 
-def _pieces(path: Path, loaded: Any) -> Iterator[Floats]:
-    """Yield the triangles of each geometry of what trimesh loaded, where the scene puts it; lines have none."""
+def _pieces(path: Path, loaded: Any) -> Iterator[tuple[Floats, Colour | None]]:
+    """Yield triangles and colour of each geometry of what trimesh loaded, where the scene puts it; lines have none."""
     import numpy as np
     import trimesh
 
     if isinstance(loaded, trimesh.Trimesh):
-        yield _triangles(path, loaded)
+        yield _triangles(path, loaded), _colour(loaded)
     elif isinstance(loaded, trimesh.Scene):
         for node in sorted(loaded.graph.nodes_geometry):
             matrix, name = loaded.graph[node]
@@ -221,7 +236,17 @@ def _pieces(path: Path, loaded: Any) -> Iterator[Floats]:
             if isinstance(geometry, trimesh.Trimesh):
                 matrix = np.asarray(matrix, dtype=np.float64)
                 moved = placed(_triangles(path, geometry), matrix[:3, :3].tolist(), matrix[:3, 3].tolist())
-                yield moved[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else moved
+                yield moved[:, ::-1] if np.linalg.det(matrix[:3, :3]) < 0 else moved, _colour(geometry)
+
+
+def _colour(mesh: Any) -> Colour | None:
+    """Return the colour of the material of a Trimesh (sRGB, 0 to 1); None if it has none."""
+    material = getattr(mesh.visual, "material", None)
+    colour = getattr(material, "main_color", None)
+    if colour is None or getattr(material, "name", "") == _NAMELESS:
+        return None
+    red, green, blue = (float(part) / 255 for part in colour[:3])
+    return red, green, blue
 
 
 def _triangles(path: Path, mesh: Any) -> Floats:
@@ -239,6 +264,24 @@ def _triangles(path: Path, mesh: Any) -> Floats:
         raise fail("mesh-unreadable", message, "export it anew")
     triangles: Floats = corners[faces]
     return triangles
+
+
+class _Materials:
+    """Gives trimesh the materials of an OBJ that stand beside it, and no image: what has one is white."""
+
+    def __init__(self, path: Path) -> None:
+        self.folder = path.parent
+
+    def get(self, name: str) -> bytes:
+        """Return a file of materials. Raises FileNotFoundError for what is none."""
+        file = self.folder / name
+        if not name.lower().endswith(".mtl") or Path(name).is_absolute() or not file.is_file():
+            raise FileNotFoundError(f"{name} is not beside it")
+        blocks = re.split(rb"(?mi)^(?=[ \t]*newmtl\b)", file.read_bytes()[:_MOST_MATERIALS])
+        return b"".join(_WHITE.sub(b"Kd 1 1 1", _MAP.sub(b"", one)) if _MAP.search(one) else one for one in blocks)
+
+    def __getitem__(self, name: str) -> bytes:
+        return self.get(name)
 
 
 class _Beside:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ...diagnostics import WARNING, Diagnostic
 from ...model import Mesh, Shape
 from ...rules.case import Case
-from ..extract.meshes import load_mesh
+from ..extract.meshes import Colour, load_mesh
 from ..extract.problems import ExtractProblem
 
 if TYPE_CHECKING:
@@ -35,10 +35,11 @@ class Hull(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Loaded:
-    """A mesh that was read: ``triangles`` (n, 3, 3) in metres, times its scale."""
+    """A mesh that was read: ``triangles`` (n, 3, 3) in metres, times its scale; ``colours`` as in ``load_mesh``."""
 
     file: str
     triangles: Floats
+    colours: tuple[tuple[int, Colour | None], ...] = ()
 
     @cached_property
     def box(self) -> tuple[Floats, Floats]:
@@ -113,9 +114,13 @@ def named_meshes(case: Case) -> Iterator[Named]:
 
 
 class Meshes:
-    """Reads the meshes of a robot, whose ``files`` were found by their names in the description."""
+    """Reads the meshes of a robot, whose ``files`` were found by their names in the description.
 
-    def __init__(self, case: Case, files: Mapping[str, Path]) -> None:
+    ``coloured``: with the colours that they have themselves.
+    """
+
+    def __init__(self, case: Case, files: Mapping[str, Path], coloured: bool = False) -> None:
+        self.coloured = coloured
         self.case = case
         self.files = files
         self.told: list[Diagnostic] = []
@@ -139,7 +144,8 @@ class Meshes:
             message = f'the mesh {named.mesh.file} of link "{named.link}" is not found'
         else:
             try:
-                return Loaded(named.mesh.file, load_mesh(file, named.mesh.scale).triangles)
+                loaded = load_mesh(file, named.mesh.scale, self.coloured)
+                return Loaded(named.mesh.file, loaded.triangles, loaded.colours)
             except ExtractProblem as problem:
                 message, help = problem.diagnostic.message, "its shape is left out here"
         self.told.append(self.case.problem("mesh-unreadable", message, path, help, severity=WARNING))

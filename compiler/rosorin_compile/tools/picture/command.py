@@ -6,6 +6,7 @@ import argparse
 import os
 import re
 from collections.abc import Mapping, Sequence
+from itertools import accumulate, pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,11 +21,11 @@ from ..understanding import Known, mode_states
 from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
-    from ...model import Robot, Transform, Vector
+    from ...model import Mesh, Robot, Transform, Vector
     from ..view.showing import Shown
     from .camera import Box, Camera
     from .painting import Progress
-    from .soup import Piece, Triangles
+    from .soup import Piece, Surface, Surfaces
 
 _HOW = "rosorin-compile picture ROBOT -o FILE"
 SUFFIXES = (".png", ".svg")
@@ -43,6 +44,7 @@ class Asked(NamedTuple):
     width: int
     height: int
     transparent: bool
+    theme: str
 
 
 def options(command: argparse.ArgumentParser) -> None:
@@ -81,6 +83,9 @@ def options(command: argparse.ArgumentParser) -> None:
         help="show one frame; may be given again",
     )
     mode_option(look, "on, as in frames")
+    look.add_argument(
+        "--theme", choices=("light", "dark"), default="light", help="the colours around the robot; default: light"
+    )
     look.add_argument("--transparent", action="store_true", help="no background and no floor, but its shadow")
     quiet_option(command)
     package_option(command)
@@ -114,7 +119,7 @@ def run(options: argparse.Namespace) -> int:
     robot = looked.shown.robot
     visual = any(link.visual for link in robot.links)
     collision = options.collision or not visual
-    asked = Asked(visual, collision, _frames(robot, options), direction, *size, options.transparent)
+    asked = Asked(visual, collision, _frames(robot, options), direction, *size, options.transparent, options.theme)
     return _draw(looked.shown, asked, options, target, looked.files, console)
 
 
@@ -163,8 +168,8 @@ def picture(
     from . import soup
     from .camera import fitted
 
-    triangles = _meshes(shown, console)
-    drawn = soup.pieces(shown.robot, places, triangles, asked.visual, asked.collision)
+    surfaces = _meshes(shown, console)
+    drawn = soup.pieces(shown.robot, places, surfaces, asked.visual, asked.collision)
     box = soup.bounds(drawn, places)
     camera = fitted(box, asked.direction, asked.width, asked.height)
     names = asked.frames or ([] if any(piece.shown for piece in drawn) else list(places))
@@ -183,12 +188,14 @@ def _png(
     progress: Progress,
 ) -> bytes:
     from .frames import drawn, paint
+    from .light import THEMES
     from .painting import modelled, painted
     from .png import png
 
-    pixels = painted(modelled(pieces, box), camera, asked.transparent, progress)
+    theme = THEMES[asked.theme]
+    pixels = painted(modelled(pieces, box, theme), camera, asked.transparent, progress)
     if frames:
-        paint(pixels, *drawn(frames, camera, _size_of(pieces, box)))
+        paint(pixels, *drawn(frames, camera, _size_of(pieces, box)), theme)
     return png(pixels, f" picture: the robot {robot.name}")
 
 
@@ -202,10 +209,11 @@ def _svg(
     progress: Progress,
 ) -> bytes:
     from .frames import drawn
+    from .light import THEMES
     from .svg import svg
 
     axes, names = drawn(frames, camera, _size_of(pieces, box))
-    return svg(pieces, box, camera, axes, names, asked.transparent, robot.name, progress).encode()
+    return svg(pieces, box, camera, axes, names, asked.transparent, THEMES[asked.theme], robot.name, progress).encode()
 
 
 def _size_of(pieces: Sequence[Piece], box: Box) -> float:
@@ -213,21 +221,28 @@ def _size_of(pieces: Sequence[Piece], box: Box) -> float:
     return max(box.diagonal, 0.05) * (1.0 if pieces else 2.0)
 
 
-def _meshes(shown: Shown, console: Console) -> Triangles:
+def _meshes(shown: Shown, console: Console) -> Surfaces:
     """Return what reads the meshes of a robot; those that cannot be read are told once, and left out."""
     from ..physics.files import Meshes, named_meshes
+    from .soup import Surface
 
     case = shown.case()
-    reader = Meshes(case, shown.meshes)
+    reader = Meshes(case, shown.meshes, coloured=True)
     for named in named_meshes(case):
         reader.read(named)
     console.show(reader.told)
 
-    def triangles(mesh: object) -> object:
-        loaded = reader.of(mesh)  # type: ignore[arg-type]
-        return None if loaded is None else loaded.triangles
+    def surfaces(mesh: Mesh) -> list[Surface] | None:
+        loaded = reader.of(mesh)
+        if loaded is None:
+            return None
+        ends = [0, *accumulate(many for many, _ in loaded.colours)]
+        return [
+            Surface(loaded.triangles[first:end], colour)
+            for (first, end), (_, colour) in zip(pairwise(ends), loaded.colours, strict=True)
+        ]
 
-    return triangles  # type: ignore[return-value]
+    return surfaces
 
 
 def _lacking(robot: Robot) -> tuple[str, str] | None:

@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from ...model import Transform
 from .camera import Camera
+from .light import Theme
 
 Floats = NDArray[np.float64]
 Point = tuple[float, float]
 
 AXES = ((0xE5, 0x48, 0x4D), (0x30, 0xA4, 0x6C), (0x3E, 0x63, 0xDD))  # x, y, z, as on the page
-LABEL = (0x1F, 0x29, 0x33)
 LONG = 0.07  # of an axis, times the diagonal of the robot
 _LINE = 2.0  # pixels
 _PEN, _HALO = 1.25, 4.2  # pixels: of a letter, and of the light around it
@@ -112,11 +112,11 @@ def _overlap(one: Name, other: Name) -> bool:
     return not apart and abs(one.y - other.y) < HIGH
 
 
-def paint(pixels: NDArray[np.uint8], axes: Sequence[Axis], names: Sequence[Name]) -> None:
+def paint(pixels: NDArray[np.uint8], axes: Sequence[Axis], names: Sequence[Name], theme: Theme) -> None:
     """Draw frames over a picture, which is changed."""
     for start, end, colour in axes:
         _line(pixels, start, end, _LINE, colour)
-    for colour, pen in (((0xFF, 0xFF, 0xFF), _HALO), (LABEL, _PEN)):
+    for colour, pen in ((theme.halo, _HALO), (theme.label, _PEN)):
         for name in names:
             for a, b in strokes(name.text):
                 ends = [(name.x + p * _LETTER, name.y + (q - 3.0) * _LETTER) for p, q in (a, b)]

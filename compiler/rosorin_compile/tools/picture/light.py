@@ -19,6 +19,43 @@ from .raster import NOTHING, Whole, first_seen, scene
 
 Floats = NDArray[np.float64]
 
+
+class Theme(NamedTuple):
+    """The colours around a robot, as on the page: sky, its upper end, floor, lines, letters and what is around them.
+
+    ``shade`` is how dark the shadow on the floor is (0 to 1).
+    """
+
+    sky: tuple[int, int, int]
+    zenith: tuple[int, int, int]
+    ground: tuple[int, int, int]
+    grid: tuple[int, int, int]
+    label: tuple[int, int, int]
+    halo: tuple[int, int, int]
+    shade: float
+
+
+THEMES = {
+    "light": Theme(
+        (0xF3, 0xF5, 0xF8),
+        (0xFD, 0xFD, 0xFE),
+        (0xE6, 0xEA, 0xEF),
+        (0xB9, 0xC2, 0xCD),
+        (0x1F, 0x29, 0x33),
+        (0xFF, 0xFF, 0xFF),
+        0.22,
+    ),
+    "dark": Theme(
+        (0x17, 0x1B, 0x21),
+        (0x1D, 0x22, 0x29),
+        (0x1F, 0x25, 0x2D),
+        (0x3A, 0x44, 0x50),
+        (0xE6, 0xEA, 0xF0),
+        (0x17, 0x1B, 0x21),
+        0.45,
+    ),
+}
+
 SUN: Vector = unit((0.25, 0.75, 1.0))  # the direction to it
 _SUN_COLOUR = (0.70, 0.645, 0.575)  # times what a white surface that faces it sends back
 # What the sky and the room send to a white surface, by its normal (x, y, z): fitted to pictures of the page. The terms

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Box, Camera
-from .light import FloorShadow, Shadows, floor_shadow, linear, on_screen, shaded, shadows, toned
+from .light import THEMES, FloorShadow, Shadows, Theme, floor_shadow, linear, on_screen, shaded, shadows, toned
 from .raster import Layer, Scene, Whole, first_seen, next_seen, scene, turns_left
 from .soup import Piece
 
@@ -24,11 +24,6 @@ Progress = Callable[[int, int], None]
 FINE = 3  # samples along the side of a pixel
 _BAND = 3_000_000  # samples that are looked at together
 _LAYERS = 6  # of translucent surfaces behind each other; more are not seen through
-SKY = (0xF3, 0xF5, 0xF8)
-ZENITH = (0xFD, 0xFD, 0xFE)
-GROUND = (0xE6, 0xEA, 0xEF)
-GRID = (0xB9, 0xC2, 0xCD)
-SHADE = 0.22  # how dark the shadow on the floor is
 REACH = 6.0  # of the floor, times the diagonal of the robot
 _EDGE = 0.62  # what is left of the light along the edges of boxes
 
@@ -58,6 +53,7 @@ class Model(NamedTuple):
     box: Box
     sun: Shadows
     floor: FloorShadow
+    theme: Theme
 
     @property
     def one_sided(self) -> NDArray[np.bool_]:
@@ -75,7 +71,7 @@ def ground_of(box: Box) -> float:
     return box.lower[2] - 1e-4 * max(box.diagonal, 0.05)
 
 
-def modelled(pieces: Sequence[Piece], box: Box) -> Model:
+def modelled(pieces: Sequence[Piece], box: Box, theme: Theme = THEMES["light"]) -> Model:
     """Return pieces as they are drawn, with their shadows; translucent ones throw none."""
     made = surfaces(pieces)
     opacity = np.array([piece.opacity for piece in pieces] or [1.0])
@@ -89,6 +85,7 @@ def modelled(pieces: Sequence[Piece], box: Box) -> Model:
         box,
         shadows(solid, box),
         floor_shadow(solid, ground_of(box), box),
+        theme,
     )
 
 
@@ -324,15 +321,15 @@ def background(model: Model, camera: Camera, first: int, end: int, transparent: 
     far = np.where(hits, high / np.where(hits, -rays[2], 1.0), 0.0)
     at = [camera.eye[i] + far * rays[i] for i in range(2)]
     hits = hits[:-1, :-1]
-    dark = SHADE * np.where(hits, model.floor.at(at[0][:-1, :-1], at[1][:-1, :-1]), 0.0)
+    dark = model.theme.shade * np.where(hits, model.floor.at(at[0][:-1, :-1], at[1][:-1, :-1]), 0.0)
     if transparent:
         made[..., 3] = dark
         return made
     up = np.clip(1.0 - y[:-1, :-1] / camera.height, 0.0, 1.0)
-    floor, fade = _floor(model, at)
+    floor, fade, theme = *_floor(model, at), model.theme
     fade = np.where(hits, fade, 0.0)
     for i in range(3):
-        sky = (SKY[i] + (ZENITH[i] - SKY[i]) * up) / 255
+        sky = (theme.sky[i] + (theme.zenith[i] - theme.sky[i]) * up) / 255
         made[..., i] = (sky + (floor[i] - sky) * fade) * (1.0 - dark)
     made[..., 3] = 1.0
     return made
@@ -352,7 +349,8 @@ def _floor(model: Model, at: list[Floats]) -> tuple[list[Floats], Floats]:
     reach = REACH * size
     t = np.clip((np.sqrt(x * x + y * y) / reach - 0.25) / 0.75, 0.0, 1.0)
     fade = 1.0 - t * t * (3.0 - 2.0 * t)
-    return [(GROUND[i] + (GRID[i] - GROUND[i]) * drawn) / 255 for i in range(3)], fade
+    ground, grid = model.theme.ground, model.theme.grid
+    return [(ground[i] + (grid[i] - ground[i]) * drawn) / 255 for i in range(3)], fade
 
 
 def grid_step(size: float) -> float:

@@ -16,11 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ...model import Box as BoxShape
-from ...model import Capsule, Cylinder, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform, Vector
+from ...model import Capsule, Cylinder, Geometry, HeightMap, Link, Mesh, Robot, Shape, Sphere, Transform, Vector
 from .camera import Box
 
 Floats = NDArray[np.float64]
-Triangles = Callable[[Mesh], "Floats | None"]
 
 ROUND = 40  # corners of a circle
 _GOLDEN_ANGLE = 137.50776
@@ -30,6 +29,16 @@ _CREASE = 0.82  # the cosine of the angle up to which a mesh is taken to be roun
 _MOST_ROUND = 400_000  # triangles; of larger meshes no edge is looked at
 
 Colour = tuple[float, float, float]
+
+
+class Surface(NamedTuple):
+    """A part of a mesh: triangles (n, 3, 3) in metres, and the colour that its file gives them, if it does."""
+
+    triangles: Floats
+    colour: Colour | None = None
+
+
+Surfaces = Callable[[Mesh], "list[Surface] | None"]
 
 
 class Patch(NamedTuple):
@@ -62,55 +71,72 @@ def of_link(index: int) -> Colour:
 
 
 def pieces(
-    robot: Robot, places: Mapping[str, Transform], triangles: Triangles, visual: bool, collision: bool
+    robot: Robot, places: Mapping[str, Transform], surfaces: Surfaces, visual: bool, collision: bool
 ) -> list[Piece]:
     """Return what is drawn of a robot whose links are at ``places``.
 
-    ``triangles`` returns the surface (n, 3, 3) of a mesh in metres, or None for one that cannot be read. Shapes that
-    are not shown have their box alone, because the page fits all of them.
+    ``surfaces`` returns the parts of a mesh, or None for one that cannot be read. They have their own colours where
+    nobody gives the visual one. Shapes that are not shown have their box alone, because the page fits all of them.
     """
     made: list[Piece] = []
     for index, link in enumerate(robot.links):
-        for purpose, shown, shape in _shapes(link, triangles, visual, collision):
+        for purpose, shown, shape in _shapes(link, surfaces, visual, collision):
             veiled = purpose == "collision" and visual and collision
             rgba = robot.colour(shape) if purpose == "visual" else None
             colour = COLLISION if veiled else rgba[:3] if rgba else of_link(index)
             opacity = VEIL if veiled else rgba[3] if rgba else 1.0
             at = places[link.name].then(shape.origin().transform())
-            made += _piece(shape, index, colour, opacity, at, triangles, shown)
+            own = purpose == "visual" and rgba is None
+            made += _piece(shape, Look(index, colour, opacity, own), at, surfaces, shown)
     return made
 
 
-def _shapes(link: Link, triangles: Triangles, visual: bool, collision: bool) -> Iterator[tuple[str, bool, Shape]]:
+def _shapes(link: Link, surfaces: Surfaces, visual: bool, collision: bool) -> Iterator[tuple[str, bool, Shape]]:
     """Yield the shapes of a link, what they are for, and whether they are shown.
 
     Of a link with a visual mesh that cannot be read the collision shapes are shown as well.
     """
-    lost = any(isinstance(shape.geometry, Mesh) and triangles(shape.geometry) is None for shape in link.visual)
+    lost = any(isinstance(shape.geometry, Mesh) and surfaces(shape.geometry) is None for shape in link.visual)
     instead = visual and lost
     yield from (("visual", visual, shape) for shape in link.visual)
     yield from (("collision", collision or instead, shape) for shape in link.collision)
 
 
-def _piece(
-    shape: Shape, link: int, colour: Colour, opacity: float, at: Transform, triangles: Triangles, shown: bool
-) -> Iterator[Piece]:
+class Look(NamedTuple):
+    """How a shape is drawn: the number of its link, colour and opacity; ``own``: a mesh may have its own colours."""
+
+    link: int
+    colour: Colour
+    opacity: float
+    own: bool
+
+
+def _piece(shape: Shape, look: Look, at: Transform, surfaces: Surfaces, shown: bool) -> Iterator[Piece]:
     geometry = shape.geometry
-    patches: tuple[Patch, ...]
     if isinstance(geometry, Mesh):
-        surface = triangles(geometry)
-        if surface is None or not len(surface):
-            return
-        lower, upper = surface.min(axis=(0, 1)), surface.max(axis=(0, 1))
-        patches = (Patch(surface, _mesh_normals(surface)),) if shown else ()
+        for surface, colour in surfaces(geometry) or ():
+            if len(surface):
+                ends = surface.min(axis=(0, 1)), surface.max(axis=(0, 1))
+                patches = (Patch(surface, _mesh_normals(surface)),) if shown else ()
+                own = look._replace(colour=colour) if look.own and colour is not None else look
+                yield _placed_piece(geometry, own, at, ends, patches, shown)
     else:
-        lower, upper = _extent(geometry)
-        patches = tuple(_solid(geometry)) if shown else ()
-    ends = [(float(low), float(high)) for low, high in zip(lower, upper, strict=True)]
-    box = around([at.apply((x, y, z)) for x, y, z in product(*ends)])
+        yield _placed_piece(geometry, look, at, _extent(geometry), tuple(_solid(geometry)) if shown else (), shown)
+
+
+def _placed_piece(
+    geometry: Geometry,
+    look: Look,
+    at: Transform,
+    ends: tuple[Sequence[float] | Floats, Sequence[float] | Floats],
+    patches: tuple[Patch, ...],
+    shown: bool,
+) -> Piece:
+    sides = [(float(low), float(high)) for low, high in zip(*ends, strict=True)]
+    box = around([at.apply((x, y, z)) for x, y, z in product(*sides)])
     placed = tuple(_placed(patch, at) for patch in patches)
     mesh, is_box = isinstance(geometry, Mesh), isinstance(geometry, BoxShape)
-    yield Piece(link, colour, opacity, placed, box, mesh, is_box, shown)
+    return Piece(look.link, look.colour, look.opacity, placed, box, mesh, is_box, shown)
 
 
 def around(points: Sequence[Vector]) -> Box:

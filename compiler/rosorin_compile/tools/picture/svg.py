@@ -15,16 +15,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .camera import Box, Camera
-from .frames import HIGH, LABEL, Axis, Name
-from .light import FloorShadow
+from .frames import HIGH, Axis, Name
+from .light import FloorShadow, Theme
 from .ordering import Polygon, ordered, surfaces_of
 from .painting import (
-    GRID,
-    GROUND,
     REACH,
-    SHADE,
-    SKY,
-    ZENITH,
     Model,
     Surfaces,
     colours,
@@ -45,6 +40,7 @@ _SAMPLES = 800_000  # of the grid on which it is looked up what is seen
 _MOST_FACES = 6_000  # of meshes; they are made coarser until there are no more
 _COARSER = 8  # times that this is tried
 _EDGE = 0.62  # what is left of the light along the edges of boxes
+_END = "</linearGradient></defs>"
 _STOPS = 16  # of the gradient by which the floor fades
 
 
@@ -65,11 +61,12 @@ def svg(
     axes: Sequence[Axis],
     names: Sequence[Name],
     transparent: bool,
+    theme: Theme,
     title: str,
     progress: Progress,
 ) -> str:
     """Return the drawing of pieces and frames."""
-    model = modelled(pieces, box)
+    model = modelled(pieces, box, theme)
     drawn = _faces(model, camera, progress)
     size = f'width="{camera.width}" height="{camera.height}" viewBox="0 0 {camera.width} {camera.height}"'
     name = escape(title)
@@ -82,7 +79,7 @@ def svg(
         '<g stroke-width=".7" stroke-linejoin="round">',
         *_polygons(drawn),
         "</g>",
-        *_frames(axes, names),
+        *_frames(axes, names, theme),
         "</svg>",
     ]
     return "\n".join(lines) + "\n"
@@ -229,9 +226,10 @@ def _rgb(colour: Sequence[int]) -> str:
 
 def _ground(model: Model, camera: Camera) -> Iterator[str]:
     """Yield sky and floor: its grid, and over it the sky by which it fades with the distance."""
+    theme = model.theme
     whole = f'width="{camera.width}" height="{camera.height}"'
     yield '<defs><linearGradient id="sky" x1="0" y1="1" x2="0" y2="0">'
-    yield f'<stop stop-color="{_rgb(SKY)}"/><stop offset="1" stop-color="{_rgb(ZENITH)}"/></linearGradient></defs>'
+    yield f'<stop stop-color="{_rgb(theme.sky)}"/><stop offset="1" stop-color="{_rgb(theme.zenith)}"/>' + _END
     high = camera.eye[2] - model.ground
     if high <= 0:
         yield f'<rect {whole} fill="url(#sky)"/>'
@@ -240,15 +238,15 @@ def _ground(model: Model, camera: Camera) -> Iterator[str]:
     for index in range(_STOPS + 1):
         part = index / _STOPS
         veil = 1 - _fade(model, camera, part, high)
-        yield f'<stop offset="{part:.4g}" stop-color="{_rgb(SKY)}" stop-opacity="{veil:.3f}"/>'
+        yield f'<stop offset="{part:.4g}" stop-color="{_rgb(theme.sky)}" stop-opacity="{veil:.3f}"/>'
     yield "</linearGradient></defs>"
-    yield f'<rect {whole} fill="{_rgb(GROUND)}"/>'
+    yield f'<rect {whole} fill="{_rgb(theme.ground)}"/>'
     size = max(model.box.diagonal, 0.05)
     step = grid_step(size)
     for apart, reach, strength in ((step, 5 * size, 0.35), (10 * step, REACH * size, 0.8)):
         path = "".join(_grid(model, camera, apart, reach))
         if path:
-            yield f'<path d="{path}" stroke="{_rgb(GRID)}" stroke-opacity="{strength}" fill="none"/>'
+            yield f'<path d="{path}" stroke="{_rgb(theme.grid)}" stroke-opacity="{strength}" fill="none"/>'
     yield f'<rect {whole} fill="url(#far)"/>'
 
 
@@ -321,7 +319,7 @@ def _shadow(model: Model, camera: Camera) -> Iterator[str]:
     soft = 0.008 * model.box.diagonal * camera.focal / float(camera.seen(centre)[2])
     yield f'<filter id="soft"><feGaussianBlur stdDeviation="{soft:.1f}"/></filter>'
     shape = "".join(path)
-    yield f'<path d="{shape}" fill-rule="evenodd" fill-opacity="{SHADE}" filter="url(#soft)"/>'
+    yield f'<path d="{shape}" fill-rule="evenodd" fill-opacity="{model.theme.shade}" filter="url(#soft)"/>'
 
 
 def outline(shadow: FloorShadow) -> list[list[Point]]:
@@ -370,7 +368,7 @@ def _simple(loop: Sequence[tuple[int, int]]) -> list[tuple[int, int]]:
     return [loop[index] for index in sorted(keep)]
 
 
-def _frames(axes: Sequence[Axis], names: Sequence[Name]) -> Iterator[str]:
+def _frames(axes: Sequence[Axis], names: Sequence[Name], theme: Theme) -> Iterator[str]:
     if axes:
         yield '<g stroke-width="2" stroke-linecap="round">'
         for start, end, colour in axes:
@@ -378,8 +376,9 @@ def _frames(axes: Sequence[Axis], names: Sequence[Name]) -> Iterator[str]:
         yield "</g>"
     if names:
         font = f'font-family="DejaVu Sans, Verdana, sans-serif" font-size="{HIGH:g}"'
-        halo = 'stroke="#fff" stroke-opacity=".8" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
-        yield f'<g {font} fill="{_rgb(LABEL)}" {halo} dominant-baseline="central">'
+        around = _rgb(theme.halo).replace("ffffff", "fff")
+        halo = f'stroke="{around}" stroke-opacity=".8" stroke-width="3" stroke-linejoin="round" paint-order="stroke"'
+        yield f'<g {font} fill="{_rgb(theme.label)}" {halo} dominant-baseline="central">'
         for name in names:
             yield f'<text x="{name.x:.1f}" y="{name.y:.1f}">{escape(name.text)}</text>'
         yield "</g>"

@@ -13,8 +13,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics.console import Console
-from ...diagnostics.wording import counted, first_of
-from ...formats.page import MAX_MEGABYTES, embedded, html
+from ...diagnostics.wording import counted
+from ...formats.page import MAX_MEGABYTES, Embedding, data_of, html, left_out
 from ...formats.page.data import before_data
 from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
@@ -22,10 +22,10 @@ from ...meaning.past import past
 from ...model import Link, Mesh, Robot
 from ..given import Given
 from ..usage import WrongUsage
-from .showing import Shown, look, on_disk
+from .showing import Shown, look, nameless, on_disk
 
 if TYPE_CHECKING:
-    from ...meaning.difference import Difference, Side
+    from ...meaning.difference import Difference, Item, Side
     from ...meaning.entities import Change
     from ...meaning.golden import Comparison
     from ...meaning.pairing import Pairing
@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from ...project import Description
 
 COMMITTED = "what is committed"
-_SHOWN = 3
-_BASE64 = 3 / 4
+_RGBA = "rgba"
 
 
 class Picture(NamedTuple):
@@ -59,7 +58,7 @@ class Pictures:
         self.file = Path(options.html)
         self.with_meshes = not options.no_meshes
         limit = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
-        self.limit = int(limit * 1_000_000)
+        self.embedding = Embedding(int(limit * 1_000_000))
         self.taken: list[Picture] = []
 
     def take(
@@ -81,42 +80,44 @@ class Pictures:
         from ...output.one_file import write_file
 
         if not self.taken:
-            console.warn(f"{self.file}: no page, because no robot compiles")
+            gone = _removed(self.file)
+            console.warn(f"{self.file}: no page, because no robot compiles{'; the old one is removed' if gone else ''}")
             return
-        left: dict[str, str] = {}
         ordered = sorted(self.taken, key=lambda one: not (one.changes or one.notes))
-        entries = [self._entry(one, left) for one in ordered]
+        entries = [self._entry(one) for one in ordered]
         text = html({**entries[0], "others": entries[1:]} if entries[1:] else entries[0])
         try:
             write_file(self.file, text.encode(), [file for one in self.taken for file in one.inputs])
         except OutputError as problem:
             raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
-        if left:
-            reasons = ", ".join(dict.fromkeys(left.values()))
-            console.warn(
-                f"{self.file}: without {counted(len(left), 'mesh')} ({first_of(list(left), _SHOWN)}): {reasons}"
-            )
+        if self.embedding.left:
+            console.warn(f"{self.file}: without {left_out(self.embedding.left)}")
         console.say(f"{self.file}: a page with {counted(len(entries), 'robot')}, {len(text.encode()) / 1e6:.1f} MB")
 
-    def _entry(self, one: Picture, left: dict[str, str]) -> Data:
-        data, missing = on_disk(one.shown, self.limit, self.with_meshes)
-        left |= missing
-        self._take(data["meshes"])
+    def _entry(self, one: Picture) -> Data:
+        data = on_disk(one.shown, self.embedding if self.with_meshes else None)
         entry: Data = {"robot": data, "changes": one.changes, "notes": one.notes, "said": one.said}
         if one.before is None:
             return entry
         old, found = one.before
         before = before_data(old, found.shapes, found.at)
         if self.with_meshes:
-            table, missing = embedded(_drawn(old, found), one.files, self.limit)
-            before["meshes"] = {name: mesh for name, mesh in table.items() if mesh != data["meshes"].get(name)}
-            left |= missing
-            self._take(before["meshes"])
+            self.embedding.take(before, _drawn(old, found), one.files)
+            before = nameless(before)
+            known = data["meshes"]
+            before["meshes"] = {name: mesh for name, mesh in before["meshes"].items() if mesh != known.get(name)}
         return {**entry, "before": before, "moved": dict(found.how)}
 
-    def _take(self, meshes: Data) -> None:
-        """Leave less room for the meshes that follow."""
-        self.limit -= sum(int(len(mesh.get("data", "")) * _BASE64) for mesh in meshes.values())
+
+def _removed(page: Path) -> bool:
+    """Remove a page of changes that an earlier run has written: it shows what is no more. Say whether there was one."""
+    try:
+        if not page.is_file() or "changes" not in data_of(page.read_text("utf-8")):  # an artifact is not ours
+            return False
+        page.unlink()
+    except (OSError, ValueError):
+        return False
+    return True
 
 
 def _drawn(old: Robot, found: Moves) -> Robot:
@@ -170,14 +171,27 @@ def _change(change: Change, robots: Iterable[Robot]) -> Data:
     if change.therefore:
         remarks.append(f"and therefore the shapes of {', '.join(change.therefore)}")
     text = str(Sentence(change.text, "; ".join(remarks), change.row))
-    return _said(text, _frame(change.kind, change.name, robots), change.artifacts)
+    colours = _colours(change.row.before, change.row.after) if change.row.quantity.endswith("colour") else None
+    return _said(text, _frame(change.kind, change.name, robots), change.artifacts, colours)
 
 
-def _said(text: str, frame: str, artifacts: Sequence[str] = ()) -> Data:
+def _said(text: str, frame: str, artifacts: Sequence[str] = (), colours: Data | None = None) -> Data:
     made: Data = {"text": text}
     if frame:
         made["frame"] = frame
+    if frame and colours:
+        made["colours"] = colours
     return made | ({"artifacts": list(artifacts)} if artifacts else {})
+
+
+def _colours(was: object, became: object) -> Data:
+    """Return two colours as they are said, in numbers or not at all, as the page draws them."""
+
+    def rgba(text: str) -> list[float] | None:
+        numbers = text.split()
+        return [float(number) for number in numbers] if len(numbers) == len(_RGBA) else None
+
+    return {"was": rgba(str(was)), "is": rgba(str(became))}
 
 
 def _frame(kind: str, name: str, robots: Iterable[Robot]) -> str:
@@ -229,12 +243,16 @@ def of_sides(shown: Sequence[Shown], sides: tuple[Side, Side], difference: Diffe
     names = _Names(pairing, b.robot)
     old = names.old()
     found = moves(old, b.robot, difference.tolerance, (a.printing, b.printing), names.unsaid(a, b))
-    changes = [_said(item.text, names.frame(item.name)) for item in difference.items]
+    changes = [_said(item.text, names.frame(item.name), (), _coloured(item)) for item in difference.items]
     notes = [f"note: {note}" for note in difference.notes]
     notes += [f"not compared: {line}" for line in difference.not_compared]
     said = f"{Path(a.label).name} -> {Path(b.label).name}: {summary(difference)}"
     inputs = tuple(file for one in shown for file in (*one.understood.expanded.files, *one.meshes.values()))
     return Picture(shown[1], (old, found), shown[0].meshes, changes, notes, said, inputs)
+
+
+def _coloured(item: Item) -> Data | None:
+    return _colours(item.before, item.after) if item.quantity == "colour" else None
 
 
 class _Names:

@@ -15,15 +15,15 @@ from typing import Any
 from ...diagnostics import Diagnostic
 from ...diagnostics.console import Console
 from ...diagnostics.report import text as as_text
-from ...diagnostics.wording import counted, first_of
-from ...formats.page import MAX_MEGABYTES, html
+from ...formats.page import MAX_MEGABYTES, Embedding, html, left_out
+from ...model import SEVERAL_COORDINATES, Joint
 from ...output.watch import Inputs
 from ...project import Description
 from ..given import Given, given_arguments
 from ..options import argument_options, one_robot, package_option, page_options, quiet_option
 from ..robots import one
 from ..usage import FINE, PROBLEMS, WrongUsage
-from .server import LOOPBACK, Data, Page, Server, bound, is_loopback
+from .server import LOOPBACK, Data, Page, Server, Unknown, bound, is_loopback
 from .showing import Looked, Shown, look, on_disk, served
 
 _LOOK = 0.15  # seconds between two looks at the files
@@ -84,17 +84,16 @@ def _write(options: argparse.Namespace, given: Given, description: Description) 
         console.warn(f"{description.name}: a robot with errors is not shown")
         return PROBLEMS
     megabytes = MAX_MEGABYTES if options.max_megabytes is None else options.max_megabytes
-    limit = int(megabytes * 1_000_000)
-    data, left = on_disk(looked.shown, limit, not options.no_meshes)
+    embedding = Embedding(int(megabytes * 1_000_000))
+    data = on_disk(looked.shown, None if options.no_meshes else embedding)
     text = html({"robot": data})
     try:
         write_file(Path(options.html), text.encode(), looked.files)
     except OutputError as problem:
         console.show([problem.diagnostic])
         return PROBLEMS
-    if left:
-        reasons = ", ".join(dict.fromkeys(left.values()))
-        console.warn(f"not shown: {counted(len(left), 'mesh')} ({first_of(list(left), 3)}): {reasons}")
+    if embedding.left:
+        console.warn(f"not shown: {left_out(embedding.left)}")
     console.say(f"{description.name}: {options.html}, {len(text.encode()) / 1e6:.1f} MB")
     return FINE
 
@@ -168,7 +167,7 @@ class _Followed:
         self.page.problem = as_text(errors)
         self.page.changed()
 
-    def _serve(self, data: Data, files: Mapping[str, Path]) -> None:
+    def _serve(self, data: Data, files: Mapping[str, tuple[Path, str]]) -> None:
         """Have a new version of the page served."""
         page = self.page
         version = secrets.token_hex(8)
@@ -177,7 +176,8 @@ class _Followed:
 
     def _show(self, shown: Shown) -> None:
         data = dict(shown.data)
-        data["meshes"], files = served(shown, self.numbers)
+        tables, files = served(shown, self.numbers)
+        data |= tables
         page = self.page
 
         def explained(frame: str) -> list[str]:
@@ -198,25 +198,40 @@ class _Touching:
         self.lock = lock
         self.scene: Any = None
 
-    def __call__(self, state: Mapping[str, Any]) -> list[list[str]] | None:
-        """Return pairs of links at positions by joint (rad or m), neighbours left aside; None where nobody knows."""
+    def __call__(self, state: Mapping[str, Any]) -> list[list[str]]:
+        """Return pairs of links at positions by joint (rad or m), neighbours left aside. Raises Unknown."""
         from ..physics.checking import lacking
 
-        if lacking():
-            return None
+        missing = lacking()
+        if missing:
+            raise Unknown(f"{missing} is not installed; pip install 'rosorin-compile[physics]' brings it")
         with self.lock:
-            if self.scene is None:
-                self.scene = self._made()
-            joints = self.shown.robot.joint
-            positions = {name: at for name, at in state.items() if name in joints and joints[name].moves}
-            found = self.scene.overlaps({name: float(at) for name, at in positions.items()})
-            return [list(pair) for pair in found if self.scene.joint_of(pair) is None]
+            try:
+                return self._found(state)
+            except Exception as problem:  # whatever an engine stumbles over: the page says it, and goes on
+                raise Unknown(" ".join(str(problem).split())[:200] or type(problem).__name__) from None
+
+    def _found(self, state: Mapping[str, Any]) -> list[list[str]]:
+        if self.scene is None:
+            self.scene = self._made()
+        joints = self.shown.robot.joint
+        positions = {name: _position(joints[name], at) for name, at in state.items() if name in joints}
+        found = self.scene.overlaps(positions)
+        return [list(pair) for pair in found if self.scene.joint_of(pair) is None]
 
     def _made(self) -> Any:
         from ..physics.files import Meshes
         from ..physics.scene import Scene
 
         return Scene(self.shown.robot, Meshes(self.shown.case(), self.shown.meshes))
+
+
+def _position(joint: Joint, at: object) -> float | list[float]:
+    """Return where a joint is. Raises ValueError unless there is a number for each of its coordinates."""
+    numbers = [float(one) for one in at] if isinstance(at, list) else [float(at)]  # type: ignore[arg-type]
+    if isinstance(at, list) != (joint.type in SEVERAL_COORDINATES) or len(numbers) != len(joint.coordinates):
+        raise ValueError(f"joint {joint.name} is at {len(joint.coordinates)} numbers, not at {len(numbers)}")
+    return numbers if isinstance(at, list) else numbers[0]
 
 
 def _bound(page: Page, options: argparse.Namespace) -> Server:

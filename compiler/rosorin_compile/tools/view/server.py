@@ -39,6 +39,14 @@ _HEADERS = {
 }
 
 
+class Unknown(Exception):
+    """What is asked for is not known; its text says why."""
+
+
+def _nobody_knows(state: Mapping[str, Any]) -> list[list[str]]:  # noqa: ARG001
+    raise Unknown("there is no robot yet")
+
+
 class Page:
     """What is served at present; the files are followed in another thread than pages are answered in."""
 
@@ -47,10 +55,10 @@ class Page:
         self.text = ""
         self.data: Data = {}
         self.version = ""
-        self.files: Mapping[str, Path] = {}
+        self.files: Mapping[str, tuple[Path, str]] = {}
         self.problem = ""
         self.explain: Callable[[str], list[str]] = lambda _: []
-        self.touching: Callable[[Mapping[str, Any]], list[list[str]] | None] = lambda _: None
+        self.touching: Callable[[Mapping[str, Any]], list[list[str]]] = _nobody_knows
         self.listeners: list[queue.SimpleQueue[str]] = []
 
     def changed(self) -> None:
@@ -162,6 +170,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._json(page.explain(parse_qs(asked.query).get("frame", [""])[0]))
         elif asked.path == "/events":
             self._events()
+        elif asked.path == "/favicon.ico":  # browsers ask for it by themselves
+            self._send(b"", "image/x-icon")
         elif asked.path.startswith("/mesh/"):
             self._mesh(asked.path.removeprefix("/mesh/"))
         else:
@@ -185,9 +195,10 @@ class _Handler(BaseHTTPRequestHandler):
         except (ValueError, RecursionError):
             self._refuse(HTTPStatus.BAD_REQUEST, "these are no positions of joints")
             return
-        found = self.server.page.touching(state)
-        if found is None:
-            self._refuse(HTTPStatus.NOT_IMPLEMENTED, "what touches is not known here")
+        try:
+            found = self.server.page.touching(state)
+        except Unknown as problem:
+            self._refuse(HTTPStatus.NOT_IMPLEMENTED, str(problem))
             return
         self._json(found)
 
@@ -205,7 +216,7 @@ class _Handler(BaseHTTPRequestHandler):
         return True
 
     def _mesh(self, number: str) -> None:
-        file = self.server.page.files.get(number)
+        file, kind = self.server.page.files.get(number, (None, ""))
         try:
             content = None if file is None else file.read_bytes()
         except OSError:
@@ -213,7 +224,7 @@ class _Handler(BaseHTTPRequestHandler):
         if content is None:
             self._refuse(HTTPStatus.NOT_FOUND, "there is no such mesh")
             return
-        self._send(content, "application/octet-stream")
+        self._send(content, kind)
 
     def _events(self) -> None:
         self.send_response(HTTPStatus.OK)

@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, has_errors
 from ...diagnostics.console import Console
-from ...formats.mesh_files import Places, files_of, named_meshes
-from ...formats.page import MESHES
-from ...formats.page.data import mesh_names, robot_data
+from ...formats.mesh_files import Places, files_of, named_meshes, textures_of
+from ...formats.page import MESHES, Embedding
+from ...formats.page.data import mesh_names, robot_data, texture_names
+from ...formats.page.images import Side, beside, image_type
 from ...formats.page.seen import Data
 from ...frontend.tree import Map, locate
 from ...output.watch import mark
@@ -25,15 +26,20 @@ if TYPE_CHECKING:
     from ...pipeline import Understood
     from ...rules.case import Case
 
+_BYTES = "application/octet-stream"
+_NO_IMAGE = "not found, or no image that browsers read"
+_TABLES = ("meshes", "textures")
+_PURPOSES = ("visual", "collision")
 _EXPLAINED = 300  # links; of more than that a page on disk does not say where each number comes from
 
 
 class Shown(NamedTuple):
-    """A robot to look at: the model, its data for the page, its mesh files by name, and what explains it."""
+    """A robot to look at: the model, its data for the page, its mesh and image files by name, and what explains it."""
 
     robot: Robot
     data: Data
     meshes: Mapping[str, Path]
+    images: Mapping[str, Path]
     understood: Understood
     arguments: Mapping[str, Any]
 
@@ -77,15 +83,27 @@ def look(given: Given, description: Description, console: Console) -> Looked:
     if lowered is None or lowered.robot is None or expanded.tree is None or has_errors(diagnostics):
         return Looked(None, diagnostics, expanded.files)
     places = Places(description.path, description.outputs, given.packages, os.environ)
-    meshes = files_of(expanded.tree, (), places)
+    meshes, images = files_of(expanded.tree, (), places), textures_of(expanded.tree, places)
     data = robot_data(lowered.robot)
     foreign = is_foreign(description.path)
     for link in data["links"]:
         where = _where(understood, link["name"])
         if where is not None:
             link["where"] = where
-    shown = Shown(lowered.robot, data, meshes, understood, {} if foreign else given.values())
-    return Looked(shown, diagnostics, (*expanded.files, *meshes.values(), *_awaited(expanded.tree, meshes)))
+    shown = Shown(lowered.robot, data, meshes, images, understood, {} if foreign else given.values())
+    beside_meshes = (side.file for file in meshes.values() for side in _sides(file))
+    found = (*meshes.values(), *images.values(), *beside_meshes, *_awaited(expanded.tree, meshes))
+    return Looked(shown, diagnostics, (*expanded.files, *found))
+
+
+def _sides(mesh: Path) -> list[Side]:
+    """Return the files beside a mesh that belong to it; only an OBJ and a DAE name any."""
+    if mesh.suffix.lower() not in (".obj", ".dae"):
+        return []
+    try:
+        return beside(mesh, mesh.read_bytes())[0]
+    except OSError:
+        return []
 
 
 def _awaited(tree: Map, meshes: Mapping[str, Path]) -> Iterator[Path]:
@@ -112,23 +130,33 @@ def _where(understood: Understood, link: str) -> Data | None:
     }
 
 
-def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, Path]]:
-    """Return the meshes of a page by name, each at a number that is asked for; and the files by number.
+def served(shown: Shown, numbers: dict[Path, str]) -> tuple[Data, dict[str, tuple[Path, str]]]:
+    """Return meshes and textures of a page, each at a number that is asked for; and files with their types by number.
 
     ``numbers`` has those of files that were shown before; new ones are added. What follows "?" tells one version of a
     file from the next, so that a page reads again only what has changed.
     """
-    table: Data = {}
-    files: dict[str, Path] = {}
+    files: dict[str, tuple[Path, str]] = {}
+
+    def at(file: Path, kind: str) -> str:
+        number = numbers.setdefault(file, str(len(numbers)))
+        files[number] = file, kind
+        return f"mesh/{number}?{_version(file)}"
+
+    meshes: Data = {}
     for name in mesh_names(shown.robot):
         kind, file = MESHES.get(PurePosixPath(name).suffix.lower()), shown.meshes.get(name)
         if kind is None or file is None:
-            table[name] = {"missing": "not found" if file is None else "no browser reads it"}
+            meshes[name] = {"missing": "not found" if file is None else "no browser reads it"}
             continue
-        number = numbers.setdefault(file, str(len(numbers)))
-        table[name] = {"format": kind, "url": f"mesh/{number}?{_version(file)}"}
-        files[number] = file
-    return table, files
+        sides = {side.name: {"type": side.type, "url": at(side.file, side.type)} for side in _sides(file)}
+        meshes[name] = {"format": kind, "url": at(file, _BYTES), **({"files": sides} if sides else {})}
+    textures: Data = {}
+    for name in texture_names(shown.robot):
+        image = shown.images.get(name)
+        kind = image_type(image) if image is not None else ""
+        textures[name] = {"type": kind, "url": at(image, kind)} if image and kind else {"missing": _NO_IMAGE}
+    return {"meshes": meshes, **({"textures": textures} if textures else {})}, files
 
 
 def _version(file: Path) -> str:
@@ -136,17 +164,53 @@ def _version(file: Path) -> str:
     return "".join(f"{number:x}" for number in seen) if seen else "0"
 
 
-def on_disk(shown: Shown, limit: int, with_meshes: bool) -> tuple[Data, dict[str, str]]:
-    """Return the data of a page that stands alone, and why meshes are left out of it; ``limit`` in bytes."""
-    from ...formats.page import embedded
-
+def on_disk(shown: Shown, embedding: Embedding | None) -> Data:
+    """Return the data of a page that stands alone, without an absolute path; ``embedding`` takes its meshes, if any."""
     data = dict(shown.data)
-    left: dict[str, str] = {}
-    if with_meshes:
-        data["meshes"], left = embedded(shown.robot, shown.meshes, limit)
+    if embedding is not None:
+        embedding.take(data, shown.robot, {**shown.images, **shown.meshes})
+    named = [*shown.understood.expanded.files, *map(Path, (*shown.meshes, *shown.images))]
+    files = {str(path): _said(path) for path in named if path.is_absolute()}
     links = []
     for link in data["links"]:
         place = {key: value for key, value in link.get("where", {}).items() if key != "path"}  # of this machine
+        if place:
+            place["file"] = _said(Path(place["file"]))
         said = shown.explained(link["name"]) if len(data["links"]) <= _EXPLAINED else []
+        said = [_without(line, files) for line in said]
         links.append({**link, **({"where": place} if place else {}), **({"said": said} if said else {})})
-    return {**data, "links": links}, left
+    return nameless({**data, "links": links})
+
+
+def _said(path: Path) -> str:
+    """Return how a page that is sent names a file: from here, or by its name alone."""
+    if not path.is_absolute():
+        return str(path)
+    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else path.name
+
+
+def _without(line: str, files: Mapping[str, str]) -> str:
+    for path, name in files.items():
+        line = line.replace(path, name)
+    return line
+
+
+def nameless(data: Data) -> Data:
+    """Return data in which meshes and images that are named by absolute paths have their names alone."""
+    new: dict[str, str] = {}
+    for key in _TABLES:
+        for name in data.get(key, {}):
+            if name.startswith(("/", "file:")):
+                short = name.rpartition("/")[2]
+                new[name] = short if short not in new.values() else f"{len(new)}/{short}"
+    if not new:
+        return data
+    links = [
+        {**link, **{key: [_renamed(one, new) for one in link[key]] for key in _PURPOSES}} for link in data["links"]
+    ]
+    tables = {key: {new.get(name, name): one for name, one in data[key].items()} for key in _TABLES if key in data}
+    return {**data, **tables, "links": links}
+
+
+def _renamed(shape: Data, new: Mapping[str, str]) -> Data:
+    return {**shape, **{key: new.get(shape[key], shape[key]) for key in ("mesh", "texture") if key in shape}}

@@ -1,0 +1,99 @@
+"""Images of a page: those that materials name, and what stands beside a mesh file: its materials and their images.
+
+A mesh is foreign, and so are the names in it. What it names is shown only if it is what it says to be: an image that a
+browser reads, by its first bytes, or the materials of an OBJ.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path, PurePosixPath
+from typing import NamedTuple
+from urllib.parse import unquote
+
+_MAGIC = {
+    "image/png": re.compile(rb"\x89PNG\r\n\x1a\n"),
+    "image/jpeg": re.compile(rb"\xff\xd8\xff"),
+    "image/webp": re.compile(rb"RIFF....WEBP", re.DOTALL),
+    "image/gif": re.compile(rb"GIF8[79]a"),
+    "image/bmp": re.compile(rb"BM"),
+}
+_MATERIALS = "text/plain"
+_LARGEST = 1_000_000  # bytes of materials
+_HEAD = 16
+_LIBRARY = re.compile(rb"^[ \t]*mtllib[ \t]+([^\r\n]+)", re.MULTILINE)
+_MAP = re.compile(r"^[ \t]*map_Kd[ \t]+(.+?)[ \t]*$", re.MULTILINE | re.IGNORECASE)
+_OPTION = re.compile(r"-[a-z]+(?:[ \t]+(?:[-+.0-9e]+|on|off))*[ \t]+", re.IGNORECASE)
+_IMAGES = re.compile(rb"<library_images\b.*?</library_images>", re.DOTALL)
+_IMAGE = re.compile(rb"<init_from>\s*(?:<ref>)?\s*([^<]+?)\s*<")
+
+
+class Side(NamedTuple):
+    """A file beside a mesh: its name there, where it is, and its type."""
+
+    name: str
+    file: Path
+    type: str
+
+
+def image_type(file: Path) -> str:
+    """Return the type of an image that a browser reads; empty if a file is none."""
+    try:
+        if not file.is_file():  # a pipe never ends
+            return ""
+        with file.open("rb") as opened:
+            head = opened.read(_HEAD)
+    except (OSError, ValueError):
+        return ""
+    return next((kind for kind, magic in _MAGIC.items() if magic.match(head)), "")
+
+
+def beside(mesh: Path, content: bytes) -> tuple[list[Side], list[str]]:
+    """Return the files that belong to a mesh, and the names of images that it names in vain."""
+    kind = mesh.suffix.lower()
+    if kind == ".dae":
+        library = _IMAGES.search(content)
+        found = _IMAGE.findall(library[0]) if library else []
+        return _images(mesh, [unquote(name.decode("utf-8", "replace")) for name in found])
+    if kind != ".obj":
+        return [], []
+    sides: list[Side] = []
+    names: list[str] = []
+    for side, text in _libraries(mesh, content):
+        sides.append(side)
+        names += [_OPTION.sub("", name) for name in _MAP.findall(text)]
+    images, vain = _images(mesh, names)
+    return [*sides, *images], vain
+
+
+def _libraries(mesh: Path, content: bytes) -> Iterator[tuple[Side, str]]:
+    """Yield the files of materials of an OBJ that stand beside it, with their texts."""
+    named = [name.decode("utf-8", "replace").strip() for name in _LIBRARY.findall(content)]
+    for name in dict.fromkeys(named):
+        file = _at(mesh, name)
+        try:
+            if file is None or file.suffix.lower() != ".mtl" or not file.is_file() or file.stat().st_size > _LARGEST:
+                continue
+            yield Side(name, file, _MATERIALS), file.read_bytes().decode("utf-8", "replace")
+        except (OSError, ValueError):
+            continue
+
+
+def _images(mesh: Path, names: list[str]) -> tuple[list[Side], list[str]]:
+    sides, vain = [], []
+    for name in dict.fromkeys(names):
+        file = _at(mesh, name)
+        kind = image_type(file) if file is not None else ""
+        if file is not None and kind:
+            sides.append(Side(name, file, kind))
+        else:
+            vain.append(PurePosixPath(name.replace("\\", "/")).name)
+    return sides, vain
+
+
+def _at(mesh: Path, name: str) -> Path | None:
+    """Return where a name in a mesh leads to; None for one that is not relative."""
+    if not name or name.startswith("/") or "://" in name or "\0" in name:
+        return None
+    return mesh.parent / name.replace("\\", "/")

@@ -72,7 +72,7 @@ def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Pat
     assert "checking the physics" not in shown.err  # the bar: this is no terminal
     assert shown.out == (
         "rosorin: 10 artifacts as committed in outputs/rosorin\n"
-        "rosorin: physics of 1 pose, zero and the ranges of 6 joints: 1 warning and 2 notes\n"
+        "rosorin: physics of 1 pose, zero and the ranges of 46 joints: 1 warning and 2 notes\n"
     )
 
 

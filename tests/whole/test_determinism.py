@@ -17,8 +17,9 @@ from rosorin_compile.frontend.load import load_mapping
 from support.paths import OUTPUTS, ROOT, ROSORIN
 from support.robots import compiled, copy_of_rosorin, texts
 
-# The entries of these mappings stand in the artifacts in the order of the description.
+# The entries of these mappings stand in the artifacts in the order of the description, and so does what is repeated.
 ORDERED = ("joints", "sensors", "use")
+REPEATED = "for"
 
 
 @pytest.mark.slow
@@ -66,7 +67,7 @@ def _shuffled(value: object, shuffle: random.Random) -> object:
     if isinstance(value, dict):
         keys = list(value)
         shuffle.shuffle(keys)
-        return {key: _shuffled(value[key], shuffle) for key in keys}
+        return {key: value[key] if key == REPEATED else _shuffled(value[key], shuffle) for key in keys}
     if isinstance(value, list):
         return [_shuffled(item, shuffle) for item in value]
     return value

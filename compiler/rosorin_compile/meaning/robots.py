@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+from ..model.looks import shows_collision
 from .difference import DEFAULT_TOLERANCE, FRAME, JOINT, KINDS, YAML, Difference, Item, Side
 from .frames import compare_frames, furthest
 from .joints import compare_joints
@@ -52,7 +53,15 @@ def compare_robots(a: Side, b: Side, tolerance: float = DEFAULT_TOLERANCE, prefi
 
 def side_by_side(a: Side, b: Side, tolerance: float, prefix: str | None) -> Pairing:
     """Return two robots under common names, as they are compared; they keep the order of their links and joints."""
-    return pair(*_known_names(a, b), tolerance, prefix)
+    return pair(*_known_names(_described(a, b), _described(b, a)), tolerance, prefix)
+
+
+def _described(side: Side, other: Side) -> Side:
+    """Return a robot without the visuals that an output made of collision shapes, where the other one has none."""
+    shown = [link for link in side.robot.links if link.name in other.robot.link and shows_collision(link)]
+    made = {link.name for link in shown if not other.robot.link[link.name].visual}
+    links = tuple(replace(link, visual=()) if link.name in made else link for link in side.robot.links)
+    return side._replace(robot=replace(side.robot, links=links)) if made else side
 
 
 def _known_names(a: Side, b: Side) -> tuple[Side, Side]:

@@ -47,3 +47,10 @@ def with_visuals(robot: Robot) -> Robot:
         shapes = (replace(shape, name="", material=name, stand_in="", urdf_elements=()) for shape in link.collision)
         links.append(replace(link, visual=tuple(shapes)))
     return replace(robot, links=tuple(links), materials=(*robot.materials, *made)) if made else robot
+
+
+def shows_collision(link: Link) -> bool:
+    """Say whether the visuals of a link are what ``with_visuals`` gives it: its collision shapes in its colour."""
+    seen, solid = ([(shape.geometry, shape.origin) for shape in shapes] for shapes in (link.visual, link.collision))
+    names = {shape.material.rstrip("_") for shape in link.visual if shape.material}
+    return bool(seen) and seen == solid and names == {f"{link.name}_colour"}

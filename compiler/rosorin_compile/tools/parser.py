@@ -50,9 +50,10 @@ class Parser(argparse.ArgumentParser):
         return commands
 
     def long_options(self) -> list[str]:
-        """Return the names of all options that begin with --, those of the commands within as well."""
+        """Return the names of all options that begin with --, those of the commands within as well, each once."""
         names = [name for option in self.options for name in option.option_strings if name.startswith("--")]
-        return names + [name for inner in self.within.values() for name in inner.long_options()]
+        names += [name for inner in self.within.values() for name in inner.long_options()]
+        return list(dict.fromkeys(names))
 
     def parse_known_args(self, args: Iterable[str] | None = None, namespace: Any = None) -> tuple[Any, list[str]]:
         """Parse words as argparse does; a number below zero after an option is its value, whatever follows the digits.

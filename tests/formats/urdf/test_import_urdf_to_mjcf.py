@@ -47,7 +47,7 @@ def both(text: str, folder: Path) -> tuple[Robot, Any, Any]:
     assert imported.tree is not None, [d.message for d in imported.diagnostics]
     robot = lower(imported.tree).robot
     assert robot is not None
-    ours, _ = load(emit(robot))
+    ours, _ = load(emit(robot, visuals="own"))
     with_settings = re.sub(r"(<robot\b[^>]*>)", rf"\1{SETTINGS}", path.read_text("utf-8"), count=1)
     theirs, _ = load(with_settings)
     return robot, ours, theirs

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import math
 import os
@@ -182,7 +183,7 @@ def test_a_bar_is_shown_on_a_terminal_after_a_while(
     monkeypatch.setenv("TERM", "xterm")
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
     assert "%" not in capsys.readouterr().err
-    monkeypatch.setattr(progress.time, "monotonic", iter(range(1000)).__next__)
+    monkeypatch.setattr(progress.time, "monotonic", itertools.count().__next__)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
     assert main(["verify", str(clean["mcap"]), ROBOT]) == 0
     said = capsys.readouterr().err

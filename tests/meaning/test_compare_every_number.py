@@ -21,10 +21,11 @@ from support.paths import ROSORIN
 from support.robots import compiled, copy_of_rosorin
 
 FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}
-SOLID = {"urdf", "mjcf", "robot_model"}
+SIMULATED = {"mjcf", "urdf_sim"}
+SOLID = {"urdf", "robot_model"} | SIMULATED
 MOUNTS = {
-    "camera": ("camera_joint", {"urdf", "mjcf", "robot_model", "frames"}),
-    "lidar": ("lidar_joint", {"urdf", "mjcf", "static_tf", "static_tf_json", "robot_model", "frames"}),
+    "camera": ("camera_joint", SOLID | {"frames"}),
+    "lidar": ("lidar_joint", SOLID | {"static_tf", "static_tf_json", "frames"}),
     "imu": ("imu_joint", {"mjcf", "static_tf", "static_tf_json", "frames"}),
 }
 # Where the names in the description are not those of the artifacts: joints that share a named value.
@@ -36,7 +37,8 @@ SHARED = {
     "finger_dynamics": sorted(FINGERS - {"r_joint"}),
 }
 ANGLES = {"x": "roll", "y": "pitch", "z": "yaw"}
-LIMITS = {"lower": SOLID, "upper": SOLID, "effort": {"urdf", "mjcf"}, "velocity": {"urdf"}}
+LIMITS = {"lower": SOLID, "upper": SOLID, "effort": {"urdf"} | SIMULATED, "velocity": {"urdf", "urdf_sim"}}
+DYNAMICS = {"damping": SIMULATED, "friction": SIMULATED}
 NUMBER = re.compile(r"^([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)( .+)?$")
 
 
@@ -115,8 +117,8 @@ def carried(leaf: Leaf, value: float) -> Carried:
     section, name, *rest = leaf.path
     axis = "xyz"[rest[-1]] if rest and rest[-1] in (0, 1, 2) else ""
     if section == "let":
-        outputs = LIMITS.get(str(rest[0]), {"mjcf"})
-        outputs = outputs & {"mjcf"} if name == "finger_limit" else outputs
+        outputs = LIMITS.get(str(rest[0])) or DYNAMICS.get(str(rest[0]), {"mjcf"})
+        outputs = outputs & SIMULATED if name == "finger_limit" else outputs
         return Carried(
             outputs,
             [f"{joint} {'limit ' if rest[0] in LIMITS else ''}{rest[0]} " for joint in SHARED[str(name)]]
@@ -133,7 +135,7 @@ def carried(leaf: Leaf, value: float) -> Carried:
         return zero if rest == ["zero_pulse"] else Carried(set(), [])
     if "inertial" in leaf.path:
         names = {"mass": "mass ", "xyz": f"centre of mass moved .*: {axis} "}
-        return Carried({"mjcf"}, [f"{name} {names.get(str(rest[1]), f'inertia {rest[-1]} ')}"])
+        return Carried(SIMULATED, [f"{name} {names.get(str(rest[1]), f'inertia {rest[-1]} ')}"])
     if "height_map" in leaf.path:
         return carried_by_height_map(leaf, value)
     return Carried(SOLID, [f"{name} collision: box {rest[-2]} {axis} "])
@@ -155,7 +157,7 @@ def carried_by_joint(leaf: Leaf, axis: str) -> Carried:
     if section == "sensors":
         joint, outputs = MOUNTS[joint]
     elif name in FINGERS:
-        outputs = {"mjcf", "frames"}
+        outputs = SIMULATED | {"frames"}
     child = frame_of(leaf)
     if quantity == "xyz":
         return Carried(outputs, [f"{child} moved .* in .*: origin {axis} "])
@@ -163,13 +165,13 @@ def carried_by_joint(leaf: Leaf, axis: str) -> Carried:
         return Carried(outputs, [f"{child} turned .* in .*: {ANGLES[axis]} "])
     if quantity == "axis":
         return Carried(outputs - {"frames"}, [f"{joint} axis .* -> "])
-    return Carried({"mjcf"}, [f"{joint} mimic multiplier "])
+    return Carried(SIMULATED, [f"{joint} mimic multiplier "])
 
 
 def carried_by_height_map(leaf: Leaf, value: float) -> Carried:
     quantity = leaf.path[5]
     if quantity == "step":
-        return Carried({"urdf", "mjcf"}, ["base_footprint collision: "])
+        return Carried({"urdf"} | SIMULATED, ["base_footprint collision: "])
     if quantity != "heights":
         axis = f" {'xy'[int(leaf.path[6])]}" if quantity == "origin" else ""
         return Carried(SOLID, [f"base_footprint height map {quantity}{axis} "])

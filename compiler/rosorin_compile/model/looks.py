@@ -50,7 +50,7 @@ def with_visuals(robot: Robot) -> Robot:
 
 
 def shows_collision(link: Link) -> bool:
-    """Say whether the visuals of a link are what ``with_visuals`` gives it: its collision shapes in its colour."""
-    seen, solid = ([(shape.geometry, shape.origin) for shape in shapes] for shapes in (link.visual, link.collision))
-    names = {shape.material.rstrip("_") for shape in link.visual if shape.material}
-    return bool(seen) and seen == solid and names == {f"{link.name}_colour"}
+    """Say whether the visuals of a link are what ``with_visuals`` gives it: its collision shapes, in such a colour."""
+    seen, solid = ([(shape.geometry, shape.pose) for shape in shapes] for shapes in (link.visual, link.collision))
+    made = all((shape.material or "").rstrip("_").endswith("_colour") for shape in link.visual)
+    return bool(seen) and made and seen == solid

@@ -341,7 +341,7 @@ def test_mjcf_keeps_how_its_base_stands(here: Path, capsys: pytest.CaptureFixtur
     assert "largest difference 0\n" in capsys.readouterr().out
     text = (here / "descriptions" / "buggy" / "robot.yaml").read_text("utf-8")
     assert '\n  urdf: {file: buggy.urdf, version: "1.2"}\n' in text
-    said = "base: free\n    groups: {visual: 0}\n    option: {integrator: Euler}"
+    said = "base: free\n    contacts: described\n    groups: {visual: 0}\n    option: {integrator: Euler}"
     assert f"\n  mjcf:\n    file: buggy.xml\n    {said}\n" in text
     assert "{name: tyre, cylinder: {radius: 0.1, length: 0.04}, rpy: [90 deg, 0, 0]}" in text
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATION, rule
+from ..diagnostics.registry import SIMULATED, rule
 from ..xml import mujoco
 from ..xml.elements import Found, found_in
 from ..xml.mujoco import BODY, GEOM, JOINT
@@ -39,7 +39,7 @@ _IN_BODIES = ("geom", "site", "camera", "light", "frame", "replicate", "flexcomp
     "An element of `mjcf_elements` may not stand there: a body, a joint, `<compiler>`, a section within a body, an "
     "element of a body at the top.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def placed(case: Case) -> Iterator[Diagnostic]:
     """Elements that the language has words for, or that MuJoCo does not take at that place."""
@@ -79,7 +79,7 @@ def _misplaced(case: Case, found: Found, top: bool) -> tuple[str, str] | None:
     "unknown-in-mjcf",
     "An element of `mjcf_elements` names a body, a joint, a site, a geom, a class or the like that there is not.",
     "Correct the name.",
-    SIMULATION,
+    SIMULATED,
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names inside elements of MJCF that the MJCF has not; each once."""

@@ -10,7 +10,7 @@ from itertools import pairwise
 from typing import Any, NamedTuple
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATION, rule
+from ..diagnostics.registry import SIMULATED, rule
 from ..diagnostics.wording import listed
 from ..frontend.lower.simulation import TARGETS
 from ..frontend.tree import Path
@@ -83,7 +83,7 @@ def drivers(case: Case) -> Iterator[Driver]:
     "actuator-target",
     "An actuator acts on nothing, on two things, or on what its type cannot drive.",
     "Name one: a joint, a tendon, a site or a body.",
-    SIMULATION,
+    SIMULATED,
 )
 def targets(case: Case) -> Iterator[Diagnostic]:
     """Actuators of the section that do not act on one thing."""
@@ -139,7 +139,7 @@ def _number(actuator: Actuator, word: str) -> float | None:
     "An actuator has a word that its type does not know, or lacks one that it needs: `position` needs `kp`, `velocity` "
     "needs `kv`.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def words(case: Case) -> Iterator[Diagnostic]:
     """Actuators with words of another type, or without one that a simulation would invent."""
@@ -307,7 +307,7 @@ def _inherited(case: Case, driver: Driver) -> Iterator[Diagnostic]:
     "A tendon has neither joints nor a path, or both, or its path is none: less than two sites, a stop that is two "
     "things, a shape or a pulley where MuJoCo takes none.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def tendons(case: Case) -> Iterator[Diagnostic]:
     """Tendons that MuJoCo would not build."""
@@ -410,7 +410,7 @@ def _path(case: Case, called: str, path: Path, stops: Sequence[Mapping[str, obje
     "A constraint lacks what its type holds together, or has what another type holds: `connect` takes two links and a "
     "point `at`, or two sites; `weld` two links or two sites; `joint` joints; `tendon` tendons.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def constraints(case: Case) -> Iterator[Diagnostic]:
     """Constraints that MuJoCo would not build."""
@@ -465,7 +465,7 @@ def _constraint(entry: Mapping[str, object]) -> tuple[str, ...] | None:
     "sensor-measures",
     "A sensor of `mjcf_sensors` lacks what its kind measures, or has what another kind measures.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def sensors(case: Case) -> Iterator[Diagnostic]:
     """Sensors that MuJoCo would not build."""

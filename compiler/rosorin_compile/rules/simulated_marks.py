@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATION, rule
+from ..diagnostics.registry import SIMULATED, rule
 from ..model import Marked
 from .case import Case, number
 
@@ -21,7 +21,7 @@ _MOVING = ("never", "allowed", "init")
     "A site, a camera or a light of a simulation has a value that MuJoCo does not take, or two that go against each "
     "other.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def marks(case: Case) -> Iterator[Diagnostic]:
     """Find marks of links that MuJoCo would refuse."""
@@ -87,7 +87,7 @@ def _aimed(mark: Marked) -> Iterator[tuple[str, str, str]]:
     "A link has an attribute of a body that MuJoCo takes of the root alone: `mocap` of one that is fixed in the world, "
     "`sleep` of one that is free.",
     "Move it to the root link, or leave it out.",
-    SIMULATION,
+    SIMULATED,
 )
 def bodies(case: Case) -> Iterator[Diagnostic]:
     """Attributes of bodies that stand elsewhere than MuJoCo takes them."""

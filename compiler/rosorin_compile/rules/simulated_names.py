@@ -11,7 +11,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic
-from ..diagnostics.registry import SIMULATION, rule
+from ..diagnostics.registry import SIMULATED, rule
 from ..frontend.lower.simulation import MEASURED, TARGETS
 from ..frontend.tree import Path
 from ..model import BODY_ELEMENT, NO_SIMULATION, SENSOR_ELEMENT, TEMPLATE_ELEMENT, Robot
@@ -190,7 +190,7 @@ def kept(case: Case) -> Iterator[tuple[Path, str, bool]]:
     "unknown-name",
     "What only a simulation has names a site, a shape, a tendon, an actuator or a camera that there is not.",
     "Correct the name.",
-    SIMULATION,
+    SIMULATED,
 )
 def known(case: Case) -> Iterator[Diagnostic]:
     """Names in the sections for a simulation; each name that there is not once, however often it is used."""
@@ -311,7 +311,7 @@ def _of_sensors(case: Case) -> Iterator[Mention]:
     "Two things of one kind have one name in the MJCF: two sites, two cameras, two sensors, a tendon and one among "
     "`mjcf_elements`.",
     "Give one of them another name.",
-    SIMULATION,
+    SIMULATED,
 )
 def once(case: Case) -> Iterator[Diagnostic]:
     """Names that MuJoCo would find twice; two actuators beside joints are a matter of the output (mjcf-actuators)."""

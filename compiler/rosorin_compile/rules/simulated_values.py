@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..diagnostics import NOTE, Diagnostic
-from ..diagnostics.registry import SIMULATION, Check, rule
+from ..diagnostics.registry import SIMULATED, Check, rule
 from ..diagnostics.wording import counted
 from ..frontend.tree import Path
 from ..model.simulation import SHARED_LAYER
@@ -36,7 +36,7 @@ _SIZES = {
     "A range for a simulation has no room: its first number is not below its second one, which MuJoCo takes for no "
     "range, or refuses.",
     "Give the smaller number first; leave the range out where there is none.",
-    SIMULATION,
+    SIMULATED,
 )
 def ranges(case: Case) -> Iterator[Diagnostic]:
     """Ranges of actuators, tendons and joints in which nothing lies."""
@@ -83,7 +83,7 @@ def negative(case: Case) -> Iterator[Diagnostic]:
     "contact-value",
     "A contact has a number that there is not: `condim` is 1, 3, 4 or 6, friction and margins are not below zero.",
     "As the message says.",
-    SIMULATION,
+    SIMULATED,
 )
 def contacts(case: Case) -> Iterator[Diagnostic]:
     """Contacts that MuJoCo would refuse, or would make something else of."""
@@ -124,7 +124,7 @@ def _contacts(case: Case) -> Iterator[tuple[Mapping[str, Any], Path, str]]:
     "A contact names a layer that `contact_layers` does not list, that list names one twice, or there are more layers "
     "than MuJoCo has bits.",
     "Correct the name, or add it to the list.",
-    SIMULATION,
+    SIMULATED,
 )
 def layers(case: Case) -> Iterator[Diagnostic]:
     """Layers of contacts that there are not, or too many of."""
@@ -160,7 +160,7 @@ _FREE = 6
     "key-length",
     "A pose lists positions, speeds, activations or places of motion capture for MuJoCo, and not as many as there are.",
     "Give one for each, in MuJoCo's order.",
-    SIMULATION,
+    SIMULATED,
 )
 def keys(case: Case) -> Iterator[Diagnostic]:
     """Find lists of poses whose length MuJoCo would refuse."""

@@ -228,7 +228,7 @@ FORMAT = Format(
         "contacts": {
             "enum": ["implied", "described"],
             "description": "Who does not touch whom; default: implied, which is links that a joint connects, and those"
-            " that touch at zero or in a named pose, with disabled_contacts and contact_pairs; described: those two"
+            " that touch wherever it is, with disabled_contacts and contact_pairs; described: those two"
             " alone, and what MuJoCo does by itself.",
         },
         "groups": {

@@ -5,7 +5,8 @@ side, where both sides can move. That is right for the two links that the joint 
 others: a camera that is fixed to the wrist may well meet the gripper. So of those
 
 - the two links that the joint connects are excluded: they are built into each other;
-- links that touch at zero or in a named pose are excluded: a simulation would push them apart;
+- links that touch at zero, in each named pose and all over the range of the joint are excluded: a simulation would
+  push them apart. What is free in any of these is never hidden;
 - links with a mesh are excluded: what a mesh touches is not known here;
 - of the others the shapes that the joint can bring together are named as pairs, which MuJoCo then takes into account.
 
@@ -26,7 +27,7 @@ from ...model.motion import motion, plane_axes
 from ...model.touching import NEAR, around, touch
 from .bodies import body_name, weld_groups
 from .height_fields import solids
-from .unsaid import has_volume
+from .unsaid import has_volume, position_range
 
 
 class Geom(NamedTuple):
@@ -42,6 +43,8 @@ Meeting = tuple[Geom, Geom]
 
 # Each pair is looked at in each step; of two links that are made of hundreds of shapes it would be all that is done.
 MOST = 300
+# Into so many steps the range of a joint is cut to see whether two links always touch.
+STEPS = 24
 
 
 class Contacts(NamedTuple):
@@ -106,6 +109,14 @@ def _places(robot: Robot) -> dict[str, Transform]:
     return places
 
 
+def _spread(joint: Joint) -> list[float]:
+    """Return positions all over the range of a joint that has one number (rad or m)."""
+    if joint.type not in ("revolute", "continuous", "prismatic"):
+        return []
+    ends = position_range(joint) or ((-math.pi, math.pi) if joint.type == "continuous" else None)
+    return [ends[0] + (ends[1] - ends[0]) * step / STEPS for step in range(STEPS + 1)] if ends else []
+
+
 class _Across:
     """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side."""
 
@@ -116,8 +127,8 @@ class _Across:
         self.form = form
         self.base = places[joint.parent].then(joint.origin.transform())
         states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
-        positions = dict.fromkeys([0.0, *(robot.position(joint, state) for state in states)])
-        self.ways = [self.base.then(motion(joint.type, joint.axis, position)) for position in positions]
+        positions = [0.0, *(robot.position(joint, state) for state in states), *_spread(joint)]
+        self.ways = [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
 
     def candidates(self, above: Sequence[str], below: Sequence[str]) -> Iterator[tuple[tuple[str, str], list[Meeting]]]:
         """Yield the links of both sides that matter to each other, with the shapes that the joint can bring together.
@@ -142,7 +153,7 @@ class _Across:
         one, other = (self.places[name] for name in links)
         mine, theirs = ({geom.number: geom.shape for geom in side}.values() for side in zip(*meeting, strict=True))
         ways = (one.inverse().then(way).then(other) for way in self.ways)
-        return any(touch(list(mine), list(theirs), way) for way in ways)
+        return all(touch(list(mine), list(theirs), way) for way in ways)
 
     def _has_mesh(self, link: str) -> bool:
         return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)

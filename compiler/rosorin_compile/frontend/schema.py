@@ -96,6 +96,8 @@ _ENTRIES = {
     "publishers": "publisher",
     "servos": "servo group",
     "poses": "pose",
+    "control": "hardware block",
+    "controllers": "controller",
     "materials": "material",
     "outputs": "output",
     "args": "argument",

@@ -20,6 +20,7 @@ from .simulation import NO_SIMULATION, Simulation, Values
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from .control import Block, Controller
     from .kinematics import Kinematics
 
 Named = TypeVar("Named")
@@ -152,6 +153,8 @@ class Robot:
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
     drive: Drive | None = None
+    control: tuple[Block, ...] = ()
+    controllers: tuple[Controller, ...] = ()
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 

@@ -68,6 +68,9 @@ def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
     for pose in robot.poses:
         for name in pose.positions:
             yield name, ("poses", pose.name, "positions", name), f'in pose "{pose.name}"'
+    for block in robot.control:
+        for one in block.joints:
+            yield one.name, ("control", block.name, "joints", one.name), f'in hardware block "{block.name}"'
 
 
 def place_in_drive(drive: Drive, role: str, index: int) -> Path:
@@ -105,7 +108,7 @@ def _namesake(case: Case, kind: str, name: str) -> str:
 
 def _is_key(path: Path) -> bool:
     """Say whether a name is given by a key of the description instead of a value."""
-    return path[-2:-1] in (("rename",), ("positions",))
+    return path[-2:-1] in (("rename",), ("positions",)) or path[0] == "control"
 
 
 @rule("two-parents", "A link is the child of two joints.", "Correct one `child`, or remove a joint.", JOINTS)

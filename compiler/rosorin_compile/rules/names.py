@@ -20,6 +20,8 @@ _SECTIONS = {
     "publishers": "publisher",
     "servos": "servo group",
     "poses": "pose",
+    "control": "hardware block",
+    "controllers": "controller",
     "modes": "mode",
     "materials": "material",
     "outputs": "output",

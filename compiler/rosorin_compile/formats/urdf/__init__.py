@@ -11,6 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
+from ..distributions import DISTRIBUTIONS
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
@@ -51,7 +52,11 @@ def _syntax(text: str) -> object:
 def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     from .masses import check
 
-    return check(case, output)
+    yield from check(case, output)
+    if output.options.get("control"):
+        from .control_rules import check_control
+
+        yield from check_control(case, output)
 
 
 def _inertials(robot: Robot, output: Output) -> Mapping[str, Inertial]:
@@ -150,6 +155,10 @@ FORMAT = Format(
         "gazebo": {
             "enum": [True, False, "harmonic", "fortress"],
             "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress; default false.",
+        },
+        "control": {
+            "enum": DISTRIBUTIONS,
+            "description": "The distribution of ROS 2 that it has the hardware blocks of control for; default: none.",
         },
     },
     file="{}.urdf",

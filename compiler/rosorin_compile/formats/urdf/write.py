@@ -117,6 +117,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         blocks, told = _gazebo(robot, output, form, masses)
         kept += blocks
         diagnostics += told
+    kept += _control(robot, output, form)
     values["elements"] = kept
     return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
 
@@ -147,15 +148,25 @@ def _gazebo(
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
-def brought(robot: Robot, output: Output) -> list[str]:
-    """Return the elements that an output has for Gazebo, and the description in its own words."""
-    if not output.options.get("gazebo"):
+def _control(robot: Robot, output: Output, form: _Format) -> list[Markup]:
+    """Return the hardware blocks of ros2_control, if an output asks for them."""
+    if not output.options.get("control"):
         return []
+    from .control import blocks
+
+    return blocks(robot, output, form.number)
+
+
+def brought(robot: Robot, output: Output) -> list[str]:
+    """Return the elements that an output has for Gazebo and ros2_control, and the description in its own words."""
+    control = [str(block) for block in _control(robot, output, _form(output))]
+    if not output.options.get("gazebo"):
+        return control
     try:
         masses = inertials(robot, output)
     except ValueError:
         masses = {}  # which is told where the output is written
-    return [str(block) for block in _gazebo(robot, output, _form(output), masses)[0]]
+    return [*(str(block) for block in _gazebo(robot, output, _form(output), masses)[0]), *control]
 
 
 def _form(output: Output) -> _Format:

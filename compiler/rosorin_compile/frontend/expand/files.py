@@ -61,6 +61,8 @@ _JOINED = (
     "constraints",
     "mjcf_sensors",
     "drive",
+    "control",
+    "controllers",
     "modes",
     "outputs",
     "args",

@@ -22,6 +22,7 @@ from .scope import Scope
 _MAPPINGS = (
     *("links", "joints", "sensors", "servos", "poses"),
     *("actuators", "tendons", "constraints", "mjcf_sensors"),
+    *("control", "controllers"),
 )
 KEPT = "urdf_elements"  # a list of texts that are elements of XML
 OF_MJCF = "mjcf_elements"  # the same, for the MJCF

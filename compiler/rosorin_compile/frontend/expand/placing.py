@@ -80,6 +80,13 @@ def _of_mjcf(fragment: Map) -> Iterator[tuple[str, bool]]:
                 yield text, owner is fragment
 
 
+def _names_of_control(fragment: Map) -> frozenset[str]:
+    """Return the names of hardware blocks, of their sensors and gpio, and of controllers of a fragment."""
+    blocks = fragment.get("control") or {}
+    within = (block.get(key) for block in blocks.values() if isinstance(block, Map) for key in ("sensors", "gpio"))
+    return frozenset((*blocks, *(fragment.get("controllers") or ()), *(name for one in within for name in one or ())))
+
+
 def mentions_mount(fragment: Map) -> bool:
     """Say whether anything in a fragment is attached to the mount, or names it."""
     entries = [*(fragment.get("joints") or {}).values(), *(fragment.get("sensors") or {}).values()]
@@ -128,6 +135,7 @@ def placed(
 
     names = (rename, frame, simulated)
     placer = _Placer(names, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
+    placer.of_control = _names_of_control(fragment)
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
@@ -204,6 +212,7 @@ class _Placer:
         self.kept = kept
         self.mount = mount
         self.mirror = mirror
+        self.of_control: frozenset[str] = frozenset()
 
     def renamed(self, text: Any) -> Any:
         """Return elements of XML with the new names in them."""
@@ -280,10 +289,7 @@ class _Placer:
         return _with(entry, {"name": self.prefix + name}) if isinstance(name, str) else entry
 
     def _renamed_keys(self, table: Map) -> Map:
-        renamed = Map(table.span, table.via)
-        for name, value in table.items():
-            renamed.put(self.simulated(name), value, table.key_spans[name], table.value_spans[name])
-        return renamed
+        return self._keys(table, self.simulated)
 
     def _simulated(self, entry: Any) -> Any:
         entry = self._named(entry)
@@ -343,6 +349,58 @@ class _Placer:
             if isinstance(table, Map):
                 changes[key] = self._renamed_keys(table)
         return _with(entry, changes)
+
+    def control(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        renames = {"joints": self.rename, "sensors": self._controlled, "gpio": self._controlled}
+        changes: dict[str, Any] = {
+            key: self._keys(table, rename)
+            for key, rename in renames.items()
+            if isinstance(table := entry.get(key), Map)
+        }
+        if isinstance(entry.get("transmissions"), Map):
+            changes["transmissions"] = _each(entry["transmissions"], self.prefix, self._transmission)
+        if isinstance(entry.get("pose"), str):
+            changes["pose"] = self.rename(entry["pose"])
+        return _with(entry, changes)
+
+    def _transmission(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        rename = {"joints": self.rename, "actuators": lambda name: self.prefix + name}
+        tables = {key: table for key in rename if isinstance(table := entry.get(key), Map)}
+        return _with(entry, {key: self._keys(table, rename[key]) for key, table in tables.items()})
+
+    def controllers(self, entry: Any) -> Any:
+        if not isinstance(entry, Map):
+            return entry
+        changes = {k: self._controlled(v) for k in ("hardware", "sensor") if isinstance(v := entry.get(k), str)}
+        return _with(entry, changes | {key: self._params(entry[key]) for key in ("params",) if key in entry})
+
+    def _params(self, value: Any) -> Any:
+        """Return parameters of a controller in which joints, frames, sensors and controllers have the new names."""
+        if isinstance(value, str):
+            name, slash, rest = value.partition("/")  # an interface: joint1/position
+            return self._controlled(name) + slash + rest if slash else self._controlled(value)
+        if isinstance(value, Seq):
+            return _each(value, "", self._params)
+        if not isinstance(value, Map):
+            return value
+        made = Map(value.span, value.via)
+        for key, item in value.items():
+            name = ".".join(self._controlled(word) for word in key.split("."))
+            made.put(name, self._params(item), value.key_spans[key], value.value_spans[key])
+        return made
+
+    def _controlled(self, name: str) -> str:
+        return self.prefix + name if name in self.of_control else self.frame(name)
+
+    def _keys(self, table: Map, rename: Rename) -> Map:
+        made = Map(table.span, table.via)
+        for name, value in table.items():
+            made.put(rename(name), value, table.key_spans[name], table.value_spans[name])
+        return made
 
     def _renamed_list(self, entry: Any, key: str, rename: Rename | None = None) -> Any:
         if not isinstance(entry, Map) or not isinstance(entry.get(key), Seq):

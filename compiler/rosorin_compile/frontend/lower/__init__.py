@@ -189,7 +189,16 @@ class _Lowering:
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
             drive=drive_of(tree.get("drive"), self.problem),
+            **self.of_ros2_control(),
         )
+
+    def of_ros2_control(self) -> dict[str, Any]:
+        """Return the hardware blocks and the controllers of the robot; most have none."""
+        if "control" not in self.tree and "controllers" not in self.tree:
+            return {}
+        from .control import lower_control, lower_controllers
+
+        return {"control": lower_control(self.tree), "controllers": lower_controllers(self.tree)}
 
     def top_elements(self) -> tuple[str, ...]:
         """Return the elements of XML at the top of the robot, those of its sensors behind its own."""

@@ -24,7 +24,7 @@ MAX_LINES = 150  # a longer description is split into files
 LINKS, JOINTS, SIMULATION, EXTENSIONS = "links.yaml", "joints.yaml", "simulation.yaml", "extensions.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
-_TAIL = ("poses", "disabled_contacts", "accept", "outputs")
+_TAIL = ("poses", "control", "controllers", "disabled_contacts", "accept", "outputs")
 _FILES = {
     LINKS: ("materials", "links"),
     JOINTS: ("joints",),

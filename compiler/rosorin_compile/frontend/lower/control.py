@@ -1,0 +1,115 @@
+"""Hardware blocks and controllers of ros2_control: their sections of a description as values of the model."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
+
+from ...model.control import SENSOR_WORDS, SYSTEM, Block, Component, Controller, End, Interface, Transmission
+from .entries import source_of
+
+Made = TypeVar("Made")
+
+
+def lower_control(tree: Mapping[str, Any]) -> tuple[Block, ...]:
+    """Return the hardware blocks of a description; a sensor without interfaces has those of its type."""
+    types = {name: entry.get("type", "") for name, entry in (tree.get("sensors") or {}).items()}
+    return tuple(_block(name, entry, types) for name, entry in (tree.get("control") or {}).items())
+
+
+def lower_controllers(tree: Mapping[str, Any]) -> tuple[Controller, ...]:
+    """Return the controllers of a description."""
+    return tuple(
+        Controller(
+            name,
+            entry["type"],
+            {key: _plain(value) for key, value in flat(entry.get("params") or {}).items()},
+            entry.get("hardware", ""),
+            entry.get("sensor", ""),
+            source_of(entry.get("source")),
+        )
+        for name, entry in (tree.get("controllers") or {}).items()
+    )
+
+
+def flat(params: Mapping[str, Any], above: str = "") -> dict[str, Any]:
+    """Return nested parameters by their full keys.
+
+    >>> flat({"a": {"b": 1, "c.d": 2}})
+    {'a.b': 1, 'a.c.d': 2}
+    """
+    found: dict[str, Any] = {}
+    for key, value in params.items():
+        if isinstance(value, Mapping):
+            found |= flat(value, f"{above}{key}.")
+        else:
+            found[f"{above}{key}"] = value
+    return found
+
+
+def _plain(value: Any) -> Any:
+    """Return a value without its place: quantities as numbers in SI units."""
+    if isinstance(value, list):
+        return tuple(_plain(item) for item in value)
+    if isinstance(value, float):
+        return float(value)
+    return str(value) if isinstance(value, str) else value
+
+
+def _block(name: str, entry: Mapping[str, Any], types: Mapping[str, str]) -> Block:
+    def sensor(called: str, said: Mapping[str, Any]) -> Component:
+        made = _component(called, said)
+        words = SENSOR_WORDS.get(types.get(called, ""), ()) if "state" not in said else ()
+        return Component(called, made.command, tuple(map(Interface, words)), made.params) if words else made
+
+    return Block(
+        name=name,
+        type=entry.get("type", SYSTEM),
+        plugin=entry["plugin"],
+        params=_words(entry),
+        joints=_each(entry, "joints", _component),
+        sensors=_each(entry, "sensors", sensor),
+        gpio=_each(entry, "gpio", _component),
+        transmissions=_each(entry, "transmissions", _transmission),
+        pose=entry.get("pose", ""),
+        group=entry.get("group", ""),
+        rate=entry.get("rate"),
+        is_async=entry.get("async"),
+        thread_priority=entry.get("thread_priority"),
+        source=source_of(entry.get("source")),
+    )
+
+
+def _each(entry: Mapping[str, Any], key: str, make: Callable[[str, Mapping[str, Any]], Made]) -> tuple[Made, ...]:
+    return tuple(make(name, one or {}) for name, one in (entry.get(key) or {}).items())
+
+
+def _component(name: str, entry: Mapping[str, Any]) -> Component:
+    command, state = (_interfaces(entry.get(key)) for key in ("command", "state"))
+    return Component(name, command, state, _words(entry), entry.get("limits", True), entry.get("mimic"))
+
+
+def _interfaces(said: Any) -> tuple[Interface, ...]:
+    if said is None:
+        return ()
+    if isinstance(said, Mapping):
+        return tuple(_interface(name, one or {}) for name, one in said.items())
+    return tuple(Interface(str(name)) for name in ([said] if isinstance(said, str) else said))
+
+
+def _interface(name: str, entry: Mapping[str, Any]) -> Interface:
+    low, high, initial = (float(entry[key]) if key in entry else None for key in ("min", "max", "initial"))
+    return Interface(name, low, high, initial, entry.get("data_type", ""), entry.get("size"), _words(entry))
+
+
+def _transmission(name: str, entry: Mapping[str, Any]) -> Transmission:
+    return Transmission(name, entry["plugin"], _each(entry, "joints", _end), _each(entry, "actuators", _end))
+
+
+def _end(name: str, entry: Mapping[str, Any]) -> End:
+    reduction, offset = (float(entry[key]) if key in entry else None for key in ("reduction", "offset"))
+    return End(name, entry.get("role", ""), reduction, offset)
+
+
+def _words(entry: Mapping[str, Any]) -> dict[str, str | float | bool]:
+    return {key: _plain(value) for key, value in (entry.get("params") or {}).items()}

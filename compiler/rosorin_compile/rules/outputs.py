@@ -6,8 +6,9 @@ import posixpath
 import re
 from collections.abc import Iterator
 
-from ..diagnostics import Diagnostic, did_you_mean
-from ..diagnostics.registry import OUTPUTS, rule
+from ..diagnostics import NOTE, Diagnostic, did_you_mean
+from ..diagnostics.registry import CONTROL, OUTPUTS, rule
+from ..diagnostics.wording import first_of
 from ..frontend.tree import Path
 from ..model import Output
 from .case import Case, exists
@@ -42,6 +43,20 @@ def backends(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("unknown-option", message, (*path, option), help, key=True)
         if format.check is not None:
             yield from format.check(case, output)
+
+
+@rule(
+    "control-unused",
+    "A note: no output asks for the hardware blocks of the description.",
+    "`outputs: {urdf: {file: ..., control: jazzy}}`.",
+    CONTROL,
+)
+def hardware(case: Case) -> Iterator[Diagnostic]:
+    """Find hardware blocks that go nowhere."""
+    if case.robot.control and not any(output.options.get("control") for output in case.robot.outputs):
+        message = f"no output asks for the hardware blocks ({first_of([one.name for one in case.robot.control], 3)})"
+        help = "in a URDF: control: humble, or jazzy"
+        yield case.problem("control-unused", message, ("control",), help, severity=NOTE, key=True)
 
 
 def _unknown(case: Case, output: Output) -> Diagnostic:

@@ -294,6 +294,7 @@ def _defined(element: Found) -> Iterator[str]:
 def own_names(case: Case) -> Iterator[Diagnostic]:
     """Elements that a part brings with each use, and that are called the same each time."""
     first: dict[tuple[str, ...], Path] = {}
+    first |= {("<ros2_control>", block.name): ("control", block.name) for block in case.robot.control}
     ours = _brought(case)
     for path, text in _kept(case):
         if not any(f"<{tag}" in text for tag in _ONCE):

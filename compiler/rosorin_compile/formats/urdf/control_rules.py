@@ -50,8 +50,8 @@ RULES = (
     ),
     Rule(
         "control-interface",
-        "A sensor of a hardware block says nothing, or two blocks have the same interface. A warning: an interface that "
-        "no controller knows, such as `velocty`, or a joint without any.",
+        "A sensor of a hardware block says nothing, or two blocks have the same interface. A warning: an interface "
+        "that no controller knows, such as `velocty`, or a joint without any.",
         "Correct the word; give each interface to one block.",
         CONTROL,
     ),

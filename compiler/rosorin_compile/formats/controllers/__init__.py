@@ -1,0 +1,78 @@
+"""controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
+
+``write`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking`` holds
+parameters against the ``tables`` of a distribution and against the robot: those of a description, and those of files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from ..distributions import DISTRIBUTIONS
+from ..format import Format
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...model import Output, Robot
+    from ...rules.case import Case
+    from ..templating import Templates
+
+__all__ = ["FORMAT"]
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .described import check
+
+    yield from check(case, output)
+
+
+def _syntax(text: str) -> object:
+    """Return the values of a controllers.yaml. Raises ValueError."""
+    import yaml
+
+    try:
+        return yaml.safe_load(text)
+    except yaml.YAMLError as problem:
+        raise ValueError(f"it is not YAML: {problem}") from None
+
+
+FORMAT = Format(
+    name="controllers",
+    word="controllers.yaml",
+    article="a",
+    about="the parameters of ros2_control's controllers",
+    rank=60,
+    options={
+        "distribution": {
+            "enum": DISTRIBUTIONS,
+            "description": "The distribution of ROS 2 whose controllers it is for; default jazzy.",
+        },
+        "update_rate": {
+            "type": "integer",
+            "minimum": 1,
+            "description": "How often the controller_manager updates its controllers, in Hz; default 100.",
+        },
+        "manager": {
+            "type": "object",
+            "description": "Other parameters of the controller_manager, in its words.",
+        },
+        "namespace": {
+            "type": "string",
+            "description": "Namespace of the controller_manager and its controllers; default: none.",
+        },
+    },
+    file="controllers.yaml",
+    check=_check,
+    write=_write,
+    syntax=_syntax,
+    folder="config",
+    deploys=True,
+    names_robot=False,
+)

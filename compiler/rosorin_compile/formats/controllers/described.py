@@ -1,0 +1,101 @@
+"""Controllers of a description, checked for one output: types, parameters, and what disagrees with the robot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...diagnostics import WARNING, Diagnostic, did_you_mean
+from ...diagnostics.registry import CONTROL, Rule
+from ...frontend.tree import Path
+from ...model import Output
+from ...rules.case import Case, at
+from .checking import Finding, against_robot, against_table, missing, of_type, tables_of
+from .tables import MANAGER, manager, other
+from .write import Filled, asked, filled, managed
+
+RULES = (
+    Rule(
+        "controllers-none",
+        "A warning: an output is for the controllers of a description that has none.",
+        "`controllers: {NAME: {type: TYPE}}`.",
+        CONTROL,
+    ),
+)
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find what is wrong with the controllers of a description in the distribution that an output is for."""
+    distribution = asked(output)
+    if not case.robot.controllers:
+        message = f'output "{output.name}" is for controllers, and the description has none'
+        help = "name them: controllers: {NAME: {type: diff_drive}}"
+        yield case.problem("controllers-none", message, ("outputs", output.name), help, severity=WARNING, key=True)
+    values = managed(output, distribution)
+    for found in against_table(
+        f"the {MANAGER}", manager(distribution), manager(other(distribution)), values, distribution
+    ):
+        yield _placed(case, found, ("outputs", output.name), ("manager",))
+    if not all(name in case.robot.joint for name in _of_drive(case)):
+        return  # which is told of the drive
+    for one in filled(case.robot, distribution):
+        for found in _findings(case, one, distribution):
+            yield _placed(case, found, ("controllers", one.controller.name), ("params",))
+
+
+def _of_drive(case: Case) -> Iterator[str]:
+    drive = case.robot.drive
+    if drive is not None:
+        yield from (name for names in drive.joints.values() for name in names)
+
+
+def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
+    controller = one.controller
+    name = f'controller "{controller.name}"'
+    wrong = of_type(controller.name, controller.type, distribution)
+    if wrong is not None:
+        yield wrong
+    yield from _named(case, one)
+    own, its = tables_of(controller.type, distribution)
+    said = {key: one.values[key] for key in controller.params}
+    yield from against_table(name, own, its, {**_lists(one.values), **said}, distribution)
+    yield from missing(name, own, one.values, one.known.why_not)
+    yield from against_robot(name, one.type, said, one.known, case.robot, WARNING)
+
+
+def _lists(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the parameters that are lists of names: keys of others follow from them."""
+    return {key: value for key, value in values.items() if isinstance(value, list)}
+
+
+def _named(case: Case, one: Filled) -> Iterator[Finding]:
+    """Yield a hardware block or a sensor that a controller names and that is not there."""
+    blocks, sensors = [block.name for block in case.robot.control], [sensor.name for sensor in case.robot.sensors]
+    for key, word, names in (("hardware", "hardware block", blocks), ("sensor", "sensor", sensors)):
+        said = getattr(one.controller, key)
+        if said and said not in names:
+            message = f'the controller "{one.controller.name}" names the {word} "{said}", which there is not'
+            yield Finding("controller-name", message, key, did_you_mean(said, names) or f"the robot has no {word}")
+
+
+def _placed(case: Case, found: Finding, entry: Path, within: Path) -> Diagnostic:
+    """Return a finding at its place: a key of the entry, or a parameter, nested or with dots."""
+    path = (
+        (*entry, found.key) if found.key in (at(case.tree, entry) or {}) else _path(case, (*entry, *within), found.key)
+    )
+    key = found.at_key or not found.key or path == (*entry, *within)
+    path = entry if not found.key else path
+    return case.problem(found.rule, found.message, path, found.help, severity=found.severity, key=key)
+
+
+def _path(case: Case, path: Path, key: str) -> Path:
+    """Return the path of a parameter by its full key; the longest one that there is."""
+    here = at(case.tree, path)
+    if not isinstance(here, Mapping):
+        return path
+    for name in sorted(here, key=len, reverse=True):
+        if key == name:
+            return (*path, name)
+        if key.startswith(f"{name}."):
+            return _path(case, (*path, name), key[len(name) + 1 :])
+    return path

@@ -83,6 +83,8 @@ RULES = (
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
+    from ..formats.distributions import DISTRIBUTIONS
+
     robot_options(command)
     hook_option(command)
     command.add_argument(
@@ -98,6 +100,18 @@ def options(command: argparse.ArgumentParser) -> None:
         action="store_true",
         help="look for what cannot be, too: parts inside each other, joints that drive them there, meshes of another"
         " size; with MuJoCo",
+    )
+    command.add_argument(
+        "--controllers",
+        action="append",
+        metavar="FILE",
+        help="hold the parameters of ros2_control's controllers in a YAML file against the description; more than once"
+        " for more",
+    )
+    command.add_argument(
+        "--distribution",
+        choices=DISTRIBUTIONS,
+        help="the distribution of ROS 2 of --controllers; default: that of the outputs, else jazzy",
     )
     command.add_argument("--full", action="store_true", help="show text differences in full")
     command.add_argument(
@@ -117,6 +131,10 @@ def options(command: argparse.ArgumentParser) -> None:
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
     _check_depfile(options)
+    if options.controllers is not None:
+        return _check_controllers(options)
+    if options.distribution is not None:
+        raise WrongUsage("--distribution goes with --controllers FILE")
     if options.html is None:
         return _run(options, check_one)
     if options.every_argument or options.deployed is not None:
@@ -154,6 +172,18 @@ def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -
     if not names:
         one("", "rosorin-compile check ROBOT --deployed FOLDER")
     return for_each(options, _check_deployed)
+
+
+def _check_controllers(options: argparse.Namespace) -> int:
+    """Hold files of controllers against each robot."""
+    if any((options.html, options.deployed, options.depfile)) or options.every_argument or options.physics:
+        raise WrongUsage(
+            "--controllers is about a file: it does not go with --deployed, --depfile, --every-argument,"
+            " --html, --physics"
+        )
+    from .controllers import check_controllers
+
+    return for_each(options, check_controllers)
 
 
 def _check_depfile(options: argparse.Namespace) -> None:

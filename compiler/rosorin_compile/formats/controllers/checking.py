@@ -80,7 +80,7 @@ _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
 class Finding(NamedTuple):
-    """Something wrong with a parameter; ``key`` is empty for the controller as a whole, ``at_key``: its name is wrong."""
+    """Something wrong with a parameter; ``key`` is empty for the controller as a whole, ``at_key``: the name of it."""
 
     rule: str
     message: str

@@ -1,4 +1,4 @@
-"""Parameter files of ROS 2 nodes: names, namespaces, wildcards, values of YAML 1.1, places, and what is no such file."""
+"""Parameter files of ROS 2 nodes: names, namespaces, wildcards, values of YAML 1.1, places, and what is no such."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def test_values_are_those_of_rcl() -> None:
     values = parsed(FILE).nodes[2].values
     assert (values["text"].value, values["size"].value) == ("yes", "12.5 mm")
     assert math.isnan(values["bad"].value)
-    assert values["path"].substituted and not values["size"].substituted
+    assert [values[key].substituted for key in ("path", "size")] == [True, False]
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,8 @@ def test_patterns(pattern: str, name: str, fits: bool) -> None:
     ("text", "place", "message"),
     [
         ("ros__parameters: {a: 1}\n", (1, 1), "ros__parameters stands without the name of a node"),
-        ("node: {a: 1}\n", (1, 8), '"a" stands outside ros__parameters: no node has it'),
+        ("node: {ros__parameters: {}, a: 1}\n", (1, 29), '"a" stands outside ros__parameters: no node has it'),
+        ("a: {b: 1}\n", (1, 1), "params.yaml has no parameters of a ROS 2 node: nothing stands under ros__parameters"),
         ("node: {ros__parameters: 3}\n", (1, 8), "ros__parameters is a mapping of keys to values"),
         (
             "node: {ros__parameters: {a: [[1]]}}\n",

@@ -11,7 +11,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..diagnostics import ERROR, WARNING, Diagnostic, arrange, did_you_mean, error, has_errors
+from ..diagnostics import ERROR, WARNING, Diagnostic, Span, arrange, did_you_mean, error, has_errors
 from ..diagnostics.registry import CONTROL, Rule
 from ..diagnostics.wording import counted, listed
 from .parameter_files import Node, ParameterFile, Value, matches, of_node, read
@@ -21,14 +21,15 @@ from .usage import FINE, PROBLEMS
 
 if TYPE_CHECKING:
     from ..formats.controllers.checking import Finding
+    from ..formats.controllers.tables import Table
     from ..project import Description
     from ..rules.case import Case
 
 RULES = (
     Rule(
         "controllers-file",
-        "A file of controllers names none. A warning: parameters stand under a name or a namespace that no controller of "
-        "the file has.",
+        "A file of controllers names none. A warning: parameters stand under a name or a namespace that no controller "
+        "of the file has.",
         "`controller_manager: {ros__parameters: {NAME: {type: TYPE}}}`, and the parameters under `NAME`.",
         CONTROL,
     ),
@@ -73,9 +74,12 @@ def check_controllers(run: Run, description: Description) -> int:
 
 
 def _distribution(asked: str | None, case: Case) -> str:
-    """Return the distribution that is asked for, else that of the outputs of the description; Jazzy by default."""
-    of_outputs = (output.options.get("distribution") for output in case.robot.outputs)
-    return asked or next((str(one) for one in of_outputs if one), "jazzy")
+    """Return the distribution that is asked for, else the one of the outputs, if they have one; Jazzy by default."""
+    from ..formats.controllers import FORMAT
+    from ..formats.distributions import JAZZY
+
+    of_outputs = [str(o.options.get("distribution", JAZZY)) for o in case.robot.outputs if o.backend == FORMAT.name]
+    return asked or (of_outputs[0] if len(set(of_outputs)) == 1 else JAZZY)
 
 
 class _Held:
@@ -139,9 +143,7 @@ class _Held:
         of_names: dict[str, dict[str, Value]] = {}
         for key, value in node.values.items():
             name, dot, rest = key.partition(".")
-            if (dot and (name in self.declared or (name not in sections and rest in self.names[0]))) or (
-                dot and name not in sections and did_you_mean(rest, self.names[0].names()).startswith("did")
-            ):
+            if dot and name not in sections and (name in self.declared or self._of_a_name(rest)):
                 of_names.setdefault(name, {})[rest] = value
             else:
                 own[key] = value
@@ -151,6 +153,10 @@ class _Held:
         for name, values in of_names.items():
             for found in against_table(f'controller "{name}"', *self.names, _plain(values), self.distribution):
                 yield self._placed(found, values, node)
+
+    def _of_a_name(self, key: str) -> bool:
+        """Say whether a parameter is one that the controller_manager has of each controller, or nearly so."""
+        return key in self.names[0] or did_you_mean(key, self.names[0].names()).startswith("did")
 
     def _homeless(self, node: Node) -> Iterator[Diagnostic]:
         """Yield a warning about parameters that no controller of the files gets, though they seem to be for one."""
@@ -179,16 +185,16 @@ class _Held:
         if wrong is not None:
             yield self._placed(wrong, {"type": one.type}, None)
         plain = _plain(values)
-        type = full(said)
-        table, other = tables_of(type, self.distribution)
-        knows = known(robot, Controller(one.name, type, plain), type)
+        kind = full(said)
+        table, other = tables_of(kind, self.distribution)
+        knows = known(robot, Controller(one.name, kind, plain), kind)
         own = {key: value for key, value in plain.items() if self._is_own(values[key], table, key)}
         for found in against_table(name, table, other, own, self.distribution):
             yield self._placed(found, values, one)
         every = {**plain, **{key: value.value for key, value in values.items()}}
         for found in missing(name, table, every, ""):
             yield self._placed(found, values, one)
-        for found in against_robot(name, type, plain, knows, robot, ERROR):
+        for found in against_robot(name, kind, plain, knows, robot, ERROR):
             yield self._placed(found, values, one)
 
     def _values(self, one: Declared) -> dict[str, Value]:
@@ -197,23 +203,23 @@ class _Held:
         values = {key: value for node in elsewhere for key, value in node.values.items()}
         return values | of_node(self.files, one.node)
 
-    def _is_own(self, value: Value, table: object, key: str) -> bool:
+    @staticmethod
+    def _is_own(value: Value, table: Table | None, key: str) -> bool:
         """Say whether a parameter is meant for the controller: under a pattern stands what other nodes read as well."""
-        return not value.by.rpartition("/")[2].startswith("*") or (
-            hasattr(table, "find") and table.find(key) is not None
-        )
+        return "*" not in value.by.rpartition("/")[2] or (table is not None and key in table)
 
     def _placed(self, found: Finding, values: Mapping[str, Value], where: Declared | Node | None) -> Diagnostic:
         from ..formats.controllers.checking import diagnostic
 
         value = values.get(found.key)
+        span: Span | None = None
         if value is not None:
             span = value.key if found.at_key else value.span
         elif isinstance(where, Declared):
             nodes = [node.span for node in self.nodes if node.base == where.name]
             span = nodes[0] if nodes else where.type.span
-        else:
-            span = where.span if where is not None else None
+        elif where is not None:
+            span = where.span
         related = []
         if found.rule == "controller-differs":
             related = [self.case.related("the drive of the robot", ("drive",), key=True)]

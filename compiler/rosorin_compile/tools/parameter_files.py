@@ -94,7 +94,8 @@ def read_source(source: Source) -> ParameterFile:
     reader = _Reader()
     if isinstance(tree, Map):
         reader.nodes_of(tree, "", first_line(source))
-    if not reader.nodes and not reader.diagnostics:
+    if not reader.seen:
+        reader.diagnostics.clear()
         message = f"{source.path} has no parameters of a ROS 2 node: nothing stands under {PARAMETERS}"
         reader.tell(message, first_line(source))
     return ParameterFile(source, tuple(reader.nodes), tuple(reader.diagnostics))
@@ -130,6 +131,7 @@ class _Reader:
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self.diagnostics: list[Diagnostic] = []
+        self.seen = False
 
     def tell(self, message: str, span: Span, help: str = "write NODE: {ros__parameters: {KEY: VALUE}}") -> None:
         self.diagnostics.append(error("parameter-file", message, span, help))
@@ -148,6 +150,7 @@ class _Reader:
 
     def _node(self, tree: Map, name: str, span: Span) -> None:
         values = tree[PARAMETERS]
+        self.seen = True
         if not name:
             self.tell(f"{PARAMETERS} stands without the name of a node", tree.key_spans[PARAMETERS])
         elif isinstance(values, Map):

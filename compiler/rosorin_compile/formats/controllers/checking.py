@@ -14,7 +14,7 @@ from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, did_
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Robot
-from ...model.control import POSITION, VELOCITY
+from ...model.control import JOINT_WORDS, POSITION, VELOCITY
 from ..distributions import title
 from .known import COMMANDS, Known
 from .tables import SHORT, Key, Table, full, is_of_all_nodes, other, plugins, table
@@ -134,7 +134,7 @@ def against_table(
         given = values.get(many)
         if many and isinstance(given, (list, tuple)) and one not in given:
             message = f'"{key}" of {name} is about "{one}", which is not in its {many}: nobody reads it'
-            yield Finding("controller-key", message, key, did_you_mean(one, map(str, given)), at_key=True)
+            yield Finding("controller-key", message, key, did_you_mean(one, set(map(str, given))), at_key=True)
 
 
 def _unknown(
@@ -247,7 +247,7 @@ def _same(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterat
         message = f'"{key}" of {name} is {value:.6g}, and the robot says {wanted:.6g}'
         twice = abs(value - 2 * wanted) <= max(_LEAST, _TOLERANCE * abs(wanted))
         half = abs(2 * value - wanted) <= max(_LEAST, _TOLERANCE * abs(wanted))
-        help = f"it is {'twice' if twice else 'half'} of that: " if twice or half else ""
+        help = f"it is {'twice' if twice else 'half'} that: " if twice or half else ""
         help += f"write {wanted:.6g}, or correct the robot"
         yield Finding("controller-differs", message, key, help, severity)
 
@@ -269,6 +269,7 @@ def _commanded(name: str, kind: str, values: Mapping[str, Any], robot: Robot) ->
         return
     there = {(one.name, word) for block in robot.control for one in block.joints for word in one.commands}
     for key, joints, words in _wanted(kind, values):
+        words = [word for word in words if word in JOINT_WORDS]
         lacking = [one for one in joints if one in robot.joint and any((one, word) not in there for word in words)]
         if lacking:
             message = f"{name} commands the {listed(words)} of {quoted(lacking, most=4)}, which no hardware block has"
@@ -288,7 +289,7 @@ def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[st
     for key, value in values.items():
         if not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
             continue
-        joints = [value] if isinstance(value, str) else [str(one) for one in value or ()]
+        joints = [value] if isinstance(value, str) else [str(one) for one in dict.fromkeys(value or ())]
         words: Any = []
         if driving and "state" not in key:
             steers = "steering" in key or (

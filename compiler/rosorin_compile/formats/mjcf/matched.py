@@ -17,14 +17,23 @@ Told = Mapping[str, Mapping[int, str]]
 """The names that the import gave, by kind of object and its index in the source."""
 
 HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
-HFIELD, MESH, SDF = 1, 7, 8
+HFIELD, SPHERE, CAPSULE, CYLINDER, MESH, SDF = 1, 2, 3, 5, 7, 8
 
 
 class Model:
-    """A compiled model: the arrays of MuJoCo, names, and the frames of its bodies at the first pose."""
+    """A compiled model: the arrays of MuJoCo, names, and the frames of its bodies at the first pose.
 
-    def __init__(self, mujoco: Any, model: Any) -> None:
+    ``references`` is where the vertices of a mesh, scaled, are counted from (position, rotation), where ``refpos`` or
+    ``refquat`` say it.
+    """
+
+    def __init__(self, mujoco: Any, model: Any, spec: Any = None) -> None:
         self.mujoco, self.mj = mujoco, model
+        self.references = {
+            mesh.id: (np.asarray(mesh.refpos) * mesh.scale, rotation(mesh.refquat))
+            for mesh in (spec.meshes if spec is not None else ())
+            if any(mesh.refpos) or any(mesh.refquat[1:])
+        }
         self.names = {
             kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.total))]
             for kind, entry in KINDS.items()
@@ -95,12 +104,15 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
             wanted = told.get(kind, {}).get(index, "") or name
             found = by_name.get(wanted)
             if found is None and kind == "material":  # ours begin with the name of the robot
-                found = next((at for own, at in by_name.items() if own.endswith(f"_{wanted}")), None)
+                ends = [own for own in by_name if own.endswith(f"_{wanted}")]
+                found = by_name[min(ends, key=len)] if ends else None
             if found is not None and found not in made.values():
                 made[index] = found
         _in_order(source, ours, kind, maps)
         if kind == "geom":
             _by_geoms(source, ours, maps)
+        if kind == "material":
+            _by_materials(source, ours, maps)
     return maps
 
 
@@ -146,6 +158,14 @@ def _by_geoms(source: Model, ours: Model, maps: Maps) -> None:
             if source.mj.geom_type[one] in types and ours.mj.geom_type[other] in types:
                 found.setdefault(int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other]))
         maps[kind] = maps[kind] | found
+
+
+def _by_materials(source: Model, ours: Model, maps: Maps) -> None:
+    """Let textures be those of the materials that have them: those of files have other names in ours."""
+    for one, other in maps["material"].items():
+        for theirs, own in zip(source.mj.mat_texid[one], ours.mj.mat_texid[other], strict=True):
+            if theirs >= 0 and own >= 0:
+                maps["texture"].setdefault(int(theirs), int(own))
 
 
 Sort = Callable[[Model, int, "Maps | None"], Any]
@@ -211,6 +231,8 @@ _SORTS: Mapping[str, Sort] = {
     "camera": _on_body("cam", "mode"),
     "light": _on_body("light", "mode"),
     "mesh": _by_what_has_it,
+    "texture": _by_what_has_it,
+    "material": _by_what_has_it,
     "height field": _by_what_has_it,
     "pair": _pair,
     "equality": _equality,

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -47,7 +47,8 @@ class Apart(NamedTuple):
 class Motion(NamedTuple):
     """How two models moved: apart by how much and where, the source from itself, and both without contact.
 
-    ``verdict`` is same, chaotic, differs or unstable, ``contacts`` the most that there were in the source.
+    ``verdict`` is same, chaotic, differs or unstable, ``contacts`` the most that there were in the source. ``scene``
+    is how many geoms of the source, which ours does not have, touched nothing.
     """
 
     verdict: str
@@ -57,14 +58,17 @@ class Motion(NamedTuple):
     contacts: int
     itself: float = 0.0
     without_contact: float = 0.0
+    scene: int = 0
 
 
 def run(mujoco: Any, comparison: Comparison) -> Motion:
     """Return how the two models of a comparison move."""
     steps = min(MOST_STEPS, max(1, round(SECONDS / float(comparison.source.mj.opt.timestep))))
     source, ours = comparison.source.mj, comparison.ours.mj
+    scene = [geom for geom in range(source.ngeom) if geom not in comparison.maps["geom"]]
+    source = _untouched(source, scene)
     found = _apart(mujoco, comparison, source, ours, steps)
-    motion = Motion("same", steps, found.largest, found.body, found.touching)
+    motion = Motion("same", steps, found.largest, found.body, found.touching, scene=len(scene))
     if found.fell:
         return motion._replace(verdict="unstable")
     if found.largest <= TOLERANCE:
@@ -82,6 +86,14 @@ def run(mujoco: Any, comparison: Comparison) -> Motion:
         return motion
     again = _apart(mujoco, comparison, bare[0], _nudged(bare[0]), steps, itself=True)
     return motion if alone.largest <= again.largest * ROUNDING else motion._replace(verdict="differs", body=alone.body)
+
+
+def _untouched(model: Any, geoms: Sequence[int]) -> Any:
+    """Return a model of which some geoms touch nothing."""
+    made = copy.copy(model)
+    for geom in geoms:
+        made.geom_contype[geom] = made.geom_conaffinity[geom] = 0
+    return made
 
 
 def _nudged(model: Any) -> Any:

@@ -218,7 +218,8 @@ def settings(reading: Reading) -> Map:
             if "enum" in SETTINGS[name]:
                 put(made, name, attribute.value, attribute.span)
             elif values and None not in values:
-                put(made, name, _listed(values, attribute.span), attribute.span)
+                many = SETTINGS[name]["type"] == "array"
+                put(made, name, _listed(values, attribute.span) if many else values[0], attribute.span)
         for flag in reading.markup.children(element):
             for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
                 put(flags, name, attribute.value, attribute.span)
@@ -249,9 +250,7 @@ def _number(text: str) -> float | int | None:
 
 
 def _listed(values: Sequence[Any], span: Span) -> Any:
-    """Return one value as it is, several as a list."""
-    if len(values) == 1:
-        return values[0]
+    """Return values as a list."""
     made = Seq(span)
     for value in values:
         made.put(value, span)

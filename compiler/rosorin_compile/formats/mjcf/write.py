@@ -147,7 +147,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
-        "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
+        "textures": [printer.simulated.printed(values) for values in printer.simulated.textures()],
+        "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
         "followers": followers(robot, joints, number),
@@ -210,7 +211,7 @@ class _Printer:
         self.shown = shown
         self.number = number
         self.elements = elements
-        self.meshes: dict[tuple[Mesh, str], str] = {}
+        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
@@ -329,7 +330,7 @@ class _Printer:
                     continue
                 if not geometry.inertia and self.mesh_inertia != "legacy":
                     geometry = replace(geometry, inertia=self.mesh_inertia)
-                key = (geometry, geometry.inertia)
+                key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             elif isinstance(geometry, HeightMap):
                 field = field_of(solid, geometry)
@@ -347,6 +348,12 @@ class _Printer:
             if purpose == "collision":
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
+
+    def mesh(self, name: str, mesh: Mesh) -> Markup:
+        """Return the attributes of a mesh."""
+        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.vector(mesh.scale)}
+        values |= {"inertia": mesh.inertia} if mesh.inertia else {}
+        return attributes(**values, **self.simulated.texts(mesh.mjcf))
 
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""

@@ -137,7 +137,7 @@ def _bodies(source: Model, ours: Model, told: Mapping[int, str]) -> dict[int, in
 
 
 def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
-    """Match what has no counterpart by name with what is of the same sort at the same place, in order."""
+    """Match what has no counterpart by name with what is of the same sort, the nearest one, in order."""
     made = maps[kind]
     sort: Sort = _SORTS.get(kind, _any)
     taken = set(made.values())
@@ -147,7 +147,25 @@ def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
             waiting.setdefault(sort(ours, index, None), []).append(index)
     for index in range(len(source.names[kind])):
         if index not in made and (same := waiting.get(sort(source, index, maps))):
-            made[index] = same.pop(0)
+            place = _place(source, kind, index)
+            nearest = min(same, key=lambda other: _apart(place, _place(ours, kind, other)))
+            same.remove(nearest)
+            made[index] = nearest
+
+
+def _place(model: Model, kind: str, index: int) -> Any:
+    """Return where something stands at the first pose, and its sizes; nothing of what stands nowhere."""
+    if kind not in ("geom", "site", "camera", "light"):
+        return np.zeros(0)
+    mj, prefix = model.mj, KINDS[kind].prefix
+    body, pos = int(getattr(mj, f"{prefix}_bodyid")[index]), getattr(mj, f"{prefix}_pos")[index]
+    sizes = mj.geom_size[index] if kind == "geom" else ()
+    return np.concatenate([model.at[body] + model.turn[body] @ pos, sizes])
+
+
+def _apart(one: Any, other: Any) -> float:
+    """Return how far two places are apart, a nanometre being nothing."""
+    return round(float(np.abs(one - other).max(initial=0)), 9)
 
 
 def _by_geoms(source: Model, ours: Model, maps: Maps) -> None:
@@ -200,7 +218,9 @@ def _on_body(prefix: str, *fields: str) -> Sort:
 
 def _geom(model: Model, index: int, maps: Maps | None) -> Any:
     collides = bool(model.mj.geom_contype[index] or model.mj.geom_conaffinity[index])
-    return (*_on_body("geom", "type")(model, index, maps), collides)
+    mesh = int(model.mj.geom_dataid[index]) if model.mj.geom_type[index] in (MESH, SDF) else -1
+    sizes = (int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])) if mesh >= 0 else ()
+    return (*_on_body("geom", "type")(model, index, maps), collides, *sizes)
 
 
 def _pair(model: Model, index: int, maps: Maps | None) -> Any:

@@ -88,7 +88,8 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     for feature, what in answer["differences"]:
         by_feature.setdefault(feature, []).append(what)
     said = [d.message for d in imported.diagnostics if d.rule in _LISTS]
-    known, wrong = {}, {}
+    known: dict[str, list[str]] = {}
+    wrong: dict[str, list[str]] = {}
     for feature, texts in by_feature.items():
         told = [text for text in texts if is_listed(feature, text, said)]
         rest = [text for text in texts if text not in told]

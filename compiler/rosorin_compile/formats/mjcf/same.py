@@ -48,6 +48,7 @@ from .same_values import (
     padded,
     plugin,
     public,
+    same_material,
     same_solid,
     shape_frame,
     sleep_policy,
@@ -84,7 +85,8 @@ LOST = {
 }
 
 
-_NAMES_OF_FILES = ("mesh", "height field", "texture", "material")  # nobody asks for those by name; what has them is compared
+# Nobody asks for those by name; what has them is compared.
+_NAMES_OF_FILES = ("mesh", "height field", "texture", "material")
 SIZES = {SPHERE: 1, CAPSULE: 2, CYLINDER: 2}  # how many a geom has; what stands behind them means nothing
 GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
 WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
@@ -408,7 +410,9 @@ class Comparison:
             if own.geom_group[other] not in (theirs.geom_group[one], *by_right):
                 self.numbers("groups", "geom", one, "group", theirs.geom_group[one], own.geom_group[other])
             material, seen = int(theirs.geom_matid[one]), twins.get(other, other)
-            if material in self.maps["material"] and own.geom_matid[seen] != self.maps["material"][material]:
+            mine = self.maps["material"].get(material, -1)
+            says_more = mine >= 0 and not self._is_colour(material)
+            if says_more and not same_material(own, int(own.geom_matid[seen]), mine):
                 self.tell("shine", "geom", one, f"has not {self.source.called('material', material)} in ours")
             self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
 

@@ -139,6 +139,15 @@ def same_solid(mj: Any, geom: int) -> Any:
     return (int(mj.geom_bodyid[geom]), int(mj.geom_type[geom]), int(mj.geom_dataid[geom]), *numbers)
 
 
+def same_material(mj: Any, one: int, other: int) -> bool:
+    """Say whether two materials of a model look the same: one may be there twice, once as it stood in the source."""
+    if one < 0 or other < 0:
+        return one == other
+    fields = [name for name in dir(mj) if name.startswith("mat_") and name != "mat_texid"]
+    textured = [bool((mj.mat_texid[index] >= 0).any()) for index in (one, other)]
+    return textured[0] == textured[1] and all(close(getattr(mj, f)[one], getattr(mj, f)[other]) for f in fields)
+
+
 def plugin(mj: Any, instance: Any) -> str:
     """Return which plugin an instance is, and its settings; empty for none."""
     if instance < 0:

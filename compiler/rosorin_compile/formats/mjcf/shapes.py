@@ -176,8 +176,8 @@ def _keep_others(reading: Reading) -> None:
             continue
         if _is_made_up(reading, geom):
             continue
-        span = reading.places.of("geoms", index).span
-        reading.kept(whole_geom(reading, geom, span), f"geom: {_WORDS[geom['type']]}", span, reading.link_of[geom["body"]])
+        span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
+        reading.kept(whole_geom(reading, geom, span), f"geom: {_WORDS[geom['type']]}", span, link)
 
 
 def whole_geom(reading: Reading, geom: Mapping[str, Any], span: Span) -> Node:

@@ -82,6 +82,7 @@ DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+_NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
 
 # The types of joints that one joint of MuJoCo is.
@@ -136,7 +137,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
-    printer = _Printer(seen, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form, shown)
+    printer = _Printer(seen, number, elements.bodies, free, output, form, shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
@@ -203,7 +204,7 @@ class _Printer:
         number: NumberFormat,
         elements: Mapping[str, Sequence[Element]],
         free: bool,
-        mesh_inertia: str,
+        output: Output,
         form: str,
         shown: frozenset[str],
     ) -> None:
@@ -217,7 +218,8 @@ class _Printer:
         self.fields: dict[str, Field] = {}
         self.form = form
         self.names = _own_names(robot, form)
-        self.mesh_inertia = mesh_inertia
+        self.mesh_inertia = output.options.get("mesh_inertia", "shell")
+        self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         stands = robot.simulation.root.placed or not free
@@ -264,7 +266,11 @@ class _Printer:
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
-            [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            [
+                *self.geoms(link, "collision", link.collision),
+                *self.geoms(link, "visual", link.visual),
+                *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
+            ],
             attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
@@ -354,6 +360,12 @@ class _Printer:
         values = {"name": name, "file": mesh_path(mesh.file), "scale": self.vector(mesh.scale)}
         values |= {"inertia": mesh.inertia} if mesh.inertia else {}
         return attributes(**values, **self.simulated.texts(mesh.mjcf))
+
+    def no_drag(self, link: str) -> Markup:
+        """Return a geom that keeps fluids from a body without mass: MuJoCo takes that for a box of metres."""
+        of_fluid = {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
+        none = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
+        return attributes(name=f"{link}_no_drag", type="sphere", size=self.number(_NO_SIZE), **none, **of_fluid)
 
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""

@@ -91,7 +91,9 @@ class Names:
         for named in self.given:
             known.setdefault(named.kind, set()).add(named.name)
         known.setdefault(MATERIAL, set()).update(one.name for one in robot.materials if one.rgba or one.mjcf)
-        known.setdefault(EQUALITY, set()).update(joint.name for joint in robot.joints if joint.mimic)
+        known.setdefault(EQUALITY, set()).update(
+            joint.mimic.name or joint.name for joint in robot.joints if joint.mimic
+        )
         known.setdefault(ACTUATOR, set()).update(
             joint.actuator.name or joint.name for joint in robot.joints if joint.actuator and joint.moves
         )
@@ -337,7 +339,7 @@ def _taken(case: Case) -> dict[tuple[str, str], Path]:
         taken.setdefault((SITE, edge.child), case.edge(index, "child"))
     for joint in case.robot.joints:
         if joint.mimic is not None:
-            taken[EQUALITY, joint.name] = case.joint(joint, "mimic")
+            taken.setdefault((EQUALITY, joint.mimic.name or joint.name), case.joint(joint, "mimic"))
         if joint.actuator is not None and joint.moves:
             taken.setdefault((ACTUATOR, joint.actuator.name or joint.name), case.joint(joint, "actuator"))
     return taken

@@ -259,6 +259,7 @@ FORMAT = Format(
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,
+    engine_reads=True,
     cannot_say=_cannot_say,
     complete=True,
     lacks=frozenset(

@@ -172,6 +172,7 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
     """Return the kind of an actuator by its numbers."""
     gain, bias = floats(said, "gainprm", [1, 0, 0]), floats(said, "biasprm", [0, 0, 0])
     gains, dynamics = said.get("gaintype", "fixed"), said.get("dyntype", "none")
+    said = {key: text for key, text in said.items() if key != "inheritrange" or float(text)}  # 0 is none
     plain = {key: text for key, text in said.items() if key not in _OF_KIND}
     if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
         affine, kp = said.get("biastype", "none") == "affine", gain[0]

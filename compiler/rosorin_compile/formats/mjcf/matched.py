@@ -204,6 +204,12 @@ def _by_what_has_it(_model: Model, _index: int, maps: Maps | None) -> Any:
     return "of the source" if maps else "ours"
 
 
+def _texture(model: Model, index: int, maps: Maps | None) -> Any:
+    if maps is not None and model.names["texture"][index]:
+        return "of the source"
+    return tuple(int(getattr(model.mj, f"tex_{field}")[index]) for field in ("type", "height", "width"))
+
+
 def _tendon(model: Model, index: int, _maps: Maps | None) -> Any:
     return (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index]))
 
@@ -251,7 +257,7 @@ _SORTS: Mapping[str, Sort] = {
     "camera": _on_body("cam", "mode"),
     "light": _on_body("light", "mode"),
     "mesh": _by_what_has_it,
-    "texture": _by_what_has_it,
+    "texture": _texture,
     "material": _by_what_has_it,
     "height field": _by_what_has_it,
     "pair": _pair,

@@ -48,6 +48,7 @@ LISTED: tuple[Listed, ...] = (
     Listed(" of the material ", ("shine", "textures")),
     Listed(" of the actuator ", ("actuators", "groups", "user data")),
     Listed(" of a key ", ("keys",)),
+    Listed("move a little otherwise", ("motion",)),
     Listed("the setting ", ("options",)),
     Listed("the tendon ", ("tendons",), _GONE),
     Listed("the equality ", ("equalities",), _GONE),
@@ -85,6 +86,9 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     if isinstance(answer, str):
         return Proof(unknown=answer)
     by_feature: dict[str, list[str]] = {}
+    motion = answer.get("motion")
+    if motion and motion["verdict"] == "differs":
+        by_feature["motion"] = [_moved(motion)]
     for feature, what in answer["differences"]:
         by_feature.setdefault(feature, []).append(what)
     said = [d.message for d in imported.diagnostics if d.rule in _LISTS]
@@ -95,9 +99,6 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
         rest = [text for text in texts if text not in told]
         known |= {feature: told} if told else {}
         wrong |= {feature: rest} if rest else {}
-    motion = answer.get("motion")
-    if motion and motion["verdict"] == "differs":
-        wrong["motion"] = [_moved(motion)]
     return Proof(wrong, known, _in_words(wrong, known, motion), counts=answer.get("counts", {}))
 
 
@@ -131,6 +132,8 @@ def _how_it_moved(motion: Mapping[str, Any]) -> str:
     steps += " without the scene" if motion.get("scene") else ""
     if motion["verdict"] == "unstable":
         return "the source does not come through a simulation with moving controls"
+    if motion["verdict"] == "differs":
+        return f"{steps} with moving controls: apart by {motion['largest']:.2g}"
     if motion["verdict"] == "same":
         return f"{steps} with moving controls and up to {touching}: largest difference {motion['largest']:.2g}"
     return (

@@ -451,7 +451,7 @@ class Comparison:
                 if a.shape != b.shape or np.abs(a - b).max(initial=0) > 1e-5 * max(1e-3, np.abs(a).max(initial=0)):
                     self.tell("shapes", "mesh", one, f"{word} differ")
             hulls = hull(self.source.mj, one), hull(self.ours.mj, other)
-            if hulls[0] != hulls[1]:
+            if hulls[0] and hulls[0] != hulls[1]:  # a mesh has a hull where something that collides is of it
                 self.tell("shapes", "mesh", one, f"vertices of the hull {both(*hulls)}")
 
     def _placed(self) -> None:

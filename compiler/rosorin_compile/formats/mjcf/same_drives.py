@@ -50,7 +50,7 @@ def actuators(comparison: Comparison) -> None:
         biases[0][0] = biases[1][0] if control else biases[0][0] + biases[0][1] * _shift_of_length(comparison, one)
         comparison.numbers("actuators", "actuator", one, "biasprm", *biases)
         lengths = [value(mj, "actuator_lengthrange", index) for mj, index in ((theirs, one), (own, other))]
-        if not np.allclose(*lengths, rtol=FOUND, atol=FOUND):
+        if not np.allclose(lengths[0], lengths[1], rtol=FOUND, atol=FOUND):
             comparison.tell("actuators", "actuator", one, f"lengthrange {both(*lengths)}")
         limited = "actuator_ctrllimited"
         if comparison.is_set(comparison.source, limited, one) and comparison.is_set(comparison.ours, limited, other):

@@ -495,7 +495,7 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
     for joint in joints:
         if joint.mimic is None or not joint.moves:
             continue
-        values = {"name": joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
+        values = {"name": joint.mimic.name or joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
         if not robot.joint[joint.mimic.joint].moves:
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]

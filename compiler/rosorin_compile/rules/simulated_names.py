@@ -106,19 +106,20 @@ class Names:
         What collides goes before what is seen under the same name.
         """
         counts: dict[str, int] = {}
+        plain: dict[str, int] = {}
         for purpose in ("collision", "visual"):
             before = frozenset(counts)
             for link in self.robot.links:
                 solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
                 for index, solid in enumerate(solids, start=1):
                     made = f"{link.name}_{purpose}_{index}"
-                    counts[made] = 1
-                    if solid.name and solid.name != made and solid.name not in before:
+                    plain[made] = 1
+                    if solid.name and solid.name not in before:
                         counts[solid.name] = counts.get(solid.name, 0) + 1
         for named in self.given:
             if named.kind == GEOM:
                 counts[named.name] = 1
-        return counts
+        return plain | counts
 
     def has(self, kind: str, name: str) -> bool:
         """Say whether there is something of a kind under a name, or may be."""

@@ -347,7 +347,7 @@ def tell_of_light_bodies(reading: Reading) -> None:
         reading.changed(message, reading.places.body(felt[0]).span)
 
 
-_UNFELT = 1e4
+_UNFELT = 1e6  # times the inertia of a link without mass
 
 
 def tell_of_zeros(reading: Reading) -> None:

@@ -137,7 +137,7 @@ def _how_it_moved(motion: Mapping[str, Any]) -> str:
     if motion["verdict"] == "same":
         return f"{steps} with moving controls and up to {touching}: largest difference {motion['largest']:.2g}"
     return (
-        f"{steps} with moving controls are chaotic: apart by {motion['largest']:.2g}, where the source, moved by one"
-        f" unit in the last place, is apart from itself by {motion['itself']:.2g}; without contact by"
+        f"{steps} with moving controls are chaotic: apart by {motion['largest']:.2g}, where the source, moved by no"
+        f" more than rounding, is apart from itself by {motion['itself']:.2g}; without contact by"
         f" {motion['without_contact']:.2g}"
     )

@@ -412,9 +412,10 @@ class Comparison:
             material, seen = int(theirs.geom_matid[one]), twins.get(other, other)
             mine = self.maps["material"].get(material, -1)
             says_more = mine >= 0 and not self._is_colour(material)
-            if says_more and not same_material(own, int(own.geom_matid[seen]), mine):
+            if says_more and not any(same_material(own, int(own.geom_matid[at]), mine) for at in (other, seen)):
                 self.tell("shine", "geom", one, f"has not {self.source.called('material', material)} in ours")
-            self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
+            if not close(colour(theirs, one), colour(own, other)):
+                self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
 
     def _twins(self) -> dict[int, int]:
         """Return the visual that ours has for a shape that collides, where it is seen too."""

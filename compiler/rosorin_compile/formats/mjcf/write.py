@@ -28,6 +28,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -217,7 +218,7 @@ class _Printer:
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
         self.form = form
-        self.names = _own_names(robot, form)
+        self.names, self.simulated.own_names = _geom_names(robot, form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
         self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
@@ -310,14 +311,9 @@ class _Printer:
             return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
         return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
 
-    def name(self, link: str, purpose: str, number: int, solid: Shape) -> str:
-        """Return the name of the geom of a solid: its own, or its number in its link."""
-        own = self.names.get(solid.name) == (link, purpose)
-        return solid.name if own else f"{link}_{purpose}_{number}"
-
     def collider(self, geom: Geom) -> str:
         """Return the name of a geom that collides."""
-        return self.name(geom.link, "collision", geom.number, geom.shape)
+        return self.names[geom.link, "collision", geom.number]
 
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
@@ -327,8 +323,7 @@ class _Printer:
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            name = self.name(link.name, purpose, index, solid)
-            self.simulated.own_names[f"{link.name}_{purpose}_{index}"] = name
+            name = self.names[link.name, purpose, index]
             values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
             origin = solid.origin()
             if isinstance(geometry, Mesh):
@@ -382,21 +377,31 @@ def _seen(robot: Robot, output: Output) -> Robot:
     return with_visuals(robot) if output.options.get("visuals", usual) == "from_collision" else robot
 
 
-def _own_names(robot: Robot, form: str) -> dict[str, tuple[str, str]]:
-    """Return the names that geoms have of their own: where, by name. One that several would have is nobody's.
+def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+    """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
-    A shape that collides goes before one of the same name that is seen. The names that the others get are taken.
+    A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
+    others are called after their link.
     """
-    owners: dict[str, list[tuple[str, str]]] = {}
-    made: set[str] = set()
+    places: dict[tuple[str, str, int], str] = {}
     for purpose in ("collision", "visual"):
         for link in robot.links:
             geoms = [solid for shape in getattr(link, purpose) for solid in solids(shape, form)]
-            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(geoms) + 1)}
-            for solid in geoms:
-                owners.setdefault(solid.name, []).append((link.name, purpose))
-    first = {name: [place for place in places if place[1] == places[0][1]] for name, places in owners.items()}
-    return {name: places[0] for name, places in first.items() if name and len(places) == 1 and name not in made}
+            places |= {(link.name, purpose, number): solid.name for number, solid in enumerate(geoms, start=1)}
+    first: dict[str, str] = {}
+    for (_, purpose, _), name in places.items():
+        first.setdefault(name, purpose)
+    counts = Counter(name for (_, purpose, _), name in places.items() if first[name] == purpose)
+    names = {at: name for at, name in places.items() if name and counts[name] == 1 and first[name] == at[1]}
+    taken, meant = set(names.values()), {}
+    for at in places:
+        plain = made = "_".join(map(str, at))
+        while at not in names and made in taken:
+            made += "_"
+        if plain not in taken:
+            meant[plain] = names.get(at, made)
+        names.setdefault(at, made)
+    return names, meant
 
 
 def _option(output: Output, number: NumberFormat) -> tuple[Markup, Markup | str]:

@@ -7,6 +7,7 @@ tags of an element are those that lead to it from there.
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 from .elements import Found, found_in
@@ -81,6 +82,24 @@ def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)
     return _ATTRIBUTES.get(attribute, "")
+
+
+_FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
+
+
+def files_in(text: str) -> list[str]:
+    """Return the files that some elements name: meshes, textures, height fields, skins."""
+    return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
+
+
+def with_files(text: str, rename: Callable[[str], str]) -> str:
+    """Return elements in which each file is what ``rename`` makes of it; all else is as it was."""
+
+    def one(found: re.Match[str]) -> str:
+        name, quote = found[2][1:-1], found[2][0]
+        return f"{found[1]}{quote}{rename(name) if name.strip() else name}{quote}"
+
+    return _FILE.sub(one, text)
 
 
 def names_given(text: str, top: bool) -> Iterator[str]:

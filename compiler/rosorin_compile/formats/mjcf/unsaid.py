@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, counted, first_of
-from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Shape, Simulated, Sphere
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
@@ -54,6 +54,16 @@ def mesh_path(file: str) -> str:
     while more and inside.startswith("../"):  # what is converted stands beside the MJCF
         inside = inside[3:]
     return file if not more else f"{inside}{more}" if inside == posixpath.normpath(file) else f"{MESHES}/{inside}{more}"
+
+
+def texture_path(file: str) -> str:
+    """Return the file of a texture as MuJoCo opens it; empty if MuJoCo cannot, or the file is one of a package.
+
+    >>> texture_path("../skin.png"), texture_path("skin.jpg"), texture_path("package://arm/skin.png")
+    ('../skin.png', '', '')
+    """
+    path = file.removeprefix("file://")
+    return path if posixpath.splitext(path)[1].lower() == ".png" and "://" not in path else ""
 
 
 def is_written(robot: Robot, mesh: Mesh) -> bool:
@@ -121,17 +131,23 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
             message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
-    textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
-    textured += sum(bool(material.texture) for material in robot.materials)
+    textured = sum(_has_no_image(robot, shape) for link in robot.links for shape in link.visual)
+    textured += sum(bool(one.texture and not texture_path(one.texture)) for one in robot.materials if not one.mjcf)
     if textured:
-        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals"
-        message += f" {'are' if textured > 1 else 'is'} left out"
+        message = f"{counted(textured, 'texture')} of visuals {'are' if textured > 1 else 'is'} left out of the MJCF:"
+        message += " MuJoCo takes PNG files by a path, of materials"
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
     yield from _unreadable(robot)
     if WORLD in robot.link:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
         message += f' "{body_name(robot, WORLD)}" in the MJCF, its site has the name of the link'
         yield Diagnostic("mjcf-cannot-say", NOTE, message)
+
+
+def _has_no_image(robot: Robot, visual: Shape) -> bool:
+    """Say whether the own image of a visual is not in the MJCF: one that its material does not have."""
+    named = robot.material.get(str(visual.mjcf.get("material") or visual.material))
+    return bool(visual.texture) and not (named and (texture_path(named.texture) or "texture" in named.mjcf))
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:

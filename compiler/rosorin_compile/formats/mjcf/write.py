@@ -28,6 +28,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import NamedTuple
@@ -82,6 +83,7 @@ DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+_NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
 
 # The types of joints that one joint of MuJoCo is.
@@ -136,7 +138,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
-    printer = _Printer(seen, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form, shown)
+    printer = _Printer(seen, number, elements.bodies, free, output, form, shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
@@ -147,7 +149,8 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
-        "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
+        "textures": [printer.simulated.printed(values) for values in printer.simulated.textures()],
+        "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
         "followers": followers(robot, joints, number),
@@ -202,7 +205,7 @@ class _Printer:
         number: NumberFormat,
         elements: Mapping[str, Sequence[Element]],
         free: bool,
-        mesh_inertia: str,
+        output: Output,
         form: str,
         shown: frozenset[str],
     ) -> None:
@@ -210,13 +213,14 @@ class _Printer:
         self.shown = shown
         self.number = number
         self.elements = elements
-        self.meshes: dict[tuple[Mesh, str], str] = {}
+        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
         self.form = form
-        self.names = _own_names(robot, form)
-        self.mesh_inertia = mesh_inertia
+        self.names, self.simulated.own_names = _geom_names(robot, form)
+        self.mesh_inertia = output.options.get("mesh_inertia", "shell")
+        self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         stands = robot.simulation.root.placed or not free
@@ -263,7 +267,11 @@ class _Printer:
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
-            [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            [
+                *self.geoms(link, "collision", link.collision),
+                *self.geoms(link, "visual", link.visual),
+                *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
+            ],
             attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
@@ -303,14 +311,9 @@ class _Printer:
             return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
         return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
 
-    def name(self, link: str, purpose: str, number: int, solid: Shape) -> str:
-        """Return the name of the geom of a solid: its own, or its number in its link."""
-        own = self.names.get(solid.name) == (link, purpose)
-        return solid.name if own else f"{link}_{purpose}_{number}"
-
     def collider(self, geom: Geom) -> str:
         """Return the name of a geom that collides."""
-        return self.name(geom.link, "collision", geom.number, geom.shape)
+        return self.names[geom.link, "collision", geom.number]
 
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
@@ -320,8 +323,7 @@ class _Printer:
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            name = self.name(link.name, purpose, index, solid)
-            self.simulated.own_names[f"{link.name}_{purpose}_{index}"] = name
+            name = self.names[link.name, purpose, index]
             values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
             origin = solid.origin()
             if isinstance(geometry, Mesh):
@@ -329,7 +331,7 @@ class _Printer:
                     continue
                 if not geometry.inertia and self.mesh_inertia != "legacy":
                     geometry = replace(geometry, inertia=self.mesh_inertia)
-                key = (geometry, geometry.inertia)
+                key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             elif isinstance(geometry, HeightMap):
                 field = field_of(solid, geometry)
@@ -348,6 +350,18 @@ class _Printer:
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
 
+    def mesh(self, name: str, mesh: Mesh) -> Markup:
+        """Return the attributes of a mesh."""
+        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.vector(mesh.scale)}
+        values |= {"inertia": mesh.inertia} if mesh.inertia else {}
+        return attributes(**values, **self.simulated.texts(mesh.mjcf))
+
+    def no_drag(self, link: str) -> Markup:
+        """Return a geom that keeps fluids from a body without mass: MuJoCo takes that for a box of metres."""
+        of_fluid = {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
+        none = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
+        return attributes(name=f"{link}_no_drag", type="sphere", size=self.number(_NO_SIZE), **none, **of_fluid)
+
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
@@ -363,21 +377,31 @@ def _seen(robot: Robot, output: Output) -> Robot:
     return with_visuals(robot) if output.options.get("visuals", usual) == "from_collision" else robot
 
 
-def _own_names(robot: Robot, form: str) -> dict[str, tuple[str, str]]:
-    """Return the names that geoms have of their own: where, by name. One that several would have is nobody's.
+def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+    """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
-    A shape that collides goes before one of the same name that is seen. The names that the others get are taken.
+    A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
+    others are called after their link.
     """
-    owners: dict[str, list[tuple[str, str]]] = {}
-    made: set[str] = set()
+    places: dict[tuple[str, str, int], str] = {}
     for purpose in ("collision", "visual"):
         for link in robot.links:
             geoms = [solid for shape in getattr(link, purpose) for solid in solids(shape, form)]
-            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(geoms) + 1)}
-            for solid in geoms:
-                owners.setdefault(solid.name, []).append((link.name, purpose))
-    first = {name: [place for place in places if place[1] == places[0][1]] for name, places in owners.items()}
-    return {name: places[0] for name, places in first.items() if name and len(places) == 1 and name not in made}
+            places |= {(link.name, purpose, number): solid.name for number, solid in enumerate(geoms, start=1)}
+    first: dict[str, str] = {}
+    for (_, purpose, _), name in places.items():
+        first.setdefault(name, purpose)
+    counts = Counter(name for (_, purpose, _), name in places.items() if first[name] == purpose)
+    names = {at: name for at, name in places.items() if name and counts[name] == 1 and first[name] == at[1]}
+    taken, meant = set(names.values()), {}
+    for at in places:
+        plain = made = "_".join(map(str, at))
+        while at not in names and made in taken:
+            made += "_"
+        if plain not in taken:
+            meant[plain] = names.get(at, made)
+        names.setdefault(at, made)
+    return names, meant
 
 
 def _option(output: Output, number: NumberFormat) -> tuple[Markup, Markup | str]:
@@ -476,7 +500,7 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
     for joint in joints:
         if joint.mimic is None or not joint.moves:
             continue
-        values = {"name": joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
+        values = {"name": joint.mimic.name or joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
         if not robot.joint[joint.mimic.joint].moves:
             del values["joint2"]
         polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]

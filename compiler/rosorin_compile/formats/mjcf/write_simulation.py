@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -14,6 +15,7 @@ from ..templating import attributes
 from .bodies import body_name
 from .classes import Named, Part
 from .servos import Drive, aims
+from .unsaid import texture_path
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
@@ -67,13 +69,28 @@ class SimulationPrinter:
     def material(self, name: str) -> str:
         """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
         material = self.robot.material.get(name)
-        return f"{self.robot.name}_{name}" if material and (material.rgba or material.mjcf) else ""
+        there = material and (material.rgba or material.mjcf or texture_path(material.texture))
+        return f"{self.robot.name}_{name}" if there else ""
 
     def materials(self) -> Iterator[Values]:
         """Yield the attributes of each material."""
         for name, material in self.robot.material.items():
             if self.material(name):
-                yield {"name": self.material(name), "rgba": material.rgba, **material.mjcf}
+                texture = self.image_of.get(texture_path(material.texture))
+                yield {"name": self.material(name), "rgba": material.rgba, "texture": texture, **material.mjcf}
+
+    def textures(self) -> Iterator[Values]:
+        """Yield the attributes of each image that materials have."""
+        for path, name in self.image_of.items():
+            yield {"name": name, "type": "2d", "file": path}
+
+    @cached_property
+    def image_of(self) -> Mapping[str, str]:
+        """The names of the textures of materials, by file; those that name one themselves need none."""
+        materials = [one for name, one in self.robot.material.items() if self.material(name)]
+        files = (texture_path(one.texture) for one in materials if "texture" not in one.mjcf)
+        names = dict.fromkeys(file for file in files if file)
+        return {file: f"{self.robot.name}_texture_{number}" for number, file in enumerate(names, 1)}
 
     def tendon(self, tendon: Tendon) -> Part:
         """Return the element of a tendon with its joints or its path."""

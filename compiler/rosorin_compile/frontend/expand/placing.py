@@ -299,7 +299,8 @@ class _Placer:
             changes["child"] = self.frame(entry["child"])
         mimic = entry.get("mimic")
         if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
-            changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
+            named = {"name": self.prefix + mimic["name"]} if isinstance(mimic.get("name"), str) else {}
+            changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"]), **named})
         actuator = entry.get("actuator")
         if isinstance(actuator, Map) and isinstance(actuator.get("name"), str):
             changes["actuator"] = _with(actuator, {"name": self.prefix + actuator["name"]})

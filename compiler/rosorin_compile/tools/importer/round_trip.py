@@ -132,7 +132,8 @@ def in_engine(imported: Imported, text: str) -> Proof:
     if format is None or format.prove is None or tree is None:
         return Proof()
     opens, folder = format.opens or (lambda name: name), imported.files[0].absolute().parent
-    return format.prove(imported, text, {opens(name): str(folder / name) for name in relative_files(tree)})
+    files = {opens(name): str(folder / name) for name in relative_files(tree)}
+    return format.prove(imported, text, {path: file for path, file in files.items() if path})
 
 
 def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:

@@ -101,7 +101,7 @@ def _from_itself(mujoco: Any, comparison: Comparison, source: Any, steps: int, l
 
 def _untouched(model: Any, geoms: Sequence[int]) -> Any:
     """Return a model of which some geoms touch nothing."""
-    made = copy.copy(model)
+    made = copy.copy(model) if geoms else model
     for geom in geoms:
         made.geom_contype[geom] = made.geom_conaffinity[geom] = 0
     return made

@@ -15,7 +15,8 @@ from .masses import masses
 RULES = (
     Rule(
         "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, a texture, a mesh by `package://`.",
+        "A warning or a note: MJCF has no word for a range without width, an image that is no PNG file, a mesh by "
+        "`package://`.",
         "As the message says.",
         FORMATS,
     ),

@@ -33,6 +33,7 @@ _ATTRIBUTES: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
+_OF_MANY = ("flex", "flexcomp")  # elements whose attributes name several things, space between
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
 # What the elements of a section are, where it is not said by their tag.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
@@ -72,8 +73,9 @@ def used(found: Found, top: bool) -> Iterator[Reference]:
         kind = _kind_of_name(attribute, attributes)
         if not kind or (attribute == "class" and kind_of(found, top) == CLASS) or tag in ("attach", "config"):
             continue
-        for name in value.split():
-            yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
+        for name in value.split() if tag in _OF_MANY else [value.strip()]:
+            if name:
+                yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
 
 
 def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:

@@ -60,12 +60,18 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         elements = [reading.markup.named("actuator", fact["name"]) or reading.markup.root for fact in facts]
     drives: dict[int, Drive] = {}
     others, beside = Map(reading.markup.root.span), []
+    kept: Element | None = None
     for number, (fact, node, element) in enumerate(zip(facts, nodes, elements, strict=True)):
         index = _joint(reading, fact, node)
         before = drives.get(index) if index is not None else None
-        if "plugin" in node["attributes"] or node["inner"]:
+        if {"plugin", "instance"} & node["attributes"].keys() or node["inner"]:
             _keep(reading, node, element)
+            kept = kept or element
             continue
+        if kept is not None and kept not in reading.told:
+            reading.told.add(kept)
+            what = f"the actuator <{kept.tag}> stands behind those that the language has words for"
+            reading.changed(f"{what}: its control is not where it was", kept.span)
         entry = None
         if index is not None and (before is None or before.entry is None):
             entry = _beside(reading, index, fact, node, element)

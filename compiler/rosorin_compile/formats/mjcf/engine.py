@@ -12,7 +12,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .resolved import KINDS, is_named, name_all, resolved
+from .resolved import KINDS, is_named, name_all, resolved, without_made_up
 
 MAX_MEMORY = 16 * 2**30  # bytes of address space: MuJoCo reserves more than it uses
 
@@ -30,7 +30,7 @@ def main(path: str, answer: str, cpu_seconds: int) -> None:
             name_all(spec)
             made: dict[str, Any] = facts(mujoco, spec, spec.compile())
         except Exception as problem:  # whatever the reader refuses is told, not raised
-            made = {"refused": str(problem)}
+            made = {"refused": without_made_up(str(problem))}
     made["warnings"] = [str(warning.message) for warning in caught]
     Path(answer).write_text(json.dumps(made), encoding="utf-8")
 

@@ -14,7 +14,7 @@ from ...frontend.tree import Map
 from ...model import Transform
 from ...xml.markup import Element
 from .reading import Reading, numbers, put, put_number, put_pose, tidy, transform
-from .shapes import is_scene, keep_materials, whole_geom
+from .shapes import is_scene, keep_assets, whole_geom
 from .worded import Node, floats, forms_of, listing, put_words, text_of
 
 _BODY, _SITE, _GEOM, _JOINT, _TENDON = "body", "site", "geom", "joint", "tendon"
@@ -51,8 +51,7 @@ def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
         if thing["name"] == name and thing["body"] == 0 and (kind, name) not in reading.of_scene:
             reading.of_scene.add((kind, name))
             span = reading.places.of(f"{kind}s", index).span
-            node = whole_geom(reading, thing, span) if kind == _GEOM else thing["element"]
-            keep_materials(reading, node, span)
+            node = whole_geom(reading, thing) if kind == _GEOM else thing["element"]
             whole = {"tag": "worldbody", "attributes": {}, "inner": [node]}
             reading.kept(whole, f"{kind} of the world", span)
 
@@ -254,7 +253,6 @@ def add_whole(reading: Reading) -> None:
     for node in reading.facts["elements"]["whole"]:
         found = reading.markup.sections(node["tag"])
         span = (found[0] if found else reading.markup.root).span
-        keep_materials(reading, node, span)
         reading.kept(_with_files(reading, node), node["tag"], span)
 
 
@@ -282,6 +280,8 @@ def put_elements(reading: Reading) -> None:
     """Set what is kept as it is, in the links and at the top, and list it."""
     from ...diagnostics.wording import counted
 
+    for one in reading.elements:  # which grow: assets name others
+        keep_assets(reading, one.node, one.span)
     by_link: dict[str, list[str]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:

@@ -88,9 +88,7 @@ def run(mujoco: Any, comparison: Comparison) -> Motion:
     return motion if is_chaotic else motion._replace(verdict="differs", body=alone.body)
 
 
-def _from_itself(
-    mujoco: Any, comparison: Comparison, source: Any, steps: int, largest: float
-) -> tuple[float, bool]:
+def _from_itself(mujoco: Any, comparison: Comparison, source: Any, steps: int, largest: float) -> tuple[float, bool]:
     """Return how far the source parts from itself by rounding, and whether ours parts from it no farther than so."""
     most = 0.0
     for share, factor in NUDGES:
@@ -103,7 +101,7 @@ def _from_itself(
 
 def _untouched(model: Any, geoms: Sequence[int]) -> Any:
     """Return a model of which some geoms touch nothing."""
-    made = copy.copy(model)
+    made = copy.copy(model) if geoms else model
     for geom in geoms:
         made.geom_contype[geom] = made.geom_conaffinity[geom] = 0
     return made

@@ -47,6 +47,7 @@ LISTED: tuple[Listed, ...] = (
     Listed(" of the body ", ("gravity compensation", "motion capture", "sleep", "user data")),
     Listed(" of the material ", ("shine", "textures")),
     Listed(" of the actuator ", ("actuators", "groups", "user data")),
+    Listed("its control is not where it was", ("order", "keys")),
     Listed(" of a key ", ("keys",)),
     Listed("move a little otherwise", ("motion",)),
     Listed("the setting ", ("options",)),

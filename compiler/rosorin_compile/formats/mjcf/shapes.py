@@ -177,33 +177,26 @@ def _keep_others(reading: Reading) -> None:
         if _is_made_up(reading, geom):
             continue
         span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
-        reading.kept(whole_geom(reading, geom, span), f"geom: {_WORDS[geom['type']]}", span, link)
+        reading.kept(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
 
 
-def whole_geom(reading: Reading, geom: Mapping[str, Any], span: Span) -> Node:
-    """Return a geom as an element that is kept as it is, without mass; what it names is kept as well."""
+def whole_geom(reading: Reading, geom: Mapping[str, Any]) -> Node:
+    """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
     node = geom["element"]
     said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
-    keep_materials(reading, node, span)
     place = transform(geom["pos"], geom["quat"])
     if geom["type"] in (MESH, SDF):
         mesh = reading.facts["meshes"][geom["data"]]
         place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
-        _keep_asset(reading, "mesh", mesh["name"], span)
-    elif geom["type"] == HFIELD:
-        _keep_asset(reading, "hfield", said.get("hfield", ""), span)
     return {**node, "attributes": {**said, **placing(place), "density": "0"}}
 
 
-def keep_materials(reading: Reading, node: Node, span: Span) -> None:
-    """Keep the materials that an element names which is kept as it is, and what is in it, with their textures."""
-    name = node["attributes"].get("material", "")
-    for one in reading.facts["elements"]["material_assets"]:
-        if name and one["attributes"].get("name") == name:
-            _keep_asset(reading, "texture", one["attributes"].get("texture", ""), span)
-            _keep_asset(reading, "material", name, span)
+def keep_assets(reading: Reading, node: Node, span: Span) -> None:
+    """Keep the assets that an element names which is kept as it is, and those of what stands in it."""
+    for kind in ("texture", "material", "mesh", "hfield"):
+        _keep_asset(reading, kind, node["attributes"].get(kind, ""), span)
     for inner in node["inner"]:
-        keep_materials(reading, inner, span)
+        keep_assets(reading, inner, span)
 
 
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
@@ -355,7 +348,10 @@ class Looks:
         geom = self.reading.facts["geoms"][index]
         rgba = tuple(tidy(round(value, 7)) for value in geom["rgba"])  # MuJoCo keeps colours with seven digits
         at = geom["material"]
-        if rgba == _NO_COLOUR:
+        whole = at >= 0 and self._is_whole(at)
+        if rgba == _NO_COLOUR and whole:
+            rgba = tuple(tidy(round(value, 7)) for value in self.reading.facts["materials"][at]["rgba"])
+        elif rgba == _NO_COLOUR:
             if at >= 0:
                 put(shape, "material", self.material(at))
             return
@@ -363,10 +359,15 @@ class Looks:
         texture = self.reading.facts["materials"][at]["texture"] if at >= 0 else ""
         if texture:
             put(shape, "texture", self.reading.markup.place_of(texture))
-        if at >= 0 and (texture or self._said(at)):
+        if at >= 0 and (texture or whole or self._said(at)):
             more = Map(element.span)
             put(more, "material", self.material(at))
             put(shape, "mjcf", more)
+
+    def _is_whole(self, index: int) -> bool:
+        """Say whether a material has layers of textures, for which it is kept as it is."""
+        name = self.reading.facts["materials"][index]["name"]
+        return bool(_asset(self.reading, "material", name)["inner"])
 
     def _said(self, index: int) -> dict[str, str]:
         """Return what a material says beside its colour, and an image that the language has words for."""
@@ -389,6 +390,10 @@ class Looks:
         material = reading.facts["materials"][index]
         if index in reading.material_of:
             return reading.material_of[index]
+        if self._is_whole(index):
+            element = reading.markup.named("asset", material["name"]) or reading.markup.root
+            _keep_asset(reading, "material", material["name"], element.span)
+            return str(material["name"])
         own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or material["name"]
         known = reading.material_of[index] = reading.name("material", own)
         reading.renamed.setdefault("material", {})[material["name"]] = known
@@ -433,7 +438,8 @@ def _tell(reading: Reading) -> None:
         if geom["body"] not in reading.link_of or is_scene(geom):
             scene.append(index)
     used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
-    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
+    named = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
+    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used and mesh["name"] not in named]
     if unused:
         element = (
             reading.markup.named("asset", unused[0]["name"])

@@ -15,7 +15,8 @@ from .masses import masses
 RULES = (
     Rule(
         "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, a texture, a mesh by `package://`.",
+        "A warning or a note: MJCF has no word for a range without width, an image that is no PNG file, a mesh by "
+        "`package://`.",
         "As the message says.",
         FORMATS,
     ),
@@ -146,8 +147,9 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
 
 def _has_no_image(robot: Robot, visual: Shape) -> bool:
     """Say whether the own image of a visual is not in the MJCF: one that its material does not have."""
-    named = robot.material.get(str(visual.mjcf.get("material") or visual.material))
-    return bool(visual.texture) and not (named and (texture_path(named.texture) or "texture" in named.mjcf))
+    named = robot.material.get(visual.material)
+    has = "material" in visual.mjcf or (named and (texture_path(named.texture) or "texture" in named.mjcf))
+    return bool(visual.texture) and not has
 
 
 def unpaired(links: Sequence[tuple[str, str]]) -> Iterator[Diagnostic]:

@@ -69,7 +69,7 @@ from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
-from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
+from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
 from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
@@ -309,6 +309,9 @@ class _Printer:
         pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
             return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
+        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
+            own = self.vector((inertial.ixx, inertial.iyy, inertial.izz))
+            return attributes(**{**self.place(inertial.pose), "mass": mass, "diaginertia": own})
         return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
 
     def collider(self, geom: Geom) -> str:

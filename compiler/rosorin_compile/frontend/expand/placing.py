@@ -11,15 +11,19 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...model import Pose, Transform, pose_of
+from ...model.drive import ROLES
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names
 from ...xml.references import named_in, renamed
+from ..schema import ONE_ENTRY
 from ..tree import Instance, Kept, Map, Seq
 from .forms import KEPT, OF_MJCF, XML, is_number
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
+# What the sides of a base become that is mirrored across x, y or z.
+_MIRRORED: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 # Sections for a simulation alone, and what a link has for it by name.
 SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
@@ -89,6 +93,9 @@ def mentions_mount(fragment: Map) -> bool:
     listed += [*(fragment.get("contact_pairs") or ()), *(fragment.get("constraints") or {}).values()]
     if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
         return True
+    drive = fragment.get("drive")
+    if isinstance(drive, Map) and drive.get("frame") == MOUNT:
+        return True
     texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
     if any(found.name == MOUNT and found.sure for text in texts for found in named_in(text)):
         return True
@@ -131,7 +138,11 @@ def placed(
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
-        changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
+        changed = value
+        if section in ONE_ENTRY:
+            changed = _made_by(placer.drive(value), fragment.via)
+        elif change is not None and value:
+            changed = _each(value, prefix, change, fragment.via)
         if section in XML and value and (kept or section == OF_MJCF):
             changed = _each(value, "", placer.renamed if section == KEPT else placer.top)
             changed = _each(changed, "", lambda text: _by(text, fragment.via))
@@ -327,6 +338,33 @@ class _Placer:
         if isinstance(entry.get("child"), str):
             changes["child"] = self.frame(entry["child"])
         return _with(entry, changes)
+
+    def drive(self, entry: Any) -> Any:
+        """Return the drive; where it is mirrored, left wheels are right ones, or front wheels rear ones."""
+        if not isinstance(entry, Map):
+            return entry
+        changes: dict[str, Any] = {}
+        for kind in ROLES:
+            roles = entry.get(kind)
+            if isinstance(roles, Map):
+                made = Map(roles.span, roles.via)
+                for role, names in roles.items():
+                    made.put(self._side(role), self._joints(names), roles.key_spans[role], roles.value_spans[role])
+                changes[kind] = made
+        if isinstance(entry.get("frame"), str):
+            changes["frame"] = self.frame(entry["frame"])
+        return _with(entry, changes)
+
+    def _joints(self, names: Any) -> Any:
+        """Return the name of a joint, or a list of such, as they are called outside."""
+        if isinstance(names, str):
+            return self.rename(names)
+        return _each(names, "", self._joints) if isinstance(names, Seq) else names
+
+    def _side(self, role: str) -> str:
+        """Return what wheels are that stood there before they were mirrored."""
+        swapped = _MIRRORED[self.mirror] if self.mirror is not None else {}
+        return "_".join(swapped.get(word, word) for word in role.split("_"))
 
     def servos(self, entry: Any) -> Any:
         return self._renamed_list(entry, "joints")

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -258,7 +257,7 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
         # An artifact that opens meshes finds the same ones, whether the others are made or not.
         opening = any(FORMATS[output.backend].opens is not None for output in outputs)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
-        robot = replace(robot, missing_meshes=meshes.missing, mesh_files=meshes.by_name)
+        robot = meshes.told_to(robot)
     artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)

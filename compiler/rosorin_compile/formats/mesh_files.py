@@ -18,6 +18,7 @@ import os
 import posixpath
 import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
@@ -30,7 +31,7 @@ from ..diagnostics.wording import first_of
 from ..frontend.accepting import EVERYTHING
 from ..frontend.packages import Packages
 from ..frontend.tree import Map, Seq
-from ..model import Output
+from ..model import Output, Robot
 from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from . import FORMATS as RECORDS
 
@@ -105,6 +106,12 @@ class Searched(NamedTuple):
     resolved: tuple[Resolved, ...] = ()
     files: Mapping[str, bytes] = MappingProxyType({})
     acceptable: Mapping[str, Rule] = ACCEPTABLE
+
+    def told_to(self, robot: Robot) -> Robot:
+        """Return a robot that knows what became of its meshes."""
+        opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
+        contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
+        return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)
 
 
 class Places(NamedTuple):

@@ -30,13 +30,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from ...diagnostics import Diagnostic
 from ...model import (
-    IDENTITY,
     Attribute,
     Box,
     Capsule,
@@ -63,6 +63,7 @@ from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
+from ..mesh_vertices import clouds_of
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
 from .classes import Class, Classes, Named, Part
@@ -154,7 +155,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
-        "keys": keys(robot, joints, drives, free),
+        "keys": keys(robot, joints, drives, printer.stands if free else None),
         "excludes": touching.excluded,
         "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
@@ -220,7 +221,8 @@ class _Printer:
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         stands = robot.simulation.root.placed or not free
-        self.root = robot.simulation.root.pose if stands else stands_at(robot, home_of(robot))
+        self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
+        self.root = robot.simulation.root.pose if stands else self.stands(home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
@@ -487,9 +489,9 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
 
 
 def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order.
+    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
     """
@@ -499,8 +501,8 @@ def keys(
         at = _positions(robot, joints, pose)
         ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
         qpos = [number for joint in joints for number in at(joint)]
-        place = stands_at(robot, pose) if free else IDENTITY
-        base = [*place.xyz, *place.transform().quaternion()] if free else []
+        place = stands(pose) if stands else None
+        base = [*place.xyz, *place.transform().quaternion()] if place else []
         said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
         whole = pose.mjcf.get("qpos")
         where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos

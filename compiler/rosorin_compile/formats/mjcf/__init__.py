@@ -116,9 +116,9 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
 
 
 def _opens(file: str) -> str:
-    from .unsaid import mesh_path
+    from .unsaid import mesh_path, texture_path
 
-    return mesh_path(file)
+    return mesh_path(file) or texture_path(file)
 
 
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')

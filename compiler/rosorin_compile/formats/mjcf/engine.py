@@ -198,6 +198,7 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
         entry["taken"] = "" if mesh.inertia == usual else mesh.inertia.name.rpartition("_")[2].lower()
         entry["reference"] = {"pos": mesh.refpos.tolist(), "quat": mesh.refquat.tolist()}
     files = {texture.id: _joined(texture, spec, "texturedir") for texture in spec.textures}
+    plain = {texture.id for texture in spec.textures if _is_plain(texture)}
     kinds = {
         "mesh": ("meshdir", spec.meshes),
         "hfield": ("meshdir", spec.hfields),
@@ -211,13 +212,21 @@ def _authored(spec: Any, made: dict[str, Any]) -> None:
     meshes = [_joined(asset, spec, "meshdir") for asset in (*spec.meshes, *spec.hfields)]
     made["assets"] = [file for file in dict.fromkeys([*meshes, *files.values()]) if file]
     for entry in made["materials"]:
-        used = [files.get(index, "") for index in entry.pop("textures")]
-        entry["texture"] = next((file for file in used if file), "")
+        used = [index for index in entry.pop("textures") if files.get(index)]
+        entry["texture"] = files[used[0]] if used else ""
+        entry["plain"] = len(used) == 1 and used[0] in plain
 
 
 def _folder(compiler: Any, spec: Any, word: str) -> str:
     """Return the folder that files of a kind are looked for in, relative to the main file."""
     return (getattr(compiler, word, "") or getattr(spec.compiler, word, "") or "").replace("\\", "/")
+
+
+def _is_plain(texture: Any) -> bool:
+    """Say whether a texture is the image of its file and nothing else: it is not wrapped around, cut or turned."""
+    whole = texture.gridsize.tolist() == [1, 1] and not (texture.hflip or texture.vflip)
+    usual = texture.type.name == "mjTEXTURE_2D" and texture.colorspace.name == "mjCOLORSPACE_AUTO"
+    return whole and usual and texture.file.lower().endswith(".png")
 
 
 def _joined(asset: Any, spec: Any, word: str) -> str:

@@ -94,7 +94,7 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         for index, name in enumerate(source.names[kind]):
             wanted = told.get(kind, {}).get(index, "") or name
             found = by_name.get(wanted)
-            if found is None and kind == "material":  # ours begin with the name of the robot
+            if found is None and kind in ("material", "texture"):  # ours begin with the name of the robot
                 found = next((at for own, at in by_name.items() if own.endswith(f"_{wanted}")), None)
             if found is not None and found not in made.values():
                 made[index] = found

@@ -81,7 +81,12 @@ LOST = {
 }
 
 
-_NAMES_OF_FILES = ("mesh", "height field", "material")  # nobody asks for those by name; what has them is compared
+_NAMES_OF_FILES = (
+    "mesh",
+    "height field",
+    "material",
+    "texture",
+)  # nobody asks for those by name; what has them is compared
 GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
 WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
 
@@ -401,10 +406,9 @@ class Comparison:
             by_right = (0, 3) if collides else (1, 2)
             if own.geom_group[other] not in (theirs.geom_group[one], *by_right):
                 self.numbers("groups", "geom", one, "group", theirs.geom_group[one], own.geom_group[other])
-            material = int(theirs.geom_matid[one])
-            if material in self.maps["material"] and own.geom_matid[other] != self.maps["material"][material]:
+            material, seen = int(theirs.geom_matid[one]), twins.get(other, other)
+            if material in self.maps["material"] and own.geom_matid[seen] != self.maps["material"][material]:
                 self.tell("shine", "geom", one, f"has not {self.source.called('material', material)} in ours")
-            seen = twins.get(other, other)
             self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
 
     def _twins(self) -> dict[int, int]:

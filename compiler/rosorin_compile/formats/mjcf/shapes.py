@@ -332,7 +332,7 @@ class Looks:
         texture = self.reading.facts["materials"][at]["texture"] if at >= 0 else ""
         if texture:
             put(shape, "texture", self.reading.markup.place_of(texture))
-        if at >= 0 and self._said(at):
+        if at >= 0 and (texture or self._said(at)):
             more = Map(element.span)
             put(more, "material", self.material(at))
             put(shape, "mjcf", more)
@@ -341,7 +341,7 @@ class Looks:
         """Return what a material says beside its colour, and the texture that is in a file."""
         material = self.reading.facts["materials"][index]
         said = self.nodes.get(material["name"], {"attributes": {}})["attributes"]
-        known = ("name", "rgba", "texture") if material["texture"] else ("name", "rgba")
+        known = ("name", "rgba", "texture") if material["plain"] else ("name", "rgba")
         return {key: text for key, text in said.items() if key not in known}
 
     def material(self, index: int) -> str:
@@ -362,7 +362,7 @@ class Looks:
         made = said.pop("texture", "")
         for name in put_words(entry, said, "material", element):
             reading.lost(f'"{name}" of the material "{known}"', element.span)
-        if made:  # by MuJoCo itself, of no file
+        if made:  # by MuJoCo itself, of no file, or of one that it does more with
             more = entry.get("mjcf") or Map(element.span)
             put(more, "texture", made)
             put(entry, "mjcf", more)

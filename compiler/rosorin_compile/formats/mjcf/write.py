@@ -72,7 +72,7 @@ from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, texture_path, unpaired, unsaid
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter
 
@@ -148,6 +148,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
+        "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
         "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
@@ -354,6 +355,9 @@ class _Printer:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.simulated.material(visual.material) if material else ""
+        texture = self.robot.texture(visual)
+        if "material" not in visual.mjcf and not (material and material.texture == texture):
+            named = self.simulated.material_of(texture) or named
         colour = self.robot.colour(visual)
         own = colour if colour and not (named and material and colour == material.rgba) else None
         return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}

@@ -13,7 +13,8 @@ from typing import Any
 from ...diagnostics import Source
 from ...xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
 from ..tree import Instance, Map, Seq, Text
-from .placing import defined_names, placed
+from .forms import OF_MJCF
+from .placing import changed_text, defined_names, each, placed
 
 # What a robot says of itself as a whole: the description that includes it says that of its own.
 _WHOLE = ("rosorin_compile", "robot", "source", "outputs", "root", "contact_layers")
@@ -159,6 +160,9 @@ def _says_no_name(word: str) -> bool:
 # An address, an absolute path, or one with the letter of a drive.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
 _ARTIFACTS = "outputs"  # they are files too, of another kind
+# Elements of an MJCF that are read from files, and the names of these.
+_ASSET = re.compile(r"<(?:mesh|texture|hfield|skin|model)\b[^<>]*>")
+_FILE = re.compile(r"""(\bfile\w*=["'])([^"'<>]+)""")
 
 
 def relative_files(tree: Map) -> list[str]:
@@ -172,7 +176,7 @@ def moved(tree: Map, folder: str) -> Map:
     before = f"{folder.rstrip('/')}/"
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
-        value = value if key == _ARTIFACTS else _copied(value, before)
+        value = value if key == _ARTIFACTS else _value(tree, key, before)
         made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     return made
 
@@ -180,9 +184,8 @@ def moved(tree: Map, folder: str) -> Map:
 def _copied(node: Any, before: str) -> Any:
     if isinstance(node, Map):
         made = Map(node.span, node.via)
-        for key, value in node.items():
-            value = before + value if _is_relative(node, key) else _copied(value, before)
-            made.put(key, value, node.key_spans[key], node.value_spans[key])
+        for key in node:
+            made.put(key, _value(node, key, before), node.key_spans[key], node.value_spans[key])
         return made
     if isinstance(node, Seq):
         listed = Seq(node.span, node.via)
@@ -192,11 +195,30 @@ def _copied(node: Any, before: str) -> Any:
     return node
 
 
+def _value(node: Map, key: str, before: str) -> Any:
+    """Return the value of a key with the names of files in it behind a folder."""
+    value = node[key]
+    if key == OF_MJCF and isinstance(value, Seq) and "://" not in before:  # MuJoCo knows no package
+        return each(value, "", lambda text: changed_text(text, lambda given: _with_files(given, before)))
+    if key == "mjcf":  # which has names of MuJoCo's textures
+        return value
+    return before + value if _is_relative(node, key) else _copied(value, before)
+
+
+def _with_files(text: str, before: str) -> str:
+    """Return elements of an MJCF with the relative names of their files behind a folder."""
+
+    def named(match: re.Match[str]) -> str:
+        return match[0] if _ABSOLUTE.match(match[2]) else f"{match[1]}{before}{match[2]}"
+
+    return _ASSET.sub(lambda element: _FILE.sub(named, element[0]), text)
+
+
 def _places(node: Any) -> list[tuple[Map, str]]:
     """Return the maps and keys whose values are relative names of files."""
     if isinstance(node, Map):
         own = [(node, key) for key in node if _is_relative(node, key)]
-        return own + [place for value in node.values() for place in _places(value)]
+        return own + [place for key, value in node.items() if key != "mjcf" for place in _places(value)]
     return [place for item in node for place in _places(item)] if isinstance(node, Seq) else []
 
 

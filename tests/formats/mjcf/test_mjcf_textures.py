@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import struct
-import zlib
 from pathlib import Path
 
 import pytest
@@ -13,6 +11,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 import numpy as np  # noqa: E402
 
 from rosorin_compile.cli import main  # noqa: E402
+from support.images import png  # noqa: E402
 
 Said = pytest.CaptureFixture[str]
 ROBOT = """\
@@ -33,17 +32,6 @@ links:
       - {box: {size: [0.3, 0.2, 0.1]}, name: plain, material: red}
 outputs: {mjcf: {file: mjcf/box.xml}, scene: {file: mjcf/scene.xml}, urdf: {file: box.urdf}}
 """
-
-
-def png(blue: int, size: int = 4) -> bytes:
-    """Return an image whose red grows to the right, and its green downwards."""
-
-    def piece(kind: bytes, data: bytes) -> bytes:
-        return struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
-
-    rows = b"".join(b"\0" + b"".join(bytes((60 * x, 60 * y, blue)) for x in range(size)) for y in range(size))
-    head = struct.pack(">IIBBBBB", size, size, 8, 2, 0, 0, 0)
-    return b"\x89PNG\r\n\x1a\n" + piece(b"IHDR", head) + piece(b"IDAT", zlib.compress(rows)) + piece(b"IEND", b"")
 
 
 @pytest.fixture

@@ -117,7 +117,8 @@ CASES = {
     ),
     "a site that is a mesh, a body with a space in its name": _model(
         '<asset><mesh name="corner" file="corner.obj"/></asset>',
-        '<site name="marked" type="mesh" mesh="corner"/><camera name="eye" mode="targetbody" target="the end" ipd="0.1"/>'
+        '<site name="marked" type="mesh" mesh="corner"/>'
+        '<camera name="eye" mode="targetbody" target="the end" ipd="0.1"/>'
         '<body name="the end"><geom size="0.01" mass="0.1"/></body>',
     ),
     "no XML to the letter": _model(arm='<!-- an arm -- of two --><geom name="b"size="0.01"type="sphere" mass="0.1"/>'),

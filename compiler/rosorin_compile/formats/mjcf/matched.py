@@ -103,7 +103,7 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         for index, name in enumerate(source.names[kind]):
             wanted = told.get(kind, {}).get(index, "") or name
             found = by_name.get(wanted)
-            if found is None and kind == "material":  # ours begin with the name of the robot
+            if found is None and kind in ("material", "texture"):  # ours begin with the name of the robot
                 ends = [own for own in by_name if own.endswith(f"_{wanted}")]
                 found = by_name[min(ends, key=len)] if ends else None
             if found is not None and found not in made.values():

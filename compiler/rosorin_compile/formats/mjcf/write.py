@@ -31,13 +31,13 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from ...diagnostics import Diagnostic
 from ...model import (
-    IDENTITY,
     Attribute,
     Box,
     Capsule,
@@ -64,6 +64,7 @@ from ...model.simulation import POSITION
 from ...model.standing import HOME, home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
+from ..mesh_vertices import clouds_of
 from ..templating import BUILTIN, Templates, attributes, comment
 from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
 from .classes import Class, Classes, Named, Part
@@ -72,7 +73,7 @@ from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
 from .servos import Drive, controls_of, is_clamped, kept_controls
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
+from .unsaid import has_volume, is_written, mesh_path, position_range, refused, texture_path, unpaired, unsaid
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter
 
@@ -149,7 +150,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
-        "textures": [printer.simulated.printed(values) for values in printer.simulated.textures()],
+        "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
         "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
@@ -157,7 +158,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
-        "keys": keys(robot, joints, drives, free),
+        "keys": keys(robot, joints, drives, printer.stands if free else None),
         "excludes": touching.excluded,
         "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
@@ -224,7 +225,8 @@ class _Printer:
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         stands = robot.simulation.root.placed or not free
-        self.root = robot.simulation.root.pose if stands else stands_at(robot, home_of(robot))
+        self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
+        self.root = robot.simulation.root.pose if stands else self.stands(home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
@@ -369,6 +371,9 @@ class _Printer:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.simulated.material(visual.material) if material else ""
+        texture = self.robot.texture(visual)
+        if "material" not in visual.mjcf and not (material and material.texture == texture):
+            named = self.simulated.material_of(texture) or named
         colour = self.robot.colour(visual)
         own = colour if colour and not (named and material and colour == material.rgba) else None
         return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}
@@ -514,9 +519,9 @@ def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> li
 
 
 def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
+    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
 ) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order.
+    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
 
     The first key is home. A robot without that pose has it all the same, if anything of it can move.
     """
@@ -526,8 +531,8 @@ def keys(
         at = _positions(robot, joints, pose)
         ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
         qpos = [number for joint in joints for number in at(joint)]
-        place = stands_at(robot, pose) if free else IDENTITY
-        base = [*place.xyz, *place.transform().quaternion()] if free else []
+        place = stands(pose) if stands else None
+        base = [*place.xyz, *place.transform().quaternion()] if place else []
         said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
         whole = pose.mjcf.get("qpos")
         where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos

@@ -29,7 +29,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -47,7 +47,6 @@ from ...model import (
     HeightMap,
     Inertial,
     Joint,
-    JointPose,
     Link,
     Mesh,
     Output,
@@ -55,25 +54,23 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
-    Vector,
-    plane_axes,
     principal_moments,
 )
 from ...model.looks import with_visuals
-from ...model.simulation import POSITION
-from ...model.standing import HOME, home_of, stands_at
+from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..mesh_vertices import clouds_of
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
+from .bodies import FRAME, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
 from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
-from .servos import Drive, controls_of, is_clamped, kept_controls
+from .servos import Drive
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, texture_path, unpaired, unsaid
+from .unsaid import has_volume, is_written, mesh_path, refused, texture_path, unpaired, unsaid
+from .write_joints import followers, free_joint, keys, several, single
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter
 
@@ -86,13 +83,6 @@ OPTION = {"integrator": "implicitfast"}
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
 _NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
-
-# The types of joints that one joint of MuJoCo is.
-TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
-
-_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
-_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 class Body(NamedTuple):
@@ -230,12 +220,12 @@ class _Printer:
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
-        single = [joint for joint in joints if joint.moves]
-        made = [Named("joint", _single(joint, self.robot, self.number), joint.name) for joint in single]
+        moving = [joint for joint in joints if joint.moves]
+        made = [Named("joint", single(joint, self.robot, self.number), joint.name) for joint in moving]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
         self.frame = self.classes.named(FRAME)
-        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(single)}
+        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(moving)}
 
     def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
@@ -249,7 +239,7 @@ class _Printer:
 
     def joints_of(self, joint: Joint) -> list[Markup]:
         """Return the attributes of the joints that a body has for one joint, in their order."""
-        return [self.single[joint.name]] if joint.moves else _several(joint, self.robot, self.number)
+        return [self.single[joint.name]] if joint.moves else several(joint, self.robot, self.number)
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -299,7 +289,7 @@ class _Printer:
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""
         root = self.robot.simulation.root
-        name = root.joint or _free_joint(self.robot)
+        name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
             return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
         return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
@@ -440,121 +430,3 @@ def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
     if isinstance(geometry, Ellipsoid):
         return geometry.radii
     return (geometry.radius,) if isinstance(geometry, Sphere) else ()
-
-
-def _free_joint(robot: Robot) -> str:
-    """Return a name for the joint of a floating base that no other joint has."""
-    name = f"{robot.root}_free"
-    while name in robot.joint:
-        name += "_"
-    return name
-
-
-def _several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
-    if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
-    if joint.type == "ball":
-        return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
-    if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
-    base = _base_name(joint, robot)
-    if joint.type == "planar":
-        axes = (*plane_axes(joint.axis), joint.axis)
-        kinds = ("slide", "slide", "hinge")
-        parts = zip(PLANAR, kinds, axes, strict=True)
-    else:
-        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
-    made = [attributes(name=base + end, type=kind, axis=vector(axis, number)) for end, kind, axis in parts]
-    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
-
-
-def _base_name(joint: Joint, robot: Robot) -> str:
-    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
-    base = joint.name
-    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
-        base += "_"
-    return base
-
-
-def _single(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return the attributes of a joint of one position."""
-    values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
-    ends = position_range(joint)
-    if ends:
-        values["range"] = vector(ends, number)
-    return {**values, **_inner(joint, robot, number)}
-
-
-def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return the attributes of what holds and moves a joint."""
-    values: dict[str, str] = {}
-    if joint.dynamics is not None:
-        dynamics = joint.dynamics
-        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
-        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
-        values = {word: number(value) for word, value in words.items() if value}
-    effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort and not is_clamped(robot, joint, effort):
-        values["actuatorfrcrange"] = vector([-effort, effort], number)
-    if joint.mjcf:
-        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
-    return values
-
-
-def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
-    made = []
-    for joint in joints:
-        if joint.mimic is None or not joint.moves:
-            continue
-        values = {"name": joint.mimic.name or joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
-        if not robot.joint[joint.mimic.joint].moves:
-            del values["joint2"]
-        polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
-        tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: vector(numbers or STIFF[word], number) for word, numbers in tuned.items()}
-        made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
-    return made
-
-
-def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], stands: Callable[[JointPose], Pose] | None
-) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and the rest of each pose: where the base ``stands`` if it is free, then the joints.
-
-    The first key is home. A robot without that pose has it all the same, if anything of it can move.
-    """
-    made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
-    more = [0.0] * kept_controls(robot)
-    for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
-        at = _positions(robot, joints, pose)
-        ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
-        qpos = [number for joint in joints for number in at(joint)]
-        place = stands(pose) if stands else None
-        base = [*place.xyz, *place.transform().quaternion()] if place else []
-        said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
-        whole = pose.mjcf.get("qpos")
-        where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos
-        if qpos or base or ctrl or pose in robot.poses:
-            made.append((pose.name, where, ctrl + more, said))
-    return made
-
-
-def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float]]) -> float:
-    """Return what a pose asks of an actuator: a servo of positions is to hold it."""
-    if drive.name in pose.controls:
-        return pose.controls[drive.name]
-    if drive.actuator.type != POSITION or drive.joint is None or not drive.joint.moves:
-        return 0.0
-    return at(drive.joint)[0] * (drive.actuator.gear[0] if drive.actuator.gear else 1.0)
-
-
-def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    positions: dict[str, Sequence[float]] = {
-        joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
-    }
-    for joint in joints:
-        if is_free(robot, joint):
-            positions[joint.name] = [*joint.origin.xyz, *joint.origin.transform().quaternion()]
-    return lambda joint: positions[joint.name]

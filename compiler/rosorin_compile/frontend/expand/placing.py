@@ -399,7 +399,7 @@ class _Placer:
             if isinstance(table := entry.get(key), Map)
         }
         if isinstance(entry.get("transmissions"), Map):
-            changes["transmissions"] = _each(entry["transmissions"], self.prefix, self._transmission)
+            changes["transmissions"] = each(entry["transmissions"], self.prefix, self._transmission)
         if isinstance(entry.get("pose"), str):
             changes["pose"] = self.rename(entry["pose"])
         return _with(entry, changes)
@@ -423,7 +423,7 @@ class _Placer:
             name, slash, rest = value.partition("/")  # an interface: joint1/position
             return self._controlled(name) + slash + rest if slash else self._controlled(value)
         if isinstance(value, Seq):
-            return _each(value, "", self._params)
+            return each(value, "", self._params)
         if not isinstance(value, Map):
             return value
         made = Map(value.span, value.via)

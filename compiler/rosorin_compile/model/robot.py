@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from .kinematics import Kinematics
+    from .moveit import Moveit
 
 Named = TypeVar("Named")
 
@@ -152,6 +153,7 @@ class Robot:
     urdf_elements: tuple[str, ...] = ()
     simulation: Simulation = NO_SIMULATION
     drive: Drive | None = None
+    moveit: Moveit | None = None
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
 

@@ -27,6 +27,7 @@ GROUPS = {
         "print": "compile, and print one artifact on standard output, as xacro does",
         "check": "compile, and compare with the committed artifacts",
         "watch": "compile on every change, and say what moved",
+        "collisions": "compute which links MoveIt need not check against each other",
         "schema": "print a JSON Schema: of descriptions, for editors, or of a format for programs",
         "rule": "say what the id of a message means, and what to do",
     },
@@ -66,6 +67,7 @@ WORDS = {
     "print": "OUTPUT [ROBOT] [NAME:=VALUE ...]",
     "check": "[ROBOT ...]",
     "watch": "[ROBOT ...]",
+    "collisions": "[ROBOT]",
     "schema": "[NAME]",
     "rule": "[ID ...]",
     "import": "SOURCE",
@@ -91,6 +93,7 @@ _EXITS = {
     "print": "0 printed, 1 the robot has errors",
     "check": "0 as committed, 1 differences or errors",
     "watch": "0 it was ended by Ctrl-C or SIGTERM",
+    "collisions": "0 written or unchanged, 1 errors",
     "rule": "0 known, 1 a plug-in is broken",
     "import": "0 written, 1 the source has errors",
     "extract": "0 taken out, 1 it cannot be",
@@ -115,6 +118,7 @@ _EXIT = "0 fine, 1 problems"
 # Where the module of a command stands in ``tools``, where that is not its name.
 MODULES = {
     "cmake-dir": "cmake_dir",
+    "collisions": "collisions.command",
     "import": "importer.command",
     "extract": "extract.command",
     "explain": "explain.command",

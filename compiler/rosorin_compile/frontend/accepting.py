@@ -54,7 +54,7 @@ def names_at(tree: Map, path: Path) -> tuple[str, ...]:
     entry = entry.get(name) if isinstance(entry, dict) else None
     if section == "links":
         return (str(name),)
-    if section == "drive":
+    if section in ("drive", "moveit"):
         return _text_at(tree, path)
     if section == "poses":
         return tuple(str(step) for step in path[3:4])

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 TEMPLATE = "template"
 
 # Sections that are one entry, not many by name.
-ONE_ENTRY = ("drive",)
+ONE_ENTRY = ("drive", "moveit")
 
 Steps = list[str | int]
 

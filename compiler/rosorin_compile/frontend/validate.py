@@ -89,7 +89,7 @@ class _Walk:
         # The names of entries and the indices of items make no difference.
         path = self.path
         if path and path[0] in ONE_ENTRY:
-            return _dimensions((*path, key))
+            return _dimensions(tuple(0 if type(s) is int else s for s in (*path, key)))
         where = (path[0], "*", *[0 if type(s) is int else s for s in path[2:]]) if len(path) > 1 else tuple(path)
         last = "*" if len(path) == 1 else 0 if type(key) is int else key
         return _dimensions((*where, last))

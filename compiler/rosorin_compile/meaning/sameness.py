@@ -28,6 +28,7 @@ _NOT_IN_URDF = (
     "modes",
     "disabled_contacts",
     "drive",
+    "moveit",
     "publisher",
     "actuator",
     "simulation",

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
     from .control import Block, Controller
     from .kinematics import Kinematics
+    from .moveit import Moveit
 
 Named = TypeVar("Named")
 
@@ -156,6 +157,7 @@ class Robot:
     drive: Drive | None = None
     control: tuple[Block, ...] = ()
     controllers: tuple[Controller, ...] = ()
+    moveit: Moveit | None = None
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
     mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)

@@ -62,6 +62,7 @@ _JOINED = (
     "mjcf_sensors",
     "control",
     "controllers",
+    "moveit",
     "modes",
     "outputs",
     "args",
@@ -360,12 +361,28 @@ class Reader:
 
     def _join_section(self, section: str, made: Map, more: Map) -> None:
         for name, entry in more.items():
+            if name in made and section == "moveit" and self._join_within(made, name, entry):
+                continue
             if name in made:
                 related = [Related("first defined here", made.key_spans[name])]
                 message = f'{section.rstrip("s")} "{name}" is defined twice'
                 self._error("duplicate-name", message, locate(more, (name,), key=True), "rename or remove one", related)
                 continue
             made.put(name, entry, more.key_spans[name], more.value_spans[name])
+
+    def _join_within(self, made: Map, key: str, more: Any) -> bool:
+        """Add what a second file says of a key of ``moveit`` that has entries by name, or a list; else say no."""
+        both = (made[key], more)
+        if all(isinstance(one, Map) and all(isinstance(entry, Map) for entry in one.values()) for one in both):
+            made[key] = copy(made[key])
+            self._join_section(key, made[key], more)
+            return True
+        if all(isinstance(one, Seq) for one in both):
+            made[key] = copy(made[key])
+            for item, span in zip(more, more.value_spans, strict=True):
+                made[key].put(item, span)
+            return True
+        return False
 
     def _error(self, rule: str, message: str, place: Place, help: str, related: Sequence[Related] = ()) -> None:
         self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))

@@ -55,6 +55,7 @@ from .entries import (
     limit_of,
     material_of,
     mimic_of,
+    moveit_of,
     node_of,
     pose_of_entry,
     pose_of_joints,
@@ -190,6 +191,7 @@ class _Lowering:
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
             drive=drive_of(tree.get("drive"), self.problem),
             **self.of_ros2_control(),
+            moveit=moveit_of(self.section("moveit")) if self.section("moveit") else None,
         )
 
     def of_ros2_control(self) -> dict[str, Any]:

@@ -8,7 +8,7 @@ as simulators take them.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from importlib import import_module
 from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -101,7 +101,7 @@ class Scene:
                 if joint is not None:
                     pair = frozenset((self.body_of[joint.parent], self.body_of[link.name]))
                     self.joint_between[pair] = joint
-            self.solids += _solids(link.collision, link.name, places[link.name], meshes)
+            self.solids += solids_of(link.collision, link.name, places[link.name], meshes)
         self.of_link: dict[str, list[Solid]] = {}
         for solid in self.solids:
             self.of_link.setdefault(solid.link, []).append(solid)
@@ -115,8 +115,8 @@ class Scene:
         spec = mujoco.MjSpec()
         spec.memory = _MEMORY
         bodies = []
-        for _ in self.tops:
-            body = spec.worldbody.add_body(explicitinertial=True, mass=1.0, inertia=[1.0, 1.0, 1.0])
+        for number in range(len(self.tops)):
+            body = spec.worldbody.add_body(name=f"b{number}", explicitinertial=True, mass=1.0, inertia=[1.0, 1.0, 1.0])
             body.add_freejoint()
             bodies.append(body)
         for number, solid in enumerate(self.solids):
@@ -129,11 +129,17 @@ class Scene:
                 kind, size = _primitive(geometry)
                 values |= {"type": getattr(mujoco.mjtGeom, kind), "size": size}
             bodies[self.body_of[solid.link]].add_geom(**values)
+        for one, other in self.excluded():
+            spec.add_exclude(bodyname1=bodies[one].name, bodyname2=bodies[other].name)
         model = spec.compile()
         # MuJoCo numbers geoms by body; the solids follow it.
         order = sorted(range(len(self.solids)), key=lambda number: self.body_of[self.solids[number].link])
         self.solids = [self.solids[number] for number in order]
         return model, mujoco.MjData(model)
+
+    def excluded(self) -> Iterable[tuple[int, int]]:
+        """Return the bodies that MuJoCo is not to look at together, by their numbers."""
+        return ()
 
     def poses(self, positions: Mapping[str, float]) -> list[Transform]:
         """Return where each body is in the root frame at joint positions (rad or m)."""
@@ -219,7 +225,7 @@ class Scene:
         return self._points[link]
 
 
-def _solids(shapes: tuple[Shape, ...], link: str, place: Transform, meshes: Meshes) -> list[Solid]:
+def solids_of(shapes: tuple[Shape, ...], link: str, place: Transform, meshes: Meshes) -> list[Solid]:
     """Return the shapes of a link that have a body."""
     made = []
     for index, shape in enumerate(shapes):

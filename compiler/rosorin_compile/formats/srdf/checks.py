@@ -1,0 +1,322 @@
+"""What the section ``moveit`` says wrongly, for the URDF that its SRDF belongs to.
+
+MoveIt prints such mistakes among a hundred other lines, leaves out the group or the pair, and goes on. Names of links
+and joints that the robot does not have are a rule about all sections.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+
+from ...diagnostics import NOTE, WARNING, Diagnostic
+from ...diagnostics.registry import OUTPUTS, Rule
+from ...diagnostics.wording import counted, first_of, quoted
+from ...frontend.tree import Path
+from ...model import Joint, Output
+from ...model.moveit import EndEffector, Group
+from ...rules.case import Case, exists, suggest
+from ...rules.tf_tree import is_tree
+from .matrix import digest
+from .planning import URDF, Planning, urdf_of
+
+RULES = (
+    Rule(
+        "moveit-urdf",
+        "`urdf` of `moveit` is no output that is a URDF, or there is none.",
+        "Name the output; an SRDF belongs to one URDF.",
+        OUTPUTS,
+    ),
+    Rule(
+        "moveit-not-in-urdf",
+        "A link or a joint for MoveIt is not in the URDF that the SRDF belongs to: MoveIt does not know it.",
+        "Name another one; or `urdf` of `moveit` names a URDF that has it, such as one with `frames: all`.",
+        OUTPUTS,
+    ),
+    Rule("moveit-unknown-group", "A name is that of no planning group.", "Correct the name.", OUTPUTS),
+    Rule("moveit-unknown-pose", "A state of a group is a pose that there is not.", "Correct the name.", OUTPUTS),
+    Rule(
+        "moveit-group",
+        "A planning group has no joint, or has itself in it.",
+        "Give it a chain, joints, links or other groups.",
+        OUTPUTS,
+    ),
+    Rule(
+        "moveit-state",
+        "A pose that is to be a state of a group names none of its joints. A note: a pose names some joints of a group "
+        "and not all, and so is a state of none.",
+        "Name the joints in the pose; `states` of the group takes it as it is.",
+        OUTPUTS,
+    ),
+    Rule(
+        "moveit-end-effector",
+        "The group of an end effector has the link that carries it; or its parent group does not have that link, or is "
+        "the same group.",
+        "Correct the groups or the parent.",
+        OUTPUTS,
+    ),
+    Rule(
+        "moveit-virtual-joint",
+        "The virtual joint has the name of a joint of the URDF, or its parent frame is a link of the URDF.",
+        "Rename it; name a frame of the world, such as odom.",
+        OUTPUTS,
+    ),
+    Rule(
+        "moveit-passive-joint",
+        "A warning: a passive joint is fixed, or follows another one, which is passive anyway.",
+        "Remove it.",
+        OUTPUTS,
+    ),
+    Rule(
+        "collisions-stale",
+        "A warning: the collision matrix was computed of other shapes, joints, limits or numbers. Its pairs are left "
+        "out of the SRDF, because one of them may collide now.",
+        "`rosorin-compile collisions` computes it anew.",
+        OUTPUTS,
+    ),
+    Rule(
+        "collisions-missing",
+        "A note: no collision matrix was computed, so that MoveIt checks every pair of links, those that touch at a "
+        "joint too.",
+        "`rosorin-compile collisions` computes one.",
+        OUTPUTS,
+    ),
+)
+
+_TOP = "moveit"
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find what the section says wrongly; the first of several SRDFs says it."""
+    first = next(one for one in case.robot.outputs if one.backend == output.backend)
+    if output != first or not case.robot.links or not is_tree(case):
+        return
+    urdf = urdf_of(case.robot)
+    if urdf is None:
+        yield _no_urdf(case, output)
+        return
+    planning = Planning(case.robot, urdf)
+    known = all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group))
+    yield from _not_in_urdf(case, planning)
+    yield from _groups(case, planning)
+    if known:
+        yield from _states(case, planning)
+        for one in planning.said.end_effectors:
+            yield from _end_effector(case, planning, one)
+    yield from _virtual_joint(case, planning)
+    yield from _passive(case, planning)
+    yield from _matrix(case, planning, output)
+
+
+def _no_urdf(case: Case, output: Output) -> Diagnostic:
+    urdfs = [one.name for one in case.robot.outputs if one.backend == URDF]
+    said = case.robot.moveit
+    if said is not None and said.urdf:
+        message = f'there is no URDF "{said.urdf}" among the outputs, that the SRDF belongs to'
+        help = suggest(said.urdf, urdfs, "name an output that is a URDF")
+        return case.problem("moveit-urdf", message, (_TOP, "urdf"), help)
+    message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+    help = "add one: urdf: {file: NAME.urdf}"
+    return case.problem("moveit-urdf", message, ("outputs", output.name), help, key=True)
+
+
+def _own_joints(planning: Planning, group: Group) -> list[str]:
+    return [name for name in group.joints if planning.virtual is None or name != planning.virtual.name]
+
+
+def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield names of links and joints that the robot has, and the URDF has not."""
+    for kind, name, path in _names(planning):
+        there, here = (case.robot.link, planning.links) if kind == "link" else (case.robot.joint, planning.joints)
+        if name in there and name not in here:
+            what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
+            help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
+            yield case.problem("moveit-not-in-urdf", what, path, help)
+
+
+def _names(planning: Planning) -> Iterator[tuple[str, str, Path]]:
+    """Yield what is named: whether it is a link or a joint, its name, and where."""
+    for group in planning.said.groups:
+        path: Path = (_TOP, "groups", group.name)
+        for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
+            yield "link", name, (*path, "chain", key)
+        yield from (("link", name, (*path, "links", index)) for index, name in enumerate(group.links))
+        yield from (("joint", name, (*path, "joints", index)) for index, name in enumerate(group.joints))
+    for one in planning.said.end_effectors:
+        yield "link", one.parent, (_TOP, "end_effectors", one.name, "parent")
+    for index, name in enumerate(planning.said.passive_joints):
+        yield "joint", name, (_TOP, "passive_joints", index)
+    for index, disabled in enumerate(planning.said.disabled):
+        for side, name in enumerate(disabled.links):
+            yield "link", name, (_TOP, "disabled_collisions", index, "links", side)
+    for index, pair in enumerate(planning.said.checked):
+        for side, name in enumerate(pair):
+            yield "link", name, (_TOP, "checked_collisions", index, side)
+
+
+def _unknown_group(case: Case, planning: Planning, name: str, path: Path, what: str) -> Iterator[Diagnostic]:
+    if name not in planning.groups:
+        message = f'there is no planning group "{name}", {what}'
+        help = suggest(name, planning.groups, "name a group of moveit")
+        yield case.problem("moveit-unknown-group", message, path, help)
+
+
+def _groups(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield groups that name no group, have themselves in them, or have nothing in them."""
+    told: set[str] = set()
+    for group in planning.said.groups:
+        path: Path = (_TOP, "groups", group.name)
+        for index, name in enumerate(group.groups):
+            what = f'in planning group "{group.name}"'
+            yield from _unknown_group(case, planning, name, (*path, "groups", index), what)
+        circle = _circle(planning, group)
+        if circle:
+            if not told.intersection(circle):
+                message = f"planning groups are in each other: {' -> '.join([*circle, group.name])}"
+                yield case.problem("moveit-group", message, (*path, "groups"), "take one out")
+            told.update(circle)
+        elif group.chain is not None and group.chain[0] == group.chain[1]:
+            message = f'the chain of planning group "{group.name}" begins and ends at link "{group.chain[0]}"'
+            yield case.problem("moveit-group", message, (*path, "chain"), "name the link that it moves: tip")
+        elif _is_sound(planning, group) and not planning.joints_in(group):
+            message = f'planning group "{group.name}" has no joint: MoveIt leaves it out'
+            help = "give it a chain, joints, links or groups"
+            yield case.problem("moveit-group", message, path, help, key=True)
+
+
+def _circle(planning: Planning, group: Group) -> list[str]:
+    """Return the groups that lead from one back to itself; none if they do not."""
+    waiting = [[group.name]]
+    seen: set[str] = set()
+    while waiting:
+        way = waiting.pop()
+        for name in planning.groups[way[-1]].groups:
+            if name == group.name:
+                return way
+            if name in planning.groups and name not in seen:
+                seen.add(name)
+                waiting.append([*way, name])
+    return []
+
+
+def _is_sound(planning: Planning, group: Group) -> bool:
+    """Say whether all that a group names is there, so that what it has is known."""
+    links = (*(group.chain or ()), *group.links)
+    return (
+        planning.links.issuperset(links)
+        and all(name in planning.joints for name in _own_joints(planning, group))
+        and all(name in planning.groups for name in group.groups)
+    )
+
+
+def _states(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    """Yield states that no pose is, or that place nothing, and poses that hardly miss to be one."""
+    poses = {pose.name: pose for pose in case.robot.poses}
+    used = {pose.name for group in planning.said.groups for pose in planning.states(group).values()}
+    for group in planning.said.groups:
+        active = planning.active(group)
+        for state, name in (group.states or {}).items():
+            path = _state_path(case, group, state)
+            if name not in poses:
+                message = f'there is no pose "{name}", a state of planning group "{group.name}"'
+                yield case.problem("moveit-unknown-pose", message, path, suggest(name, poses, "add it to poses"))
+            elif active and not any(joint in poses[name].positions for joint in active):
+                message = f'pose "{name}" places no joint of planning group "{group.name}"'
+                help = f"name one of its joints in the pose: {first_of(active, 5)}"
+                yield case.problem("moveit-state", message, path, help)
+    told: set[str] = set()
+    for group in planning.said.groups:
+        for pose in poses.values() if group.states is None else ():
+            if pose.name not in used and pose.name not in told:
+                made = _nearly(case, planning, group, pose.name, pose.positions)
+                told |= {pose.name for _ in made}
+                yield from made
+
+
+def _nearly(case: Case, planning: Planning, group: Group, pose: str, positions: Iterable[str]) -> list[Diagnostic]:
+    """Return a note on a pose that names more than half of the joints of a group, and not all."""
+    active = planning.active(group)
+    missing = [joint for joint in active if joint not in positions]
+    if not missing or 2 * len(missing) >= len(active):
+        return []
+    message = f'pose "{pose}" is no state of planning group "{group.name}": it does not name {quoted(missing, 3)}'
+    help = f"name {'it' if len(missing) == 1 else 'them'} in the pose, or take the pose as it is: states: [{pose}]"
+    return [case.problem("moveit-state", message, ("poses", pose), help, severity=NOTE, key=True)]
+
+
+def _state_path(case: Case, group: Group, state: str) -> Path:
+    path: Path = (_TOP, "groups", group.name, "states")
+    return (*path, state) if exists(case.tree, (*path, state)) else (*path, list(group.states or ()).index(state))
+
+
+def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[Diagnostic]:
+    path: Path = (_TOP, "end_effectors", one.name)
+    yield from _unknown_group(case, planning, one.group, (*path, "group"), f'of end effector "{one.name}"')
+    if one.parent_group:
+        what = f'the parent group of end effector "{one.name}"'
+        yield from _unknown_group(case, planning, one.parent_group, (*path, "parent_group"), what)
+    if not {one.group, one.parent_group or one.group} <= set(planning.groups) or one.parent not in planning.links:
+        return
+    rule, own = "moveit-end-effector", planning.groups[one.group]
+    if one.parent in planning.links_in(own):
+        message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
+        yield case.problem(rule, message, (*path, "parent"), "name the link that the group is attached to")
+    elif one.parent_group == one.group:
+        message = f'the parent group of end effector "{one.name}" is its own group'
+        yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
+    elif one.parent_group and one.parent not in planning.links_in(planning.groups[one.parent_group]):
+        message = f'planning group "{one.parent_group}" does not have link "{one.parent}", which carries "{one.name}"'
+        yield case.problem(rule, message, (*path, "parent_group"), "let the chain of that group end at this link")
+
+
+def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    virtual = planning.virtual
+    if virtual is None:
+        return
+    path: Path = (_TOP, "virtual_joint")
+    if virtual.name in case.robot.joint:
+        message = f'the virtual joint is called "{virtual.name}", as a joint of the robot'
+        yield case.problem(
+            "moveit-virtual-joint", message, (*path, "name"), "give it another name: virtual_joint: {name: NAME}"
+        )
+    if virtual.parent in planning.links:
+        message = (
+            f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of the URDF'
+        )
+        yield case.problem(
+            "moveit-virtual-joint", message, (*path, "parent"), "name a frame of the world, such as odom"
+        )
+
+
+def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:
+    for index, name in enumerate(planning.said.passive_joints):
+        joint = planning.joints.get(name)
+        why = "" if joint is None else _why_passive(joint)
+        if why:
+            message = f'joint "{name}" is named as passive, and {why}'
+            path: Path = (_TOP, "passive_joints", index)
+            yield case.problem("moveit-passive-joint", message, path, "remove it", severity=WARNING)
+
+
+def _why_passive(joint: Joint) -> str:
+    if joint.is_fixed:
+        return "is fixed"
+    return f'follows "{joint.mimic.joint}": nobody commands it anyway' if joint.mimic is not None else ""
+
+
+def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnostic]:
+    matrix = planning.said.matrix
+    if matrix is None and len(planning.solids) > 1:
+        message = (
+            f"no collision matrix: MoveIt checks all pairs of {counted(len(planning.solids), 'link')}, neighbours too"
+        )
+        help = "rosorin-compile collisions computes it"
+        path: Path = ("outputs", output.name)
+        yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
+    elif matrix is not None and matrix.of != digest(planning):
+        message = (
+            "the collision matrix was computed of other shapes, joints, limits or numbers:"
+            f" the SRDF is without its {counted(len(matrix.pairs), 'pair')}"
+        )
+        help = "rosorin-compile collisions computes it anew"
+        path = (_TOP, "collision_matrix", "of")
+        yield case.problem("collisions-stale", message, path, help, severity=WARNING)

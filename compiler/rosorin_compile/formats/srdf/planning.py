@@ -1,0 +1,155 @@
+"""What an SRDF speaks of: the links and joints of one URDF, the joints that a group has there, the root in the world.
+
+As MoveIt reads it (``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``): a chain goes from its tip up to its
+base, or over the link where the ways of both meet; a link stands for the joint that leads to it; a group has the joints
+of the groups in it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cached_property
+
+from ...model import Joint, JointPose, Output, Robot, Shape
+from ...model.drive import SLIDING
+from ...model.moveit import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
+from ..urdf.masses import joints_of, links_of
+
+URDF = "urdf"
+ODOM, WORLD = "odom", "world"
+
+
+def urdf_of(robot: Robot) -> Output | None:
+    """Return the URDF that the SRDF of a robot belongs to; None if it has none, or none of that name."""
+    urdfs = [output for output in robot.outputs if output.backend == URDF]
+    if robot.moveit is not None and robot.moveit.urdf:
+        return next((output for output in urdfs if output.name == robot.moveit.urdf), None)
+    published = (output for output in urdfs if output.options.get("frames", "published") == "published")
+    return next(published, urdfs[0] if urdfs else None)
+
+
+class Planning:
+    """A robot as MoveIt has it of one URDF; names in ``moveit`` may still be wrong."""
+
+    def __init__(self, robot: Robot, urdf: Output) -> None:
+        self.robot = robot
+        self.urdf = urdf
+        self.said = robot.moveit or Moveit()
+        self.links = links_of(robot, urdf)
+        self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
+        self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}
+        self.groups: Mapping[str, Group] = {group.name: group for group in self.said.groups}
+
+    @cached_property
+    def root(self) -> str:
+        """The root link of the URDF."""
+        return next(link.name for link in self.robot.walk() if link.name in self.links)
+
+    def chain(self, link: str) -> list[Joint]:
+        """Return the joints of the URDF from a link up to the root."""
+        found = []
+        while link in self.joint_to and self.joint_to[link] not in found:
+            found.append(self.joint_to[link])
+            link = found[-1].parent
+        return found
+
+    def between(self, base: str, tip: str) -> list[Joint]:
+        """Return the joints of the URDF between two links, over the link where their ways meet."""
+        up, other = self.chain(tip), self.chain(base)
+        shared = [joint for joint in up if joint in other]
+        return [*(j for j in other if j not in shared), *(j for j in reversed(up) if j not in shared)]
+
+    def joints_in(self, group: Group) -> list[str]:
+        """Return the joints that a group has, fixed ones too, each once, in the order of the URDF."""
+        named = set(self._named_in(group, set()))
+        order = [joint.name for joint in self.robot.joints_down() if joint.name in self.joints]
+        if self.virtual is not None:
+            order.insert(0, self.virtual.name)
+        return [name for name in order if name in named]
+
+    def _named_in(self, group: Group, seen: set[str]) -> Iterator[str]:
+        if group.name in seen:
+            return
+        seen.add(group.name)
+        if group.chain is not None and self.links.issuperset(group.chain):
+            yield from (joint.name for joint in self.between(*group.chain))
+        yield from group.joints
+        yield from (self.joint_to[link].name for link in group.links if link in self.joint_to)
+        for name in group.groups:
+            if name in self.groups:
+                yield from self._named_in(self.groups[name], seen)
+
+    def links_in(self, group: Group) -> set[str]:
+        """Return the links that the joints of a group move, as MoveIt counts them."""
+        return {self.joints[name].child for name in self.joints_in(group) if name in self.joints}
+
+    def active(self, group: Group) -> list[str]:
+        """Return the joints of a group that have one position, follow no other, and are not passive."""
+        passive = self.said.passive_joints
+        return [
+            name
+            for name in self.joints_in(group)
+            if name in self.joints and name not in passive and _is_free(self.joints[name])
+        ]
+
+    def states(self, group: Group) -> dict[str, JointPose]:
+        """Return the poses that are states of a group, by the name of the state."""
+        poses = {pose.name: pose for pose in self.robot.poses}
+        if group.states is not None:
+            return {state: poses[name] for state, name in group.states.items() if name in poses}
+        active = self.active(group)
+        return {name: pose for name, pose in poses.items() if active and all(one in pose.positions for one in active)}
+
+    @cached_property
+    def virtual(self) -> VirtualJoint | None:
+        """The joint between the world and the root; what is not said of it is as the base is."""
+        said = self.said.virtual_joint
+        if said is None:
+            return None
+        edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
+        # A ball or a wheel stays on the ground; what only a node moves may fly.
+        base = PLANAR if self.robot.drive is not None else FIXED if edge is None else FLOATING
+        parent = WORLD if base == FIXED else ODOM
+        return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
+
+    @property
+    def turns_to_go_sideways(self) -> bool:
+        """Whether the base moves on a plane, and not sideways."""
+        drive = self.robot.drive
+        return (
+            self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
+        )
+
+    @cached_property
+    def solids(self) -> Mapping[str, list[Shape]]:
+        """The collision shapes of each link of the URDF, as it has them; links without any are left out."""
+        from ..urdf import FORMAT
+
+        if FORMAT.solids is None or "collision" not in self.urdf.options.get("elements", ("collision",)):
+            return {}
+        shapes = {}
+        for name in sorted(self.links):
+            shapes[name] = list(FORMAT.solids(self.robot, name, self.urdf, self.links) or ())
+        return {name: found for name, found in shapes.items() if found}
+
+    def disabled(self, current: bool) -> list[DisabledCollision]:
+        """Return the pairs that are not checked: of a ``current`` matrix, then what the description says; sorted."""
+        checked = {ordered(pair) for pair in self.said.checked}
+        found: dict[Pair, DisabledCollision] = {}
+        matrix = self.said.matrix.pairs if current and self.said.matrix is not None else ()
+        own = (DisabledCollision(pair) for pair in self.robot.disabled_contacts)
+        for one in (*matrix, *self.said.disabled, *own):
+            pair = ordered(one.links)
+            if pair not in checked and self.links.issuperset(pair):
+                found.setdefault(pair, DisabledCollision(pair, one.reason, one.nearest, one.beyond))
+        return [found[pair] for pair in sorted(found)]
+
+
+def _is_free(joint: Joint) -> bool:
+    return joint.moves and joint.mimic is None
+
+
+def ordered(pair: Pair) -> Pair:
+    """Return two names in their order."""
+    one, other = sorted(pair)
+    return (one, other)

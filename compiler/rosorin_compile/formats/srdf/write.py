@@ -1,0 +1,132 @@
+"""The SRDF of a robot, as text; it speaks of the links and joints of one URDF, and of no others.
+
+Rules of the readers: ``ros-planning/srdfdom`` and ``moveit/moveit2@{humble,jazzy}:moveit_core/robot_model``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+from markupsafe import Markup
+
+from ...diagnostics import NOTE, WARNING, Diagnostic, error
+from ...diagnostics.registry import FORMATS, Rule
+from ...diagnostics.wording import counted, first_of
+from ...model import Output, Robot
+from ...model.moveit import REASONS, USER, DisabledCollision, Group
+from ...numbers import NUMBER_FORMATS
+from ..templating import BUILTIN, Templates, attributes, comment
+from .matrix import changed_meshes, digest
+from .planning import Planning, urdf_of
+
+RULES = (
+    Rule(
+        "srdf-without-urdf",
+        "An SRDF belongs to a URDF, and the robot has none among its outputs, or none of that name.",
+        "Add `urdf` to `outputs`; `urdf` of `moveit` names one of several.",
+        FORMATS,
+    ),
+    Rule(
+        "srdf-cannot-say",
+        "A note: a pair of links that are not to collide is not in the URDF, so that the SRDF leaves it out.",
+        "Nothing, if that is meant. `frames: all` of a URDF has every link.",
+        FORMATS,
+    ),
+)
+
+
+def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    """Return the SRDF of a robot. Option: ``number_format`` (exact or six)."""
+    urdf = urdf_of(robot)
+    if urdf is None:
+        message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
+        return "", [error("srdf-without-urdf", message, None, "add urdf: {file: NAME.urdf} to outputs")]
+    planning = Planning(robot, urdf)
+    number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
+    virtual = planning.virtual
+    values: dict[str, Any] = {"robot": robot, "urdf": urdf.file, "comment": comment, "attributes": attributes}
+    values["groups"] = [_group(group) for group in planning.said.groups]
+    values["states"] = [
+        (
+            attributes(name=state, group=group.name),
+            [
+                attributes(name=joint, value=number(pose.positions[joint]))
+                for joint in planning.active(group)
+                if joint in pose.positions
+            ],
+        )
+        for group in planning.said.groups
+        for state, pose in planning.states(group).items()
+    ]
+    values["end_effectors"] = [
+        attributes(
+            name=one.name,
+            parent_link=one.parent,
+            group=one.group,
+            **({"parent_group": one.parent_group} if one.parent_group else {}),
+        )
+        for one in planning.said.end_effectors
+    ]
+    values["virtual_joints"] = values["properties"] = ()
+    if virtual is not None:
+        names = {"parent_frame": virtual.parent, "child_link": planning.root}
+        values["virtual_joints"] = [attributes(name=virtual.name, type=virtual.type, **names)]
+    if virtual is not None and planning.turns_to_go_sideways:
+        drive = {"property_name": "motion_model", "value": "diff_drive"}
+        values["properties"] = [attributes(joint_name=virtual.name, **drive)]
+    values["passive_joints"] = [attributes(name=name) for name in planning.said.passive_joints]
+    others = changed_meshes(planning)
+    current = planning.said.matrix is not None and not others and planning.said.matrix.of == digest(planning)
+    values["computed"] = _computed(planning) if current else ""
+    values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
+    return templates.render(f"{BUILTIN}robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
+
+
+def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]]]:
+    """Return a group: its name, its chain, and what else it has, each by the name of its element."""
+    chain = None
+    if group.chain is not None:
+        chain = attributes(base_link=group.chain[0], tip_link=group.chain[1])
+    lists = (("joint", group.joints), ("link", group.links), ("group", group.groups))
+    return attributes(name=group.name), chain, [(tag, attributes(name=name)) for tag, names in lists for name in names]
+
+
+def _computed(planning: Planning) -> str:
+    """Return how the pairs that need no check were found, in words; empty if nobody computed them."""
+    matrix, search = planning.said.matrix, planning.said.search
+    if matrix is None:
+        return ""
+    return (
+        f"Computed by rosorin-compile collisions: {counted(matrix.states, 'random state')}, seed {search.seed}. Lengths"
+        " are the smallest distances of the states that were tried."
+    )
+
+
+def _disabled(one: DisabledCollision) -> tuple[Markup, str]:
+    """Return a pair as attributes, and a remark: how near they came, or why they need no check."""
+    reason = one.reason if one.reason in REASONS else USER
+    remark = "" if one.reason in REASONS else one.reason
+    if one.nearest is not None:
+        far = f"{abs(one.nearest) * 1000:.1f} mm"
+        remark = f"{far} deep" if one.nearest < 0 else far
+    elif one.beyond is not None:
+        remark = f"more than {one.beyond * 1000:.4g} mm"
+    return attributes(link1=one.links[0], link2=one.links[1], reason=reason), remark
+
+
+def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
+    """Yield a warning about mesh files that changed; the rule about all else is in ``checks``."""
+    if names:
+        message = f"the collision matrix was computed of another {first_of(names, 3)}: the SRDF is without its pairs"
+        help = "rosorin-compile collisions computes it anew"
+        yield Diagnostic("collisions-stale", WARNING, message, help=help)
+
+
+def _left_out(planning: Planning) -> Iterator[Diagnostic]:
+    """Yield a note on pairs that are not to collide, of links that the URDF does not have."""
+    pairs = [pair for pair in planning.robot.disabled_contacts if not planning.links.issuperset(pair)]
+    if pairs:
+        names = first_of([" and ".join(pair) for pair in pairs], 3)
+        message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of {names}"
+        yield Diagnostic("srdf-cannot-say", NOTE, message)

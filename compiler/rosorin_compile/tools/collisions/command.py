@@ -1,0 +1,196 @@
+"""rosorin-compile collisions: compute the collision matrix for MoveIt, and write it beside the description."""
+
+from __future__ import annotations
+
+import argparse
+import os
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from ...diagnostics import error
+from ...diagnostics.console import Console
+from ...diagnostics.progress import step
+from ...diagnostics.registry import WRITING, Rule
+from ...diagnostics.wording import counted, listed
+from ...formats.srdf.matrix import digest, digests, meshes_of
+from ...formats.srdf.planning import Planning, urdf_of
+from ...frontend.yaml_text import scalar
+from ...model.moveit import REASONS, DisabledCollision
+from ...project import ON_STDIN, Description
+from ..given import Given, given_arguments
+from ..options import argument_options, one_robot, package_option, place, quiet_option
+from ..robots import no_stdin, one
+from ..understanding import Known, understood
+from ..usage import FINE, PROBLEMS, WrongUsage
+
+RULES = (
+    Rule(
+        "collisions-refused",
+        "The collision matrix cannot be computed or written: the robot has no URDF, a mesh of its shapes cannot be "
+        "read, or the file is not one that the tool has written.",
+        "As the message says.",
+        WRITING,
+    ),
+)
+
+FILE = "collisions.yaml"
+_HOW = "rosorin-compile collisions ROBOT"
+
+
+def options(command: argparse.ArgumentParser) -> None:
+    """Add what this command takes."""
+    one_robot(command)
+    command.add_argument("-o", "--output", type=place, metavar="FILE", help=f"default: {FILE} beside the description")
+    command.add_argument("--force", action="store_true", help="compute it anew, though it is that of the robot")
+    quiet_option(command)
+    package_option(command)
+    argument_options(command)
+
+
+def run(options: argparse.Namespace) -> int:
+    """Compute the matrix of a robot, and write it."""
+    given, words = given_arguments(options, options.words)
+    if len(words) > 1:
+        raise WrongUsage(f"the matrix of one robot is computed at a time: {_HOW}")
+    no_stdin(words, "name its file")
+    description = one(words[0] if words else "", _HOW)
+    console = Console("text", options.quiet)
+    known = understood(given, description, console)
+    if known is None:
+        return PROBLEMS
+    urdf = urdf_of(known.robot)
+    if urdf is None:
+        return _refused(console, f"{known.robot.name} has no URDF among its outputs", "add urdf: {file: NAME.urdf}")
+    path = Path(options.output) if options.output else description.path.parent / FILE
+    if not _is_ours(path):
+        help = "name another file with -o, or remove it"
+        return _refused(console, f"{path} is there, and rosorin-compile has not written it", help)
+    return _compute(options, console, Planning(known.robot, urdf), known, description, given, path)
+
+
+def _refused(console: Console, message: str, help: str) -> int:
+    console.show([error("collisions-refused", message, None, help)])
+    return PROBLEMS
+
+
+def _is_ours(path: Path) -> bool:
+    """Say whether a file may be replaced. Raises WrongUsage for a folder."""
+    from ...output.ours import is_marked
+
+    try:
+        return is_marked(path.read_bytes())
+    except IsADirectoryError:
+        raise WrongUsage(f"{path} is a folder; name a file") from None
+    except (OSError, ValueError):
+        return True  # it is not there, or writing says why not
+
+
+def _compute(
+    options: argparse.Namespace,
+    console: Console,
+    planning: Planning,
+    known: Known,
+    description: Description,
+    given: Given,
+    path: Path,
+) -> int:
+    from ...formats.mesh_files import Places, files_of
+
+    files: Mapping[str, Path] = {}
+    if meshes_of(planning):
+        places = Places(description.path, description.outputs, given.packages, os.environ)
+        files = files_of(known.case.tree, known.robot.outputs, places)
+    meshes, matrix, of = digests(meshes_of(planning), files), planning.said.matrix, digest(planning)
+    if matrix is not None and matrix.of == of and dict(matrix.meshes) == meshes and not options.force:
+        console.say(f"{planning.robot.name}: the collision matrix is that of {planning.urdf.file}; --force computes it")
+        return FINE
+    _need()
+    pairs, tried = _searched(console, planning, known, files)
+    if pairs is None:
+        return PROBLEMS
+    return _write(console, planning, description, path, _text(planning, of, tried, meshes, pairs), pairs, tried)
+
+
+def _need() -> None:
+    """Raise WrongUsage where a library is not installed."""
+    from ..physics.checking import lacking
+
+    if lacking():
+        raise WrongUsage(f"collisions needs what is not installed: pip install {lacking()}")
+
+
+def _searched(
+    console: Console, planning: Planning, known: Known, files: Mapping[str, Path]
+) -> tuple[list[DisabledCollision] | None, int]:
+    """Return the pairs that need no check, and how many states were tried; None after saying what is wrong."""
+    from ..physics.files import Meshes, named_meshes
+    from .search import Search
+
+    meshes = Meshes(known.case, files)
+    for named in named_meshes(known.case):
+        if named.purpose == "collision" and named.mesh.file in meshes_of(planning):
+            meshes.read(named)
+    if meshes.told:
+        console.show(meshes.told)
+        _refused(console, "without all meshes nobody knows what never touches", "--package NAME=PATH names a package")
+        return None, 0
+    search = Search(planning, meshes, lambda done, total: step("trying states", done, total))
+    pairs = search.run()
+    if search.by_hulls:
+        names = listed([" and ".join(pair) for pair in sorted(search.by_hulls)], 3)
+        console.say(f"checked all the same: {names}, whose hulls touch, and not the meshes")
+    return pairs, search.tried
+
+
+def _text(
+    planning: Planning, of: str, tried: int, meshes: Mapping[str, str], pairs: Sequence[DisabledCollision]
+) -> str:
+    """Return the file that the description includes."""
+    lines = [
+        "# Generated by rosorin-compile collisions; edits here are lost. Which pairs of links MoveIt need not check:",
+        f"# {counted(tried, 'random state')} of {planning.urdf.file}, seed {planning.said.search.seed}.",
+        "moveit:",
+        "  collision_matrix:",
+        f'    of: "{of}"',
+        f"    states: {tried}",
+    ]
+    if meshes:
+        lines.append("    meshes:")
+        lines += [f'      {scalar(name, False)}: "{one}"' for name, one in sorted(meshes.items())]
+    lines.append("    pairs:" if pairs else "    pairs: []")
+    for pair in pairs:
+        names = ", ".join(scalar(name, True) for name in pair.links)
+        far = {"nearest": pair.nearest, "beyond": pair.beyond}
+        said = "".join(f", {key}: {1000 * value + 0.0:.6g} mm" for key, value in far.items() if value is not None)
+        lines.append(f"      - {{links: [{names}], reason: {pair.reason}{said}}}")
+    return "\n".join(lines) + "\n"
+
+
+def _write(
+    console: Console,
+    planning: Planning,
+    description: Description,
+    path: Path,
+    text: str,
+    pairs: Sequence[DisabledCollision],
+    tried: int,
+) -> int:
+    from ...output import OutputError
+    from ...output.one_file import write_file
+
+    try:
+        write_file(path, text.encode())
+    except OutputError as problem:
+        console.show([problem.diagnostic])
+        return PROBLEMS
+    every = len(planning.solids) * (len(planning.solids) - 1) // 2
+    counts = Counter(pair.reason for pair in pairs)
+    reasons = listed(f"{counts[reason]} {reason}" for reason in REASONS if counts[reason]) or "none"
+    console.say(f"{path}: {counted(every, 'pair')} of links, need no check: {reasons}; {every - len(pairs)} to check")
+    console.say(f"tried: {counted(tried, 'random state')}, seed {planning.said.search.seed}")
+    if description.path != ON_STDIN and planning.said.matrix is None:
+        console.say(f"next: include: [{path.name}] in {description.path}, then rosorin-compile all")
+    else:
+        console.say("next: rosorin-compile all")
+    return FINE

@@ -1,0 +1,220 @@
+"""Which pairs of links need no check, decided as MoveIt's assistant does, and a little more carefully.
+
+Order and numbers: ``moveit/moveit2@{humble,jazzy}:moveit_setup_assistant/moveit_setup_srdf_plugins/src/
+compute_default_collisions.cpp``. A pair keeps its first reason:
+
+1. Adjacent: joined by one joint, or over links without shapes;
+2. Default: in collision where every joint is at zero, or in the middle of limits that do not hold zero;
+3. Always: in more than a share of the 200 states of a round; rounds go on until one finds none;
+4. Never: in none of the states of the rounds, and of the trials after them.
+
+Here the states follow from the seed alone: one after another, from Python's Mersenne twister, whatever the machine or
+the number of its cores. And Never takes more than luck: a pair that came nearer than the clearance is none; from the
+nearest state of a pair that came near, joints are turned to bring it nearer still; and a pair with a joint between that
+has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no reason
+to leave a pair out where the meshes themselves do not.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import combinations
+from random import Random
+
+from ...formats.srdf.planning import Planning, ordered
+from ...model import Joint
+from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
+from ..physics.files import Meshes
+from .contacts import MARGIN, TOUCH, Contacts
+
+ROUND = 200
+_MOST_ROUNDS = 50
+_HALVINGS, _FIRST_STEP = 8, 0.1  # of the descent: how often a step is halved that brings no pair nearer, and its begin
+_ASKED = 5  # states in which the meshes of a pair are asked, beside the hulls
+
+Positions = dict[str, float]
+
+
+class Search:
+    """One search: what is known of each pair so far. ``found`` has the pairs that need no check."""
+
+    def __init__(self, planning: Planning, meshes: Meshes, tick: Callable[[int, int], None]) -> None:
+        self.planning = planning
+        self.meshes = meshes
+        self.tick = tick
+        self.how = planning.said.search
+        self.random = Random(self.how.seed)  # noqa: S311 - a search that anybody can repeat
+        self.found: dict[Pair, DisabledCollision] = {}
+        self.bounds = bounds_of(planning)
+        self.tried = 0
+        self.hit: set[Pair] = set()
+        self.nearest: dict[Pair, tuple[float, Positions]] = {}
+        self.by_hulls: set[Pair] = set()
+        self.contacts = Contacts(planning, meshes)
+
+    def run(self) -> list[DisabledCollision]:
+        """Return the pairs that need no check, sorted by name."""
+        links = sorted(self.planning.solids)
+        pairs = list(combinations(links, 2))
+        for pair in adjacent(self.planning):
+            self.found[pair] = DisabledCollision(pair, ADJACENT)
+        start = default_state(self.planning)
+        for pair, far in self.contacts.distances(start).items():
+            if far <= TOUCH and pair not in self.found and self._is_real(pair, [start]):
+                self.found[pair] = DisabledCollision(pair, DEFAULT, _rounded(far))
+        rigid = [pair for pair in pairs if pair not in self.found and not self.between(pair)]
+        self._measure(rigid, start)
+        self._rounds()
+        self._try(self.how.trials)
+        for pair in pairs:
+            if pair not in self.found and pair not in self.hit and not self._is_unbounded(pair):
+                self._never(pair)
+        return [self.found[pair] for pair in sorted(self.found)]
+
+    def between(self, pair: Pair) -> list[Joint]:
+        """Return the joints that move one link of a pair against the other."""
+        return [joint for joint in self.planning.between(*pair) if not joint.is_fixed]
+
+    def _is_unbounded(self, pair: Pair) -> bool:
+        """Say whether a joint between two links can be anywhere, so that no number of states says never."""
+        return any(joint.name not in self.bounds for joint in map(self._leader, self.between(pair)))
+
+    def _leader(self, joint: Joint) -> Joint:
+        while joint.mimic is not None:
+            joint = self.planning.robot.joint[joint.mimic.joint]
+        return joint
+
+    def _is_real(self, pair: Pair, states: Sequence[Positions]) -> bool:
+        """Say whether a pair touches in each of some states by its meshes, and not by their hulls alone."""
+        real = all(self.contacts.touches_at(pair, state) for state in states)
+        self.by_hulls |= set() if real else {pair}
+        return real
+
+    def _measure(self, rigid: Sequence[Pair], state: Positions) -> None:
+        """Call pairs that no joint moves against each other Never, with the distance that they have."""
+        near = self.contacts.distances(state)
+        for pair in rigid:
+            if near.get(pair, MARGIN) > TOUCH:
+                self.found[pair] = self._far(pair, self.contacts.exact(pair, state))
+
+    def _far(self, pair: Pair, nearest: float) -> DisabledCollision:
+        if nearest >= MARGIN:
+            return DisabledCollision(pair, NEVER, beyond=MARGIN)
+        return DisabledCollision(pair, NEVER, _rounded(nearest))
+
+    def _rounds(self) -> None:
+        """Find the pairs that are in collision in nearly every state."""
+        most = int(ROUND * self.how.always)
+        for _ in range(_MOST_ROUNDS):
+            self.contacts = Contacts(self.planning, self.meshes, self.found)
+            hits: dict[Pair, list[Positions]] = {}
+            deepest: dict[Pair, float] = {}
+            for state, near in self._states(ROUND):
+                for pair, far in near.items():
+                    if far <= TOUCH:
+                        hits.setdefault(pair, []).append(state)
+                        deepest[pair] = min(far, deepest.get(pair, far))
+            always = [pair for pair, states in hits.items() if len(states) > most and pair not in self.by_hulls]
+            always = [pair for pair in always if self._is_real(pair, hits[pair][:_ASKED])]
+            for pair in always:
+                self.found[pair] = DisabledCollision(pair, ALWAYS, _rounded(deepest[pair]))
+            if not always:
+                return
+
+    def _try(self, trials: int) -> None:
+        for _ in self._states(trials):
+            pass
+
+    def _states(self, count: int) -> Iterator[tuple[Positions, Mapping[Pair, float]]]:
+        """Yield random states and the pairs that are near each other there, and keep what is worth knowing of them."""
+        for index in range(count):
+            state = {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
+            near = self.contacts.distances(state)
+            self.tried += 1
+            for pair, far in near.items():
+                if far <= TOUCH:
+                    self.hit.add(pair)
+                if far < self.nearest.get(pair, (math.inf, state))[0]:
+                    self.nearest[pair] = (far, state)
+            if index % 20 == 0:
+                self.tick(self.tried, max(self.how.trials + ROUND, self.tried))
+            yield state, near
+
+    def _never(self, pair: Pair) -> None:
+        """Call a pair Never, unless it comes too near when its joints are turned to that end."""
+        if pair not in self.nearest:
+            self.found[pair] = DisabledCollision(pair, NEVER, beyond=MARGIN)
+            return
+        nearest, _ = self._descend(pair, self.nearest[pair][1])
+        if nearest > max(self.how.clearance, TOUCH):
+            self.found[pair] = self._far(pair, nearest)
+
+    def _descend(self, pair: Pair, state: Positions) -> tuple[float, Positions]:
+        """Return how near (m) a pair comes where joints between are turned one by one, and the state there."""
+        names = list(dict.fromkeys(joint.name for joint in map(self._leader, self.between(pair))))
+        best, share = self.contacts.exact(pair, state), _FIRST_STEP
+        for _ in range(_HALVINGS):
+            moved = True
+            while moved and best > TOUCH:
+                moved = False
+                for name in names:
+                    for turned in _turned(state, name, self.bounds[name], share):
+                        far = self.contacts.exact(pair, turned)
+                        if far < best - TOUCH:
+                            best, state, moved = far, turned, True
+            share /= 2
+        return best, state
+
+
+def _turned(state: Positions, name: str, bounds: tuple[float, float], share: float) -> Iterator[Positions]:
+    """Yield a state with one joint turned back and on by a share of its range."""
+    low, high = bounds
+    for step in (-share, share):
+        yield {**state, name: min(high, max(low, state[name] + step * (high - low)))}
+
+
+def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:
+    """Return where the joints that move by themselves can be (rad or m), by name; those without bounds are left out."""
+    found = {}
+    for name in sorted(planning.joints):
+        joint = planning.joints[name]
+        if not joint.moves or joint.mimic is not None:
+            continue
+        limit = joint.limit
+        if joint.type != "continuous" and limit is not None and limit.lower is not None and limit.upper is not None:
+            found[name] = (limit.lower, limit.upper)
+        elif joint.type != "prismatic":
+            found[name] = (-math.pi, math.pi)
+    return found
+
+
+def default_state(planning: Planning) -> Positions:
+    """Return MoveIt's default state: joints at zero, or in the middle of limits that do not hold zero."""
+    bounds = bounds_of(planning).items()
+    return {name: 0.0 if low <= 0 <= high else (low + high) / 2 for name, (low, high) in bounds}
+
+
+def adjacent(planning: Planning) -> list[Pair]:
+    """Return the links with shapes that one joint joins, or joints and links without shapes between them."""
+    next_to: dict[str, set[str]] = {name: set() for name in planning.links}
+    for joint in planning.joints.values():
+        next_to[joint.parent].add(joint.child)
+        next_to[joint.child].add(joint.parent)
+    bare = [name for name in sorted(planning.links) if name not in planning.solids]
+    grown = True
+    while grown:
+        grown = False
+        for name in bare:
+            for one, other in combinations(sorted(next_to[name]), 2):
+                if other not in next_to[one]:
+                    next_to[one].add(other)
+                    next_to[other].add(one)
+                    grown = True
+    solid = planning.solids
+    return sorted({ordered((one, two)) for one in solid for two in next_to[one] if two in solid and one != two})
+
+
+def _rounded(length: float) -> float:
+    """Return a length (m) to the tenth of a millimetre, which engines agree on from machine to machine."""
+    return round(length, 4) + 0.0

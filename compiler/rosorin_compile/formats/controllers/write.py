@@ -106,9 +106,19 @@ def _later(said: str) -> Iterator[Diagnostic]:
         yield Diagnostic("controllers-later", NOTE, message)
 
 
+def remaps(robot: Robot, output: Output) -> dict[str, list[tuple[str, str]]]:
+    """Return the remaps, from and to, without which a controller of an output would not publish what it owns."""
+    controllers = filled(robot, asked(output))
+    return {one.controller.name: [("~/tf_odometry", "/tf")] for one in controllers if _is_beside(one)}
+
+
+def _is_beside(one: Filled) -> bool:
+    return one.type in BESIDE_TF and bool(one.values.get("enable_odom_tf"))
+
+
 def _remaps(controllers: list[Filled], space: str) -> Iterator[Diagnostic]:
     for one in controllers:
-        if one.type in BESIDE_TF and one.values.get("enable_odom_tf"):
+        if _is_beside(one):
             name = f"/{space}/{one.controller.name}" if space else f"/{one.controller.name}"
             frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
             message = f'the controller "{one.controller.name}" publishes {frames} on {name}/tf_odometry, not on /tf'

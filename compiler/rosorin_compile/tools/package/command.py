@@ -13,6 +13,7 @@ from ..compiling import compiled_one
 from ..given import given_arguments
 from ..options import argument_options, format_options, one_robot, package_option, place
 from ..usage import FINE, PROBLEMS, WrongUsage
+from .naming import CONTROL, MOVEIT, NAV2, STARTS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -56,6 +57,13 @@ def options(command: argparse.ArgumentParser) -> None:
         action=argparse.BooleanOptionalAction,
         help="let the package compile the description whenever it is launched, its arguments as launch arguments",
     )
+    for word, what in (
+        (CONTROL, "the controller_manager and the controllers"),
+        (MOVEIT, "MoveIt"),
+        (NAV2, "Nav2 and the filter of odometry"),
+    ):
+        help = f"let the package start {what}, with the parameters that the robot has outputs for"
+        command.add_argument(f"--{word}", action=argparse.BooleanOptionalAction, help=help)
     format_options(command)
     package_option(command)
     argument_options(command)
@@ -158,6 +166,9 @@ def _asked(options: argparse.Namespace, robot: str, sensors: list[str]) -> Optio
         asked = replace(asked, url=options.url)
     if options.compile_at_launch is not None:
         asked = replace(asked, at_launch=options.compile_at_launch)
+    said = {word: getattr(options, word) for word in STARTS}
+    starts = tuple(word for word, on in said.items() if (word in asked.starts if on is None else on))
+    asked = replace(asked, starts=starts)
     return replace(asked, topics={**asked.topics, **_topics(options.topics, sensors)})
 
 

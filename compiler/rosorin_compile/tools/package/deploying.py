@@ -334,9 +334,16 @@ def told_before(target: Path, options: Options, sensors: Iterable[str]) -> Optio
         if tag in elements
     }
     changes |= {"build_type": elements["build_type"].text.strip()} if "build_type" in elements else {}
-    changes |= {"at_launch": True} if "rosorin_compile" in elements else {}
+    changes |= _of_ours(elements)
     changes |= _email(elements)
     return dataclasses.replace(options, **changes, topics=topics_of(target, set(sensors)))
+
+
+def _of_ours(elements: dict[str, Element]) -> dict[str, Any]:
+    if "rosorin_compile" not in elements:
+        return {}
+    own = elements["rosorin_compile"]
+    return {"at_launch": own.get("compile_at_launch") == "true", "starts": tuple((own.get("starts") or "").split())}
 
 
 def _email(elements: dict[str, Element]) -> dict[str, str]:

@@ -29,6 +29,9 @@ RULES = (
 _LEGAL = re.compile(r"(?=.{2})[a-z](_?[a-z0-9])*")
 _PLAIN = re.compile(r"[A-Za-z0-9_.+-]+")
 
+# What a package may start besides the publishers of the frames.
+CONTROL, MOVEIT, NAV2 = STARTS = ("control", "moveit", "nav2")
+
 OF_A_NAME = "lowercase letters, digits and single underscores, a letter first, at least two characters"
 
 

@@ -16,6 +16,7 @@ from ...frontend.yaml_text import quoted
 from ...model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Edge, Robot
 from ...project import DESCRIPTIONS
 from . import meshes, papers, starting, views
+from .bringup import Bringup, bringup
 from .naming import file_name
 
 if TYPE_CHECKING:
@@ -46,7 +47,8 @@ _BY_ENDING |= dict.fromkeys((".dot", ".html", ".md", ".mmd", ".svg"), "doc")
 class Options:
     """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor.
 
-    ``at_launch`` says that it compiles its description whenever it is launched.
+    ``at_launch`` says that it compiles its description whenever it is launched, ``starts`` what it starts besides the
+    publishers (``bringup.STARTS``).
     """
 
     name: str
@@ -57,6 +59,7 @@ class Options:
     license: str = papers.NO_LICENSE
     url: str = ""
     at_launch: bool = False
+    starts: tuple[str, ...] = ()
     description: str = ""
     topics: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
@@ -89,10 +92,11 @@ def make(
             {}, [error("package-no-urdf", "no output is a URDF, and a package is nothing without", None, help)]
         )
     placed, twice = _placed(artifacts, main)
-    if twice:
-        return Package({}, [twice])
+    started, missing = bringup(robot, placed, options.starts)
+    if twice or missing:
+        return Package({}, [one for one in (twice, missing) if one])
     files: dict[str, bytes] = {}
-    needs: set[str] = set()
+    needs: set[str] = set(started.packages())
     diagnostics: list[Diagnostic] = []
     for place, artifact in placed.items():
         beside = FORMATS[artifact.backend].beside
@@ -109,7 +113,7 @@ def make(
     if carried is not None:
         needs.update(carried.packages)
         files.update(carried.files)
-    files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried))
+    files.update(_made(robot, options, place_of(main, main), list(placed.items()), needs, target, carried, started))
     return Package(files, [*diagnostics, *papers.remarks(options, target)])
 
 
@@ -188,6 +192,7 @@ def _made(
     needs: set[str],
     target: Path,
     carried: Carried | None,
+    started: Bringup,
 ) -> dict[str, bytes]:
     """Return the files that are made for the package alone."""
     package = options if options.description else dataclasses.replace(options, description=f"The robot {robot.name}.")
@@ -203,15 +208,16 @@ def _made(
         "literal": repr,
         "quoted": quoted,
         "comment": comment,
-        "contents": _contents(placed, rviz, carried),
+        "contents": sorted([*_contents(placed, rviz, carried), *started.contents()]),
         "others": [_other(edge) for edge in robot.edges if edge.publisher.kind != STATIC_TRANSFORM_PUBLISHER],
         **starting.values(robot, carried, options.name),
+        **started.values(urdf),
         **papers.values(options, target),
         **views.view(robot, options.topics),
     }
     templates = {f"rviz/{rviz}": "package_rviz"}
     templates |= {name: f"package_{name}" for name in ("package.xml", "README.md", *_BUILT_BY[options.build_type])}
-    templates |= starting.templates(carried) | papers.templates(options)
+    templates |= starting.templates(carried) | papers.templates(options) | started.templates()
     engine = Templates()
     made = {n: engine.render(f"{BUILTIN}{template}.jinja", values).encode() for n, template in templates.items()}
     return made | ({f"resource/{options.name}": b""} if options.build_type == "ament_python" else {})

@@ -1,0 +1,233 @@
+"""Bringing up: the launch files of a package that start controllers, MoveIt and navigation, each where it is asked for.
+
+The parameters of the nodes are artifacts: controllers.yaml, the SRDF, those of Nav2 and of robot_localization. What
+MoveIt wants besides follows from the robot and is made here: solvers, limits of velocity, and who moves the joints.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...diagnostics import Diagnostic, error
+from ...diagnostics.registry import PACKAGES, Rule
+from ...formats.distributions import HUMBLE, JAZZY, known
+from ...model import Robot
+from .naming import CONTROL, MOVEIT, NAV2, STARTS
+
+if TYPE_CHECKING:
+    from ...formats import Artifact
+    from ...formats.srdf.planning import Planning
+
+RULES = (
+    Rule(
+        "package-start",
+        "A package is to start what no output is for.",
+        "Add the output that the message names.",
+        PACKAGES,
+    ),
+)
+
+BRINGUP = "bringup.launch.py"
+_URDF, _CONTROLLERS, _SRDF, _NAV2, _EKF = "urdf", "controllers", "srdf", "nav2", "robot_localization"
+
+_LAUNCH = {CONTROL: "control.launch.py", MOVEIT: "moveit.launch.py", NAV2: "navigation.launch.py"}
+_ABOUT = {
+    CONTROL: "the controller_manager with its controllers",
+    MOVEIT: "MoveIt's move_group",
+    NAV2: "Nav2, localisation and the filter of odometry",
+}
+_NEEDS = {
+    CONTROL: ("controller_manager",),
+    MOVEIT: (
+        "moveit_configs_utils",
+        "moveit_kinematics",
+        "moveit_planners_ompl",
+        "moveit_ros_move_group",
+        "moveit_simple_controller_manager",
+    ),
+    NAV2: (),
+}
+_MADE = ("joint_limits.yaml", "kinematics.yaml", "moveit_controllers.yaml")
+# The action that MoveIt has for a type of controller.
+_ACTIONS = {
+    "joint_trajectory_controller/JointTrajectoryController": ("FollowJointTrajectory", "follow_joint_trajectory"),
+    "position_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
+    "effort_controllers/GripperActionController": ("GripperCommand", "gripper_cmd"),
+}
+_FIRST = "joint_state_broadcaster/JointStateBroadcaster"
+
+
+class Spawned(NamedTuple):
+    """A controller that is started: its name, and the remaps of its topics, from and to."""
+
+    name: str
+    remaps: tuple[tuple[str, str], ...]
+
+
+class Bringup(NamedTuple):
+    """What a package starts besides the publishers: names of ``STARTS``, and the places of artifacts by their format.
+
+    ``places`` are those in the package; ``outputs`` the names of the outputs; ``ekf`` is the node of the
+    filter.
+    """
+
+    robot: Robot
+    starts: tuple[str, ...]
+    places: Mapping[str, str]
+    outputs: Mapping[str, str]
+    ekf: str = ""
+
+    def packages(self) -> Iterator[str]:
+        """Yield the packages of the nodes that are started."""
+        from ...formats.controllers.tables import plugins
+
+        for word in self.starts:
+            yield from _NEEDS[word]
+        if CONTROL in self.starts:
+            known_plugins = plugins(self._distribution())
+            yield from sorted({known_plugins[one.type] for one in self._filled() if one.type in known_plugins})
+        if NAV2 in self.starts:
+            yield from (name for name, there in (("nav2_bringup", _NAV2), (_EKF, _EKF)) if there in self.places)
+
+    def templates(self) -> dict[str, str]:
+        """Return the templates of what is made, by the places of the files."""
+        if not self.starts:
+            return {}
+        found = {f"launch/{_LAUNCH[word]}": f"package_{_LAUNCH[word]}" for word in self.starts}
+        made = {f"config/{name}": f"package_{name}" for name in _MADE if MOVEIT in self.starts}
+        return {**found, **made, f"launch/{BRINGUP}": f"package_{BRINGUP}"}
+
+    def contents(self) -> list[tuple[str, str]]:
+        """Return the files that are made with what each is."""
+        rows = [(f"launch/{_LAUNCH[word]}", _ABOUT[word]) for word in self.starts]
+        rows += [(f"launch/{BRINGUP}", "all of it")] if self.starts else []
+        return rows + ([("config/*.yaml", "what MoveIt wants besides the SRDF")] if MOVEIT in self.starts else [])
+
+    def values(self, main: str) -> dict[str, Any]:
+        """Return what the templates need to know; ``main`` is the place of what robot_state_publisher reads."""
+        from ...formats.controllers.checking import written
+
+        values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
+        values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
+        if CONTROL in self.starts:
+            values |= self._control(main)
+        if MOVEIT in self.starts:
+            values |= self._moveit()
+        return values
+
+    def _distribution(self) -> str:
+        said = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
+        return known(str(said.options.get("distribution", JAZZY)))
+
+    def _filled(self) -> list[Any]:
+        from ...formats.controllers.write import filled
+
+        return filled(self.robot, self._distribution())
+
+    def _control(self, main: str) -> dict[str, Any]:
+        from ...formats.controllers.write import remaps
+
+        output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
+        every = sorted(self._filled(), key=lambda one: one.type != _FIRST)
+        found = remaps(self.robot, output)
+        return {
+            "humble": self._distribution() == HUMBLE,
+            "control_namespace": str(output.options.get("namespace", "")).strip("/"),
+            "spawned": [Spawned(one.controller.name, tuple(found.get(one.controller.name, ()))) for one in every],
+            "own_description": self.places[_URDF] != main,
+        }
+
+    def _moveit(self) -> dict[str, Any]:
+        from ...formats.srdf.planning import Planning, urdf_of
+
+        urdf = urdf_of(self.robot)
+        if urdf is None:  # then there is no SRDF either
+            return {"solved": [], "limited": [], "moved": []}
+        planning = Planning(self.robot, urdf)
+        return {
+            "solved": [group.name for group in planning.groups.values() if _is_chain(planning, group.name)],
+            "limited": list(_limits(planning)),
+            "moved": list(self._moved(planning)),
+        }
+
+    def _moved(self, planning: Planning) -> Iterator[tuple[str, str, str, list[str]]]:
+        """Yield the controllers that MoveIt may ask: name, type and name of the action, joints."""
+        if _CONTROLLERS not in self.outputs:
+            return
+        for one in self._filled():
+            joints = one.values.get("joints") or [one.values.get("joint", "")]
+            if one.type in _ACTIONS and all(name in planning.joints for name in joints):
+                yield one.controller.name, *_ACTIONS[one.type], list(joints)
+
+
+def _is_chain(planning: Planning, name: str) -> bool:
+    """Say whether the joints that move in a group are one behind the other: what a solver of positions wants."""
+    names = planning.active(planning.groups[name])
+    if not names:
+        return False
+    last = planning.joints[names[-1]].child
+    return {*names} <= {joint.name for joint in planning.chain(last)}
+
+
+def _limits(planning: Planning) -> Iterator[tuple[str, float]]:
+    """Yield the joints that groups move with their limits of velocity (rad/s or m/s), where one is known."""
+    names = {name for group in planning.groups.values() for name in planning.active(group)}
+    for name, joint in planning.joints.items():
+        most = joint.limit.known("velocity") if name in names and joint.limit is not None else None
+        if most:
+            yield name, most
+
+
+def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
+    """Return what a package starts, and what is wrong where no output is for it; ``placed`` are artifacts by place."""
+    places: dict[str, str] = {}
+    outputs: dict[str, str] = {}
+    control = {output.name for output in robot.outputs if output.options.get(CONTROL)}
+    for place, artifact in placed.items():
+        if artifact.backend != _URDF or artifact.output in control:
+            places.setdefault(artifact.backend, place)
+            outputs.setdefault(artifact.backend, artifact.output)
+    if MOVEIT in starts and _SRDF in outputs:
+        places["moveit_urdf"] = _urdf_of_moveit(robot, placed)
+    ekf = _node_of(placed[places[_EKF]].text) if _EKF in places else ""
+    made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)
+    missing = next((_missing(word, outputs) for word in made.starts if _missing(word, outputs)), "")
+    if not missing:
+        return made, None
+    word = next(word for word in made.starts if _missing(word, outputs))
+    return made, error("package-start", f"--{word} is for {_ABOUT[word]}: no output has {missing}", None, _HELP[word])
+
+
+_HELP = {
+    CONTROL: "add under outputs: a URDF with `control: jazzy` or `humble`, and `controllers: {}`",
+    MOVEIT: "add `srdf: {}` under outputs",
+    NAV2: "add `nav2: {}` or `robot_localization: {}` under outputs",
+}
+
+
+def _missing(word: str, outputs: Mapping[str, str]) -> str:
+    if word == CONTROL:
+        missing = [
+            what for key, what in ((_URDF, "the hardware"), (_CONTROLLERS, "the controllers")) if key not in outputs
+        ]
+        return " and ".join(missing)
+    if word == MOVEIT:
+        return "" if _SRDF in outputs else "an SRDF"
+    return "" if outputs.keys() & {_NAV2, _EKF} else "their parameters"
+
+
+def _urdf_of_moveit(robot: Robot, placed: Mapping[str, Artifact]) -> str:
+    """Return the place of the URDF that the SRDF belongs to."""
+    from ...formats.srdf.planning import urdf_of
+
+    urdf = urdf_of(robot)
+    found = (place for place, one in placed.items() if urdf is not None and one.output == urdf.name)
+    return next(found, "")
+
+
+def _node_of(text: str) -> str:
+    """Return the name of the node that a parameter file is for."""
+    import yaml
+
+    return str(next(iter(yaml.safe_load(text)))).rpartition("/")[2]

@@ -16,6 +16,7 @@ import sys
 import xml.etree.ElementTree as ET
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -28,7 +29,7 @@ from rosorin_compile.model import Pose
 
 @dataclass
 class Started:
-    """A node that is started: package, executable, name, namespace, arguments, parameters."""
+    """A node that is started: package, executable, name, namespace, arguments, parameters, remaps, parameter files."""
 
     package: str
     executable: str
@@ -36,6 +37,8 @@ class Started:
     arguments: list[str] = field(default_factory=list)
     parameters: dict[str, Any] = field(default_factory=dict)
     namespace: str = ""
+    remaps: list[tuple[str, str]] = field(default_factory=list)
+    files: list[str] = field(default_factory=list)
 
 
 class Declared(NamedTuple):
@@ -266,27 +269,84 @@ class Node:
         *,
         package: Any,
         executable: Any,
-        name: Any,
+        name: Any = "",
         namespace: Any = "",
         arguments: Any = (),
         parameters: Any = (),
+        remappings: Sequence[tuple[Any, Any]] = (),
+        output: str = "log",
         condition: IfCondition | None = None,
     ) -> None:
         assert all(isinstance(argument, str | list | Substitution) for argument in arguments)
+        assert output in ("log", "screen", "both")
+        self.remaps = remappings
         self.words, self.arguments = (package, executable, name, namespace), arguments
         self.parameters, self.condition = parameters, condition
 
     def execute(self, context: Context) -> None:
         package, executable, name, namespace = (performed(word, context) for word in self.words)
         arguments = [performed(argument, context) for argument in self.arguments]
-        merged = {key: value for one in self.parameters for key, value in one.items()}
+        merged = {key: value for one in self.parameters if isinstance(one, dict) for key, value in one.items()}
         values = {key: _parameter(value, context) for key, value in merged.items()}
-        context.launch.nodes.append(Started(package, executable, name, arguments, values, namespace))
+        files = [performed(one, context) for one in self.parameters if not isinstance(one, dict)]
+        assert all(Path(file).is_file() for file in files), f"no such file: {files}"
+        remaps = [(performed(old, context), performed(new, context)) for old, new in self.remaps]
+        started = Started(package, executable, name, arguments, values, namespace, remaps, files)
+        context.launch.nodes.append(started)
 
 
 def _parameter(value: Any, context: Context) -> Any:
     """Return a parameter as the node gets it: what is no ParameterValue is read as YAML."""
+    if isinstance(value, bool | int | float | list | dict):
+        return value
     return value.read(context) if isinstance(value, ParameterValue) else yaml.safe_load(performed(value, context))
+
+
+class MoveItConfigsBuilder:
+    """Reads files of a package as ``moveit_configs_utils`` does: each has to be there, and be what it is taken for."""
+
+    def __init__(self, robot_name: str, *, package_name: str, context: Context) -> None:
+        self.share, self.read = context.shares[package_name], dict[str, Any](name=robot_name)
+
+    def _text(self, file_path: str) -> str:
+        return (self.share / file_path).read_text("utf-8")
+
+    def _loaded(self, key: str, file_path: str) -> MoveItConfigsBuilder:
+        loaded = yaml.safe_load(self._text(file_path))
+        assert isinstance(loaded, dict)
+        return self._with(key, loaded)
+
+    def _with(self, key: str, value: Any) -> MoveItConfigsBuilder:
+        self.read[key] = value
+        return self
+
+    def robot_description(self, *, file_path: str) -> MoveItConfigsBuilder:
+        ET.fromstring(self._text(file_path))
+        return self._with("robot_description", {"robot_description": self._text(file_path)})
+
+    def robot_description_semantic(self, *, file_path: str) -> MoveItConfigsBuilder:
+        ET.fromstring(self._text(file_path))
+        return self._with("semantic", {"robot_description_semantic": self._text(file_path)})
+
+    def robot_description_kinematics(self, *, file_path: str) -> MoveItConfigsBuilder:
+        return self._loaded("robot_description_kinematics", file_path)
+
+    def joint_limits(self, *, file_path: str) -> MoveItConfigsBuilder:
+        return self._loaded("robot_description_planning", file_path)
+
+    def trajectory_execution(self, *, file_path: str) -> MoveItConfigsBuilder:
+        return self._loaded("trajectory_execution", file_path)
+
+    def planning_pipelines(self, *, pipelines: list[str]) -> MoveItConfigsBuilder:
+        return self._with("planning_pipelines", {"planning_pipelines": pipelines})
+
+    def to_moveit_configs(self) -> MoveItConfigsBuilder:
+        return self
+
+    def to_dict(self) -> dict[str, Any]:
+        named = {key: self.read[key] for key in ("robot_description_kinematics", "robot_description_planning")}
+        flat = ("robot_description", "semantic", "trajectory_execution", "planning_pipelines")
+        return {**named, **{key: value for one in flat for key, value in dict(self.read[one]).items()}}
 
 
 def _python(text: str, path: Path, context: Context) -> list[Any]:
@@ -303,6 +363,7 @@ def _python(text: str, path: Path, context: Context) -> list[Any]:
         "launch_ros": {},
         "launch_ros.actions": {"Node": Node},
         "launch_ros.parameter_descriptions": {"ParameterValue": ParameterValue},
+        "moveit_configs_utils": {"MoveItConfigsBuilder": partial(MoveItConfigsBuilder, context=context)},
     }
     with pytest.MonkeyPatch.context() as patch:
         for module, names in offered.items():

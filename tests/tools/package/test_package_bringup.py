@@ -1,0 +1,164 @@
+"""Packages that start more than the publishers: controllers, MoveIt, navigation."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rosorin_compile.cli import main
+from support.launch import Started, read
+from support.packages import names_in, written
+from support.paths import ROOT
+
+NAME = "rosorin_description"
+
+
+def nodes_of(package: Path, file: str, name: str = NAME, **given: str) -> list[Started]:
+    return read(package / "launch" / file, {name: package}, **given).nodes
+
+
+def spawned(nodes: list[Started]) -> list[str]:
+    return [node.arguments[0] for node in nodes if node.executable == "spawner"]
+
+
+def test_controllers_are_started_with_the_hardware_of_their_own_urdf(tmp_path: Path) -> None:
+    package = written(tmp_path, "--control")
+    nodes = nodes_of(package, "control.launch.py", use_sim_time="true")
+    hardware, manager, *spawners = nodes
+    assert "<ros2_control" in hardware.parameters["robot_description"]
+    assert "front_left_wheel_joint" in hardware.parameters["robot_description"]
+    # Its frames are published by nobody: those of the robot come from the URDF without wheels.
+    assert {old for old, _ in hardware.remaps} == {"robot_description", "/tf", "/tf_static"}
+    assert not {new for _, new in hardware.remaps} & {"robot_description", "/tf", "/tf_static"}
+    assert manager.executable == "ros2_control_node"
+    assert manager.remaps == [("robot_description", "control_description")]
+    assert [Path(file).name for file in manager.files] == ["controllers.yaml"]
+    assert spawned(spawners) == [
+        "joint_state_broadcaster",
+        "arm_controller",
+        "gripper_controller",
+        "mecanum_drive_controller",
+    ]
+    assert all(node.parameters.get("use_sim_time", True) is True for node in nodes)
+
+
+def test_moveit_is_started_with_what_it_wants(tmp_path: Path) -> None:
+    package = written(tmp_path, "--control", "--moveit")
+    (node,) = nodes_of(package, "moveit.launch.py")
+    assert (node.package, node.executable) == ("moveit_ros_move_group", "move_group")
+    links = {one.get("name") for one in ET.fromstring(node.parameters["robot_description"]).iter("link")}
+    semantic = ET.fromstring(node.parameters["robot_description_semantic"])
+    assert {one.get("tip_link") for one in semantic.iter("chain")} <= links
+    assert list(node.parameters["robot_description_kinematics"]) == ["arm"]
+    limits = node.parameters["robot_description_planning"]["joint_limits"]
+    assert {name: one["max_velocity"] for name, one in limits.items()} == {f"joint{i}": 1.0 for i in range(1, 6)}
+    moved = node.parameters["moveit_simple_controller_manager"]
+    assert moved["controller_names"] == ["arm_controller"]
+    assert moved["arm_controller"]["joints"] == [f"joint{i}" for i in range(1, 6)]
+
+
+def test_one_launch_file_starts_all(tmp_path: Path) -> None:
+    package = written(tmp_path, "--control", "--moveit")
+    nodes = nodes_of(package, "bringup.launch.py", use_sim_time="true")
+    apart = [
+        node
+        for file in ("description.launch.py", "control.launch.py", "moveit.launch.py")
+        for node in nodes_of(package, file, use_sim_time="true")
+    ]
+    assert nodes == apart
+    needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
+    assert {node.package for node in nodes} <= needs
+    types = yaml.safe_load((package / "config/controllers.yaml").read_text("utf-8"))["controller_manager"]
+    assert "mecanum_drive_controller" in needs
+    assert len(types["ros__parameters"]) == 5
+
+
+def test_what_was_asked_once_holds_until_it_is_taken_back(tmp_path: Path) -> None:
+    package = written(tmp_path, "--control", "--moveit")
+    before = names_in(package)
+    assert written(tmp_path) == package
+    assert names_in(package) == before
+    written(tmp_path, "--no-moveit")
+    assert "launch/moveit.launch.py" not in (package / "README.md").read_text("utf-8")
+    assert "moveit" not in (package / "package.xml").read_text("utf-8")
+    assert "control.launch.py" in (package / "launch/bringup.launch.py").read_text("utf-8")
+
+
+MECANUM = """\
+rosorin_compile: 1
+robot: cart
+links:
+  base_link: {collision: [{box: {size: [0.4, 0.3, 0.1]}, xyz: [0, 0, 0.1]}]}
+  "${name}_wheel":
+    for: {name: [front_left, front_right, rear_left, rear_right]}
+    inertial: {mass: 1, of: [{cylinder: {radius: 0.1, length: 0.05}}]}
+    collision: [{cylinder: {radius: 0.1, length: 0.05}, rpy: [90 deg, 0, 0]}]
+joints:
+  "${name}":
+    for: {"name, x, y": [[front_left, 1, 1], [front_right, 1, -1], [rear_left, -1, 1], [rear_right, -1, -1]]}
+    type: continuous
+    parent: base_link
+    child: ${name}_wheel
+    xyz: ["${0.2 * x}", "${0.2 * y}", 0]
+    axis: [0, 1, 0]
+drive:
+  mecanum: {front_left: front_left, front_right: front_right, rear_left: rear_left, rear_right: rear_right}
+publishers: {drive_controller: {package: controller_manager}}
+edges: [{parent: odom, child: base_link, publisher: drive_controller}]
+control:
+  base:
+    plugin: mock_components/GenericSystem
+    joints: {"${n}": {for: {n: [front_left, front_right, rear_left, rear_right]}, command: velocity, state: velocity}}
+controllers: {drive_controller: {type: mecanum_drive}}
+outputs:
+  urdf: {file: cart.urdf, control: DISTRIBUTION}
+  controllers: {file: controllers.yaml, distribution: DISTRIBUTION, namespace: NAMESPACE}
+"""
+
+
+def cart(folder: Path, distribution: str, namespace: str) -> Path:
+    """Write the package of a mecanum base whose controller owns the odometry, and return it."""
+    text = MECANUM.replace("DISTRIBUTION", distribution).replace("NAMESPACE", f'"{namespace}"')
+    (folder / "cart.yaml").write_text(text, "utf-8")
+    assert main(["package", str(folder / "cart.yaml"), "-o", str(folder / "cart"), "--control", "-q"]) == 0
+    return folder / "cart"
+
+
+@pytest.mark.parametrize("namespace", ["", "left"])
+@pytest.mark.parametrize("distribution", ["humble", "jazzy"])
+def test_a_controller_that_owns_the_odometry_is_remapped_to_tf(
+    tmp_path: Path, distribution: str, namespace: str
+) -> None:
+    package = cart(tmp_path, distribution, namespace)
+    manager, spawner = nodes_of(package, "control.launch.py", "cart_description")
+    inside = f"/{namespace}" if namespace else ""
+    if distribution == "humble":
+        assert ("~/robot_description", "robot_description") in manager.remaps
+        assert (f"{inside}/drive_controller/tf_odometry", "/tf") in manager.remaps
+        assert spawner.arguments == ["drive_controller"]
+    else:
+        assert manager.remaps == []
+        assert spawner.arguments[-2:] == ["--controller-ros-args", "-r ~/tf_odometry:=/tf"]
+    assert {manager.namespace, spawner.namespace} == {namespace}
+    described, *_ = nodes_of(package, "bringup.launch.py", "cart_description")
+    assert described.namespace == namespace  # the manager listens there
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("control", "--control is for the controller_manager with its controllers: no output has the hardware"),
+        ("moveit", "--moveit is for MoveIt's move_group: no output has an SRDF"),
+        ("nav2", "--nav2 is for Nav2, localisation and the filter of odometry: no output has their parameters"),
+    ],
+)
+def test_what_no_output_is_for_is_not_started(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], word: str, said: str
+) -> None:
+    robot = ROOT / "examples/unitree_a1"
+    assert main(["package", str(robot), "-o", str(tmp_path / "a1"), f"--{word}"]) == 1
+    assert f"error[package-start]: {said}" in capsys.readouterr().err
+    assert not (tmp_path / "a1").exists()

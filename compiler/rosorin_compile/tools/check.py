@@ -123,7 +123,7 @@ def _parameter_options(command: argparse.ArgumentParser) -> None:
     many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": place, "metavar": "FILE"}
     add("--parameters", **many, help="hold them against the description: who publishes which edge, frames, keys, types")
     add("--launch", **many, help="with --parameters: launch files that say remaps")
-    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with --parameters: a remap, as for ROS 2")
+    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with --parameters: a remap")
     add("--namespace", default="", metavar="NAME", help="with --parameters: the namespace that the nodes run in")
     add("--distribution", choices=("humble", "jazzy"), help="with --parameters: that of ROS 2; default: any of them")
 
@@ -336,7 +336,9 @@ def _check_parameters(options: argparse.Namespace) -> int:
 
     others = (options.physics, options.every_argument, options.deployed, options.depfile, options.html, options.hook)
     if any(others):
-        raise WrongUsage("--parameters does not go with --physics, --every-argument, --deployed, --depfile, --html, --hook")
+        raise WrongUsage(
+            "--parameters goes with none of --physics, --every-argument, --deployed, --depfile, --html, --hook"
+        )
     wanted = asked(options)
     names = given_arguments(options, options.words)[1]
     if len(names) != 1:

@@ -174,8 +174,8 @@ class _Reader:
         """Return a value, or a list of values."""
         if isinstance(event, yaml.SequenceStartEvent):
             return self.array(name, key, event)
-        value, type = self.scalar(event)
-        return Parameter(value, type, self.span(key), self.span(event))
+        value, kind = self.scalar(event)
+        return Parameter(value, kind, self.span(key), self.span(event))
 
     def array(self, name: str, key: Any, start: Any) -> Parameter:
         """Return a list; its values have one type, or no node starts."""
@@ -186,13 +186,17 @@ class _Reader:
                 break
             if not isinstance(event, (yaml.ScalarEvent, yaml.AliasEvent)):
                 what = "a list" if isinstance(event, yaml.SequenceStartEvent) else "a mapping"
-                raise self.fail(f'"{name}" holds {what} in a list, which ROS 2 refuses', event, 'write plain values, or one text in quotes: "[[x, y], ...]"')
-            value, type = self.scalar(event)
-            if first and type != first:
-                message = f'"{name}" mixes {first} and {type}: ROS 2 refuses the whole file, and no node starts'
+                raise self.fail(
+                    f'"{name}" holds {what} in a list, which ROS 2 refuses',
+                    event,
+                    'write one text in quotes: "[[x, y], ...]"',
+                )
+            value, kind = self.scalar(event)
+            if first and kind != first:
+                message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
                 way = "write every number with a point: 0.0"
-                raise self.fail(message, event, way if {first, type} == {"int", "double"} else "use one type")
-            first = type
+                raise self.fail(message, event, way if {first, kind} == {"int", "double"} else "use one type")
+            first = kind
             values.append(value)
         return Parameter(values, f"{first}_array" if first else "", self.span(key), self.span(start))
 

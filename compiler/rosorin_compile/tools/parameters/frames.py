@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 
-from ...diagnostics import Diagnostic, Related, error
+from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import quoted
 from ...rules.case import Case, suggest
@@ -29,7 +29,7 @@ RULES = (
     ),
 )
 
-BASE, ODOM, SENSOR = "base", "odom", "sensor"
+BASE, ODOM, MAP, SENSOR = "base", "odom", "map", "sensor"
 
 
 def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator[Diagnostic]:
@@ -39,13 +39,14 @@ def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator
     known = {*case.robot.frames, *(name for edge in case.robot.edges for name in (edge.parent, edge.child))}
     claimed = {claim.node.full: {claim.parent.span, claim.child.span} for claim in found if not claim.silent}
     made = {str(claim.parent.value) for claim in found if not claim.silent}
-    parts = pieces((step.parent, step.child) for step in steps)
+    published = [(str(claim.parent.value), str(claim.child.value)) for claim in found if not claim.silent]
+    parts = pieces([*((step.parent, step.child) for step in steps), *published])
     for node in nodes:
-        for key, setting in _named(node):
+        for key, name, setting in _named(node):
             own = setting.given and setting.span in claimed.get(node.full, ())
             if own and setting.value not in simulated and _is_end(node, key, found):
                 continue  # told, if it is wrong, with the edge
-            yield from _frame(case, node, key, setting, known | made, parts, steps)
+            yield from _frame(case, node, key, name, setting, known | made, parts, steps)
 
 
 def _is_end(node: Node, key: Key, found: Sequence[Claim]) -> bool:
@@ -53,26 +54,38 @@ def _is_end(node: Node, key: Key, found: Sequence[Claim]) -> bool:
     return any(claim.node is node and not claim.silent for claim in found) and key.frame != SENSOR
 
 
-def _named(node: Node) -> Iterator[tuple[Key, Setting]]:
-    """Yield the keys of a node that name frames, with what holds: those that are given, and the defaults."""
+def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
+    """Yield the keys of a node that name frames, by their full names, with what holds, given or by default.
+
+    What a filter calls the map matters where its transform begins there, which is told with the edge.
+    """
     if node.kind is None:
         return
+    unused = MAP if node.kind.name == "ekf" else ""
     for name, parameter in node.parameters.items():
         key = node.kind.key(name)
-        if key is not None and key.frame and isinstance(parameter.value, str):
-            yield key, Setting(parameter.value, parameter.span, True)
+        if key is not None and key.frame and key.frame != unused and isinstance(parameter.value, str):
+            yield key, name, Setting(parameter.value, parameter.span, True)
     for key in node.kind.keys.values():
-        if key.frame and not key.many and key.name not in node.parameters and key.default:
-            yield key, node.setting(key.name)
+        held = key.frame and key.frame != unused and not key.many and key.default
+        if held and key.name not in node.parameters:
+            yield key, key.name, node.setting(key.name)
 
 
 def _frame(
-    case: Case, node: Node, key: Key, setting: Setting, known: set[str], parts: Sequence[set[str]], steps: Sequence[Step]
+    case: Case,
+    node: Node,
+    key: Key,
+    full: str,
+    setting: Setting,
+    known: set[str],
+    parts: Sequence[set[str]],
+    steps: Sequence[Step],
 ) -> Iterator[Diagnostic]:
     """Yield what is wrong with one name of a frame."""
     if not setting.value and key.frame == SENSOR:
         return
-    name = f'"{key.name}" of {node.shown}'
+    name = f'"{full}" of {node.shown}'
     value, assumed = str(setting.value), f" {DEFAULT}" if not setting.given else ""
     if value.startswith("/") and not (node.kind and node.kind.strips_slash):
         message = f'{name} is "{value}": tf2 refuses names of frames that begin with "/"'
@@ -106,14 +119,15 @@ def _base(
     if value in part or not moved:
         return
     related = [case.related(f"{step.parent} -> {step.child} is described here", step.path) for step in moved]
-    help = f'{key.name}: {moved[0].child}'
+    help = f"{key.name}: {moved[0].child}"
     if value in case.robot.link:
         message = f'{name} is "{value}"{assumed}, and no transform leads to it from "{odom}"'
         message += f": the odometry moves {quoted(step.child for step in moved)}"
         yield error("parameters-base", message, setting.span, help, [*related, *_unpublished(case, value)])
     else:
         message = f'{name} is "{value}"{assumed}: there is no such frame'
-        yield error("parameters-frame", message, setting.span, suggest(value, part, help), related)
+        near = did_you_mean(value, part)
+        yield error("parameters-frame", message, setting.span, near if near.startswith("did") else help, related)
 
 
 def _odometry(node: Node, steps: Sequence[Step]) -> str:
@@ -121,7 +135,7 @@ def _odometry(node: Node, steps: Sequence[Step]) -> str:
 
     That is the parent of the transform of another node that leads to the robot and hangs on no other, but for a map.
     """
-    said = [s.value for key, s in _named(node) if key.frame == ODOM]
+    said = [s.value for key, _, s in _named(node) if key.frame == ODOM]
     parents = [step.parent for step in steps if step.edge is not None]
     if said and said[0] in parents:
         return str(said[0])

@@ -105,9 +105,9 @@ def found(files: Files) -> tuple[list[Node], list[Diagnostic]]:
             kind = by_signs(merged, files.distribution)
             if kind is not None:
                 named.setdefault(f"{files.namespace.rstrip('/')}/{kind.names[0]}", []).extend(sections)
-    types = dict(_types(named, files))
-    for full, (type, parameter) in types.items():
-        told += _unknown_type(type, parameter)
+    types = dict(_types(named))
+    for full, (plugin, parameter) in types.items():
+        told += _unknown_type(plugin, parameter)
         named.setdefault(full, [])
     return [_node(full, sections, types, files) for full, sections in named.items()], told
 
@@ -132,7 +132,7 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
     return {name: value for section in sections for name, value in section.parameters.items()}
 
 
-def _types(named: Mapping[str, list[Section]], files: Files) -> Iterator[tuple[str, tuple[str, Parameter]]]:
+def _types(named: Mapping[str, list[Section]]) -> Iterator[tuple[str, tuple[str, Parameter]]]:
     """Yield the controllers that managers name: full name, type, and the parameter that says so."""
     for full, sections in named.items():
         space, _, name = full.rpartition("/")
@@ -142,20 +142,23 @@ def _types(named: Mapping[str, list[Section]], files: Files) -> Iterator[tuple[s
                 yield f"{space}/{key.removesuffix('.type')}", (parameter.value, parameter)
 
 
-def _unknown_type(type: str, parameter: Parameter) -> Iterator[Diagnostic]:
-    if type in controller_types():
+def _unknown_type(plugin: str, parameter: Parameter) -> Iterator[Diagnostic]:
+    if plugin in controller_types():
         return
-    near = did_you_mean(type, controller_types())
+    near = did_you_mean(plugin, controller_types())
     if near.startswith("did"):
-        yield error("parameters-unknown-type", f'there is no controller "{type}"', parameter.span, near)
+        yield error("parameters-unknown-type", f'there is no controller "{plugin}"', parameter.span, near)
 
 
 def _node(full: str, sections: list[Section], types: Mapping[str, tuple[str, Parameter]], files: Files) -> Node:
     parameters = _merged(sections)
     spans = [section.span for section in sections if not section.of_any] or [section.span for section in sections]
     if full in types:
-        type, says = types[full]
-        return Node(full, spans[0] if spans else says.key, controller(type, files.distribution), parameters)
+        plugin, says = types[full]
+        kind = controller(plugin, files.distribution)
+        if kind is None and plugin not in controller_types():
+            kind = controller_by_keys(parameters, files.distribution)
+        return Node(full, spans[0] if spans else says.key, kind, parameters)
     name = full.rsplit("/", 1)[-1]
     if name == MANAGER:
         return Node(full, spans[0], None, parameters)

@@ -6,12 +6,12 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Related, Span, error
+from ...diagnostics import WARNING, Diagnostic, Related, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...frontend.tree import Path
 from ...model import NODE, UNPUBLISHED, Publisher
 from ...rules.case import Case
-from .nodes import DEFAULT, Node, Setting
+from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
 from .values import world_problem
 
@@ -42,7 +42,8 @@ RULES = (
 class Claim:
     """A transform that a node publishes, or would: ``silent`` says why it does not reach tf, empty if it does.
 
-    ``deciding`` is what decides it, ``way_out`` how it would be published, ``off`` how it would not be.
+    ``deciding`` is what decides it, ``way_out`` how it would be published, ``off`` how it would not be; ``aside`` how
+    the node would publish the edge above it instead.
     """
 
     node: Node
@@ -53,6 +54,7 @@ class Claim:
     silent: str = ""
     way_out: str = ""
     off: str = ""
+    aside: str = ""
 
     @property
     def edge(self) -> str:
@@ -135,7 +137,9 @@ def _of_filter(node: Node, told: list[Diagnostic]) -> Claim | None:
     in_map = world.value == map_.value and map_.value != odom.value
     ends = (map_, odom) if in_map else (odom, base)
     because = f'"publish_tf" is {str(tf.value).lower()}{tf.how}, "world_frame" is "{world.value}"{world.how}'
-    return Claim(node, *ends, tf if tf.given else world, because, silent, "publish_tf: true", "publish_tf: false")
+    aside = "" if in_map else f"world_frame: {map_.value}"
+    deciding = tf if tf.given else world
+    return Claim(node, *ends, deciding, because, silent, "publish_tf: true", "publish_tf: false", aside)
 
 
 def _on_topic(claim: Claim, remaps: Sequence[Remap]) -> Claim:
@@ -147,8 +151,8 @@ def _on_topic(claim: Claim, remaps: Sequence[Remap]) -> Claim:
         return claim
     way_out = f"remap {full} to /tf: --remap {node.name}:{name}:=/tf, if the launch file does"
     if name == "/tf":
-        return replace(claim, silent=f"/tf is remapped to {full}", way_out="remove that remap")
-    return replace(claim, silent=f"it publishes on {full}, and nothing remaps that to /tf", way_out=way_out)
+        return replace(claim, silent=f"its /tf is remapped to {full}", way_out="remove that remap")
+    return replace(claim, silent=f"publishes on {full}, which nothing remaps to /tf", way_out=way_out)
 
 
 def declared(case: Case) -> list[Declared]:
@@ -194,17 +198,37 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         elif mine:
             explained.add(claim.node.full)
             yield _other_parent(case, claim, mine)
+        elif into and _meant(claim, every, publishers):
+            explained.add(claim.node.full)
+            yield from _other_child(case, claim, every)
         elif into:
             yield _not_its_own(case, claim, into, found, publishers)
         else:
             explained.add(claim.node.full)
             yield from _other_child(case, claim, every)
+            yield from _both(claim, found)
     for one in every:
         silent = [claim for claim in found if is_of(claim.node, one.publisher, publishers)]
         told = any(claim.node.full in explained for claim in silent)
         speaking = [claim for claim in silent if not claim.silent and claim.child.value == one.child]
         if silent and not speaking and not told and _could_be(one, silent):
             yield _nobody(case, one, silent[0])
+
+
+def _meant(claim: Claim, every: Sequence[Declared], publishers: Sequence[Publisher]) -> bool:
+    """Say whether a node owns an edge that begins where the one does that it publishes."""
+    return any(one.parent == claim.parent.value and is_of(claim.node, one.publisher, publishers) for one in every)
+
+
+def _both(claim: Claim, found: Sequence[Claim]) -> Iterator[Diagnostic]:
+    """Yield that another node publishes a frame too that the description knows nobody for."""
+    before = found[: [one is claim for one in found].index(True)]
+    other = next((one for one in before if not one.silent and one.child.value == claim.child.value), None)
+    if other is not None:
+        message = f"{other.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
+        related = [Related(f"{other.node.shown} publishes it here: {other.because}", other.deciding.span)]
+        help = f"an edge has one publisher: {other.off} in the one, or {claim.off} in the other"
+        yield error("parameters-two-owners", message, claim.deciding.span, help, related)
 
 
 def _could_be(one: Declared, silent: Sequence[Claim]) -> bool:
@@ -231,7 +255,7 @@ def _twice(case: Case, claim: Claim, found: Sequence[Claim], mine: Sequence[Decl
 
 def _other_parent(case: Case, claim: Claim, mine: Sequence[Declared]) -> Diagnostic:
     one = mine[0]
-    message = f'{claim.node.shown} publishes {claim.edge}, and by the description it is {one.parent} -> {one.child}'
+    message = f"{claim.node.shown} publishes {claim.edge}, and by the description it is {one.parent} -> {one.child}"
     related = [case.related(f"described here, of {one.who}", one.path)]
     help = f'name the frame "{one.parent}", or correct the edge'
     return error("parameters-other-edge", message, claim.parent.span, help, related)
@@ -242,15 +266,20 @@ def _not_its_own(
 ) -> Diagnostic:
     """Return that a node publishes an edge of another one."""
     one = into[0]
-    edge = "" if one.parent == claim.parent.value else f" as {one.parent} -> {one.child}"
-    message = f"{claim.node.shown} publishes {claim.edge} ({claim.because}), which is {one.who}'s{edge} by the description"
-    related = [case.related(f"{other.parent} -> {other.child} is {other.who}'s here", other.path) for other in into]
+    message = (
+        f"{claim.node.shown} publishes {claim.edge} ({claim.because}),"
+        f" and by the description {one.parent} -> {one.child} is of {one.who}"
+    )
+    related = [case.related(f"{other.parent} -> {other.child} is of {other.who} here", other.path) for other in into]
     for other in found:
         if other.node is not claim.node and any(is_of(other.node, o.publisher, publishers) for o in into):
             says = f"{other.silent}" if other.silent else other.because
             related.append(Related(f"{other.node.shown}: {says}", other.deciding.span))
-    help = f"{claim.off}"
-    if one.publisher.kind == NODE and claim.node.name != one.publisher.name:
+    help = claim.off
+    above = [other for other in declared(case) if other.child == claim.parent.value]
+    if claim.aside and any(is_of(claim.node, other.publisher, publishers) for other in above):
+        help = claim.aside
+    elif one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
     return error("parameters-two-owners", message, claim.deciding.span, help, related)
 
@@ -262,21 +291,18 @@ def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Iterato
     near = [one for one in mine if one.parent == claim.parent.value] or mine
     if near:
         one = near[0]
-        message = f"{claim.node.shown} publishes {claim.edge}, and by the description it is {one.parent} -> {one.child}"
+        said = f"{claim.edge}{claim.child.how}"
+        message = f"{claim.node.shown} publishes {said}, and by the description it is {one.parent} -> {one.child}"
         related = [case.related(f"described here, of {one.who}", one.path)]
         help = _prefixed(claim) or f'name the frame "{one.child}", or correct the edge'
-        yield error("parameters-other-edge", f"{message}{_default(claim.child)}", claim.child.span, help, related)
+        yield error("parameters-other-edge", message, claim.child.span, help, related)
         return
     message = f"{claim.node.shown} publishes {claim.edge}, an edge that the description does not have"
-    name = claim.node.name
     help = _prefixed(claim) or (
-        f"{claim.off}, or add it: edges: [{{parent: {claim.parent.value}, child: {claim.child.value}, publisher: {name}}}]"
+        f"{claim.off}, or add it to edges:"
+        f" {{parent: {claim.parent.value}, child: {claim.child.value}, publisher: {claim.node.name}}}"
     )
     yield Diagnostic("parameters-other-edge", WARNING, message, claim.deciding.span, help=help)
-
-
-def _default(setting: Setting) -> str:
-    return "" if setting.given else f" ({DEFAULT})"
 
 
 def _prefixed(claim: Claim) -> str:
@@ -285,15 +311,14 @@ def _prefixed(claim: Claim) -> str:
     if not own:
         return ""
     whose = "tf_frame_prefix" if claim.node.setting("tf_frame_prefix").value else "namespace"
-    return f'the controller writes its {whose} before its frames; tf_frame_prefix_enable: false leaves them as they are'
+    return f"the controller writes its {whose} before its frames; tf_frame_prefix_enable: false leaves them as they are"
 
 
 def _nobody(case: Case, one: Declared, claim: Claim) -> Diagnostic:
     """Return that the node that owns an edge does not publish it."""
     why = claim.silent or f"it publishes {claim.edge}"
     when = f" when {one.when}" if one.when else ""
-    message = f"nobody publishes {one.parent} -> {one.child}{when}: it is {claim.node.shown}'s, and {why}"
+    message = f"nobody publishes {one.parent} -> {one.child}{when}: {claim.node.shown} owns it, and {why}"
     related = [case.related(f"{one.who} owns it here", one.path)]
     help = claim.way_out if claim.silent else "correct its frames, or the edge"
     return error("parameters-no-owner", message, claim.deciding.span, help, related)
-

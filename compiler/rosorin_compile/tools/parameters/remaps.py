@@ -9,6 +9,7 @@ import ast
 import re
 import shlex
 from collections.abc import Iterable, Iterator, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -144,7 +145,7 @@ def _words(node: ast.expr | None, names: Mapping[str, Any]) -> list[str]:
 
 def _of_arguments(words: list[str], node: str) -> Iterator[Remap]:
     """Yield the remaps of a command line: -r FROM:=TO, also within the text behind --controller-ros-args."""
-    for flag, word in zip(words, words[1:], strict=False):
+    for flag, word in pairwise(words):
         if flag in _FLAGS and (remap := of_word(word)) is not None:
             yield remap if remap.node else remap._replace(node=node)
         elif flag == "--controller-ros-args":
@@ -173,7 +174,7 @@ def _xml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
 
 def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
     from ...frontend.load import LoadError, parse_yaml
-    from ...frontend.tree import locate
+    from ...frontend.tree import Map, locate
 
     try:
         tree = parse_yaml(source)
@@ -186,7 +187,7 @@ def _yaml(source: Source) -> tuple[list[Remap], list[Diagnostic]]:
         if not isinstance(node, dict):
             continue
         remaps = node.get("remap")
-        pairs = [one for one in remaps if isinstance(one, dict)] if isinstance(remaps, list) else []
+        pairs = [one for one in remaps if isinstance(one, Map)] if isinstance(remaps, list) else []
         rows = [(str(one.get("from", "")), str(one.get("to", "")), locate(one, ()).span) for one in pairs]
         _take(str(node.get("name") or node.get("exec", "")), rows, str(node.get("args", "")), found, told)
     return found, told

@@ -1,4 +1,4 @@
-"""What is known of nodes: their keys, types and defaults, from ``schemas/ros2_nodes.json`` and ``ros2_controllers.json``.
+"""What is known of nodes: their keys, types and defaults, as ``ros2_nodes.json`` and ``ros2_controllers.json`` have it.
 
 The ``about`` of each file says what its fields mean, and where its facts are from.
 """
@@ -110,27 +110,29 @@ def _key(name: str, entry: Mapping[str, Any], distribution: str) -> Key:
     return Key(name, entry["type"], entry.get("default"), entry.get("frame", ""), tuple(lengths), one_of, only)
 
 
-def controller(type: str, distribution: str) -> Kind | None:
+def controller(plugin: str, distribution: str) -> Kind | None:
     """Return what is known of a type of controller; None for one without a table.
 
     Without a distribution it has the keys of all of them.
     """
     tables = {one: _data("ros2_controllers")[one] for one in DISTRIBUTIONS}
-    having = [one for one in DISTRIBUTIONS if type in tables[one] and type in tables[one]["plugins"]]
+    having = [one for one in DISTRIBUTIONS if plugin in tables[one] and plugin in tables[one]["plugins"]]
     chosen = [one for one in having if one == distribution] or having
     if not chosen:
         return None
     found: dict[str, Key] = {}
     for one in (*having, *chosen):  # the types and defaults of the chosen one win
-        for name, entry in (tables[one]["every_controller"] | tables[one][type]).items():
-            only = tuple(other for other in having if name in tables[other]["every_controller"] | tables[other][type])
-            frame = _controller_frame(type, name)
+        for name, entry in (tables[one]["every_controller"] | tables[one][plugin]).items():
+            only = tuple(other for other in having if name in tables[other]["every_controller"] | tables[other][plugin])
+            frame = _controller_frame(plugin, name)
             found[name] = Key(name, entry["type"], entry.get("default"), frame, _lengths(entry), (), only)
-    package = tables[chosen[0]]["plugins"][type]["package"]
-    odometry = _data("ros2_nodes")["controllers"]["odometry"].get(type, "")
+    package = tables[chosen[0]]["plugins"][plugin]["package"]
+    odometry = _data("ros2_nodes")["controllers"]["odometry"].get(plugin, "")
     # update_rate is of every controller; so is the type, which may stand at the controller itself.
     found.setdefault("type", Key("type", "string"))
-    return Kind(type, (package, *_OF_CONTROLLERS), found, True, (), (), False, True, odometry, _ODOMETRY if odometry else {})
+    packages = (package, *_OF_CONTROLLERS)
+    transform = _ODOMETRY if odometry else {}
+    return Kind(plugin, packages, found, complete=True, controller=True, odometry=odometry, transform=transform)
 
 
 # The packages that a description may name for a controller: that which starts it is as good as its own.
@@ -140,8 +142,8 @@ _OF_CONTROLLERS = ("ros2_controllers", "ros2_control", "controller_manager")
 _ODOMETRY = {"parent": "odom_frame_id", "child": "base_frame_id", "switch": "enable_odom_tf"}
 
 
-def _controller_frame(type: str, key: str) -> str:
-    by_type = _data("ros2_nodes")["controllers"]["frame_ids"].get(type, "")
+def _controller_frame(plugin: str, key: str) -> str:
+    by_type = _data("ros2_nodes")["controllers"]["frame_ids"].get(plugin, "")
     return "sensor" if key == by_type else {"odom_frame_id": "odom", "base_frame_id": "base"}.get(key, "")
 
 
@@ -152,7 +154,7 @@ def _lengths(entry: Mapping[str, Any]) -> tuple[int, ...]:
 
 def controller_types() -> set[str]:
     """Return every type of controller that is known by name, with a table or without."""
-    return {type for one in DISTRIBUTIONS for type in _data("ros2_controllers")[one]["plugins"]}
+    return {plugin for one in DISTRIBUTIONS for plugin in _data("ros2_controllers")[one]["plugins"]}
 
 
 def by_signs(keys: Mapping[str, object], distribution: str) -> Kind | None:
@@ -169,8 +171,8 @@ def controller_by_keys(keys: Mapping[str, object], distribution: str) -> Kind | 
     """Return the controller of a drive that knows most of some keys, where they are those of one."""
     if _ODOMETRY["switch"] not in keys:
         return None
-    types = _data("ros2_nodes")["controllers"]["odometry"]
-    known = [kind for type in types if (kind := controller(type, distribution)) is not None]
+    drives = _data("ros2_nodes")["controllers"]["odometry"]
+    known = [kind for plugin in drives if (kind := controller(plugin, distribution)) is not None]
     return max(known, key=lambda kind: sum(kind.key(name) is not None for name in keys))
 
 

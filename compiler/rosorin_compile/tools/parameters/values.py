@@ -1,4 +1,4 @@
-"""The keys and values of nodes against what is known of them: unknown keys, types, lengths, gaps in the EKF's inputs."""
+"""The keys and values of nodes against what is known of them: keys, types, lengths, gaps in the inputs of the EKF."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import listed, quoted
 from .files import Parameter
 from .nodes import Node
-from .tables import ANY_BELOW, ANY_NODE, Key, every
+from .tables import ANY_BELOW, ANY_NODE, Key, Kind, every
 
 RULES = (
     Rule(
@@ -58,7 +58,8 @@ def check(node: Node, distribution: str) -> Iterator[Diagnostic]:
         elif distribution and distribution not in known.only:
             having = listed(one.capitalize() for one in known.only)
             message = f'{node.shown} of {distribution.capitalize()} has no key "{name}"; {having} knows it'
-            yield error("parameters-unknown-key", message, parameter.key, _near(node, name, distribution) or "remove it")
+            help = _near(node.kind, node, name, distribution) or "remove it"
+            yield error("parameters-unknown-key", message, parameter.key, help)
         else:
             yield from _value(node, known, name, parameter)
     if node.kind.name == "ekf":
@@ -70,7 +71,7 @@ def _unknown(node: Node, name: str, parameter: Parameter, distribution: str) -> 
     """Yield that a key is unknown, where that can be said."""
     if node.kind is None or name in ANY_NODE or name.startswith(ANY_BELOW):
         return
-    near = _near(node, name, distribution)
+    near = _near(node.kind, node, name, distribution)
     if node.kind.complete:
         message = f'{node.shown} has no key "{name}": it is accepted in silence, and does nothing'
         yield error("parameters-unknown-key", message, parameter.key, near or "remove it")
@@ -79,19 +80,18 @@ def _unknown(node: Node, name: str, parameter: Parameter, distribution: str) -> 
         yield Diagnostic("parameters-unknown-key", WARNING, message, parameter.key, help=near)
 
 
-def _near(node: Node, name: str, distribution: str) -> str:
+def _near(kind: Kind, node: Node, name: str, distribution: str) -> str:
     """Return "did you mean" for a key; of a node of which only some keys are known, only for one that is misspelt."""
-    assert node.kind is not None
-    names = {key.name for key in every(node.kind, distribution) if not key.many}
-    names -= set() if node.kind.complete else {*node.parameters}
+    names = {key.name for key in every(kind, distribution) if not key.many}
+    names -= set() if kind.complete else {*node.parameters}
     numbers = [one.group(2) for key in node.parameters if (one := _INPUT.match(key))]
     names |= {
         key.name.replace("<n>", number)
-        for key in every(node.kind, distribution)
+        for key in every(kind, distribution)
         for number in dict.fromkeys(numbers)
         if "<n>" in key.name
     }
-    if node.kind.complete:
+    if kind.complete:
         near = did_you_mean(name, names)
         return near if near.startswith("did") else ""
     close = nearest(name, names)
@@ -109,12 +109,9 @@ def _is_misspelt(name: str, close: str) -> bool:
 def _value(node: Node, key: Key, name: str, parameter: Parameter) -> Iterator[Diagnostic]:
     """Yield what is wrong with a value of a known key."""
     if not _fits(parameter, key.type):
-        yield error(
-            "parameters-wrong-type",
-            f'"{name}" of {node.shown} is {_what(parameter)}, and has to be {_wanted(key.type)}: the node does not start',
-            parameter.span,
-            _as_type(parameter, key.type),
-        )
+        has = f"is {_what(parameter)}, and has to be {_wanted(key.type)}"
+        message = f'"{name}" of {node.shown} {has}: the node does not start'
+        yield error("parameters-wrong-type", message, parameter.span, _as_type(parameter, key.type))
         return
     if key.lengths and isinstance(parameter.value, list) and len(parameter.value) not in key.lengths:
         wanted = " or ".join(map(str, key.lengths))
@@ -130,7 +127,8 @@ def _value(node: Node, key: Key, name: str, parameter: Parameter) -> Iterator[Di
 def _order(name: str, key: Key) -> str:
     if key.type == "bool_array" and key.lengths == (STATES,):
         return "x y z, roll pitch yaw, vx vy vz, vroll vpitch vyaw, ax ay az"
-    return f"write {' or '.join(map(str, key.lengths))} of them" + (", row by row" if name.endswith("covariance") else "")
+    rows = ", row by row" if name.endswith("covariance") else ""
+    return f"write {' or '.join(map(str, key.lengths))} of them{rows}"
 
 
 def _fits(parameter: Parameter, types: str) -> bool:
@@ -153,8 +151,8 @@ def _what(parameter: Parameter) -> str:
 
 
 def _wanted(types: str) -> str:
-    def one(type: str) -> str:
-        base, _, many = type.partition("_")
+    def one(kind: str) -> str:
+        base, _, many = kind.partition("_")
         return f"a list of {_MANY[base]}" if many else _WORDS[base]
 
     return " or ".join(map(one, types.split(" or ")))
@@ -172,7 +170,7 @@ def _as_type(parameter: Parameter, types: str) -> str:
         return "write it without quotes"
     if types == "string" and parameter.type.endswith("_array"):
         return 'write the whole in quotes, as one text: "[[x, y], ...]"'
-    return f'write {"[...]" if "array" in types else "the value in quotes" if types == "string" else types}'
+    return f"write {'[...]' if 'array' in types else 'the value in quotes' if types == 'string' else types}"
 
 
 _POINT = re.compile(r"\[\s*([^\[\],\s]+)[\s,]+([^\[\],\s]+)\s*\]")
@@ -186,7 +184,7 @@ def _footprint(node: Node, parameter: Parameter) -> Iterator[Diagnostic]:
     if text.strip() in ("", "[]") or (len(points) > 2 and not rest and text.strip()[:1] == "["):
         return
     message = f'"footprint" of {node.shown} is no polygon: the costmap goes on with robot_radius'
-    yield error("parameters-wrong-value", message, parameter.span, 'write three points or more: "[[x, y], [x, y], ...]"')
+    yield error("parameters-wrong-value", message, parameter.span, 'write three points or more: "[[x, y], ...]"')
 
 
 def _inputs(node: Node) -> Iterator[Diagnostic]:
@@ -235,6 +233,5 @@ def world_problem(node: Node, worlds: tuple[str, str]) -> Diagnostic | None:
     if not world.given or world.value in worlds:
         return None
     message = f'"world_frame" of {node.shown} is "{world.value}", neither its odom_frame nor its map_frame'
-    return error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, did_you_mean(world.value, worlds))
-
-
+    help = did_you_mean(str(world.value), worlds)
+    return error("parameters-wrong-value", f"{message}: it publishes nothing", world.span, help)

@@ -68,15 +68,15 @@ def reach(robot: Robot, positions: Mapping[str, float], purpose: str = "collisio
                 meshes += 1
                 continue
             for axis, direction in enumerate(_AXES):
-                lower[axis] = min(lower[axis], -_along(solid, there, (-direction[0], -direction[1], -direction[2])))
-                upper[axis] = max(upper[axis], _along(solid, there, direction))
+                lower[axis] = min(lower[axis], -along(solid, there, (-direction[0], -direction[1], -direction[2])))
+                upper[axis] = max(upper[axis], along(solid, there, direction))
     if lower[0] > upper[0]:
         return Reach(None, meshes)
     (a, b, c), (d, e, f) = lower, upper
     return Reach(Bounds((a, b, c), (d, e, f)), meshes)
 
 
-def _along(solid: Shape, place: Transform, direction: Vector) -> float:
+def along(solid: Shape, place: Transform, direction: Vector) -> float:
     """Return how far a solid reaches along a unit vector (m); ``place`` is that of its link."""
     there = place.then(solid.pose.transform())
     inside = there.inverse().rotate(direction)

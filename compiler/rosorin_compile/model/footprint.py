@@ -106,7 +106,7 @@ def padded(points: Sequence[Point], padding: float) -> list[Point]:
 
 
 def outside(placed: Sequence[Placed], points: Sequence[Point]) -> tuple[float, str]:
-    """Return how far a robot reaches out of the hull of some points (m, zero if it does not), and the link that does."""
+    """Return how far a robot reaches out of the hull of some points (m; zero: it does not), and the link that does."""
     ring = _hull(points)
     worst, link = 0.0, ""
     for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):

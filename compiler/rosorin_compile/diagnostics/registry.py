@@ -42,6 +42,7 @@ PHYSICS = "Physics"
 ASKING = "Asking for a transform, asking for pulses"
 PACKAGES = "ROS packages"
 RECORDINGS = "Recordings"
+PARAMETERS = "Parameters of nodes"
 PLUGINS = "Plug-ins"
 
 _MARKS = (b"Rule(", b"@rule(")

@@ -94,8 +94,8 @@ def reach(
                     measured.append((cloud, solid, there))
                 continue
             for axis, direction in enumerate(_AXES):
-                lower[axis] = min(lower[axis], -_along(solid, there, _opposite(direction)))
-                upper[axis] = max(upper[axis], _along(solid, there, direction))
+                lower[axis] = min(lower[axis], -along(solid, there, _opposite(direction)))
+                upper[axis] = max(upper[axis], along(solid, there, direction))
     for axis, direction in enumerate(_AXES):
         lower[axis] = -_farthest(measured, _opposite(direction), -lower[axis])
         upper[axis] = _farthest(measured, direction, upper[axis])
@@ -130,7 +130,7 @@ def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vec
     return known
 
 
-def _along(solid: Shape, place: Transform, direction: Vector) -> float:
+def along(solid: Shape, place: Transform, direction: Vector) -> float:
     """Return how far a solid reaches along a unit vector (m); ``place`` is that of its link."""
     there = place.then(solid.pose.transform())
     inside = there.inverse().rotate(direction)

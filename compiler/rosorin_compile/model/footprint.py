@@ -1,0 +1,227 @@
+"""The footprint of a robot: a polygon in its base frame that no collision shape reaches out of, seen from above.
+
+A side of the polygon lies where the robot reaches farthest in its direction, so that it holds every shape by its
+making: the directions are those of the sides of the hull around all boxes, and sixteen more where something is round.
+Sides are given up one by one, that which costs least area first, until there are as few as asked for; those beside a
+side grow together. The corners are rounded at last, and moved outwards until nothing is lost by that.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from .geometry import Transform, Vector
+from .robot import Robot
+from .shape import MERGED, Box, Mesh, Shape
+from .standing import along
+
+Point = tuple[float, float]
+
+LEAST_CORNERS, CORNERS = 4, 12
+DIGITS = 4  # decimals of a corner (m)
+_ROUND = 16  # directions in which something round is touched
+_STEP = 10.0**-DIGITS
+_SLACK = 1e-7  # m; the numbers of a costmap have 32 bits
+_STRAIGHT = 1e-9
+_WIDEST = math.radians(175)  # between the normals of two sides that meet
+
+
+class Footprint(NamedTuple):
+    """Corners against the clock (m), the circles around the origin within and around, and how high the robot reaches.
+
+    ``lowest`` and ``highest`` (m) are along z of the base frame. ``meshes`` are the links whose meshes are not in it,
+    for their size is not known here.
+    """
+
+    corners: tuple[Point, ...]
+    inscribed: float
+    circumscribed: float
+    lowest: float
+    highest: float
+    meshes: tuple[str, ...] = ()
+
+
+class Placed(NamedTuple):
+    """A solid, and where the frame of its link is in the base frame; ``link`` is the name of that."""
+
+    solid: Shape
+    place: Transform
+    link: str
+
+    def reach(self, direction: Vector) -> float:
+        """Return how far it reaches along a unit vector of the base frame (m)."""
+        return along(self.solid, self.place, direction)
+
+
+def solids(robot: Robot, base: str, positions: Mapping[str, float]) -> tuple[list[Placed], list[str]]:
+    """Return the collision shapes in a base frame at joint positions (rad or m), and the links that have meshes."""
+    places = robot.poses_in_root(dict(positions))
+    from_base = places[base].inverse()
+    found: list[Placed] = []
+    meshes: list[str] = []
+    for name, place in places.items():
+        for shape in robot.link[name].collision:
+            if isinstance(shape.geometry, Mesh):
+                meshes.append(name)
+            else:
+                found += [Placed(solid, from_base.then(place), name) for solid in shape.solids(MERGED)]
+    return found, list(dict.fromkeys(meshes))
+
+
+def footprint(robot: Robot, base: str, positions: Mapping[str, float], corners: int = CORNERS) -> Footprint | None:
+    """Return the footprint of a robot in the plane of its base frame; None of one without collision shapes.
+
+    ``positions`` are in rad or m by joint; ``corners`` is how many there may be, four or more.
+    """
+    placed, meshes = solids(robot, base, positions)
+    if not placed:
+        return None
+    normals = _normals(placed)
+    sides = [(normal, reach(placed, normal)) for normal in normals]
+    sides = _fewer(sides, max(corners, LEAST_CORNERS))
+    points = _rounded(placed, sides)
+    lowest = -max(one.reach((0.0, 0.0, -1.0)) for one in placed)
+    highest = max(one.reach((0.0, 0.0, 1.0)) for one in placed)
+    within = min(_offset(points, index) for index in range(len(points)))
+    return Footprint(tuple(points), within, max(math.hypot(*point) for point in points), lowest, highest, tuple(meshes))
+
+
+def reach(placed: Sequence[Placed], direction: Point) -> float:
+    """Return how far some solids reach along a unit vector of the plane (m)."""
+    return max(one.reach((*direction, 0.0)) for one in placed)
+
+
+def padded(points: Sequence[Point], padding: float) -> list[Point]:
+    """Return a footprint as a costmap pads it: a corner moves by the signs of its coordinates, on an axis by none.
+
+    ros-navigation/navigation2:nav2_costmap_2d/src/footprint.cpp, padFootprint.
+    """
+
+    def sign(value: float) -> float:
+        return (value > 0) - (value < 0)
+
+    return [(x + sign(x) * padding, y + sign(y) * padding) for x, y in points]
+
+
+def outside(placed: Sequence[Placed], points: Sequence[Point]) -> tuple[float, str]:
+    """Return how far a robot reaches out of the hull of some points (m; zero: it does not), and the link that does."""
+    ring = _hull(points)
+    worst, link = 0.0, ""
+    for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
+        length = math.hypot(bx - ax, by - ay)
+        normal = ((by - ay) / length, (ax - bx) / length)
+        at = normal[0] * ax + normal[1] * ay
+        for one in placed:
+            beyond = one.reach((*normal, 0.0)) - at
+            if beyond > worst + _SLACK:
+                worst, link = beyond, one.link
+    return worst, link
+
+
+def _normals(placed: Sequence[Placed]) -> list[Point]:
+    """Return the directions of the sides, by angle: each once."""
+    boxes = [one for one in placed if isinstance(one.solid.geometry, Box)]
+    corners = [corner for one in boxes for corner in _corners(one)]
+    angles: list[float] = []
+    ring = _hull(corners)
+    if len(ring) > 2:
+        for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
+            angles.append(math.atan2(ax - bx, by - ay))
+    if len(boxes) < len(placed) or len(ring) < 3:
+        angles += [2 * math.pi * step / _ROUND for step in range(_ROUND)]
+    turns = sorted({round(angle % (2 * math.pi), 9) % round(2 * math.pi, 9) for angle in angles})
+    return [(_plain(math.cos(angle)), _plain(math.sin(angle))) for angle in turns]
+
+
+def _plain(value: float) -> float:
+    """Return a cosine without what rounding left of zero and one."""
+    near = round(value)
+    return float(near) if abs(value - near) < _STRAIGHT else value
+
+
+def _corners(one: Placed) -> list[Point]:
+    """Return the corners of a box seen from above."""
+    box = one.solid.geometry
+    assert isinstance(box, Box)  # noqa: S101 - asked by who calls
+    there = one.place.then(one.solid.pose.transform())
+    ends = zip(box.lower, box.upper, strict=True)
+    xs, ys, zs = ends
+    return [there.apply((x, y, z))[:2] for x in xs for y in ys for z in zs]
+
+
+def _hull(points: Sequence[Point]) -> list[Point]:
+    """Return the convex hull of points against the clock (A. M. Andrew, 1979)."""
+    ordered = sorted(set(points))
+
+    def half(some: Sequence[Point]) -> list[Point]:
+        ring: list[Point] = []
+        for point in some:
+            while len(ring) > 1 and _turn(ring[-2], ring[-1], point) <= _STRAIGHT * _STRAIGHT:
+                ring.pop()
+            ring.append(point)
+        return ring
+
+    if len(ordered) < 3:
+        return ordered
+    return [*half(ordered)[:-1], *half(ordered[::-1])[:-1]]
+
+
+def _turn(a: Point, b: Point, c: Point) -> float:
+    return (b[0] - a[0]) * (c[1] - a[1]) - (b[1] - a[1]) * (c[0] - a[0])
+
+
+_Side = tuple[Point, float]
+
+
+def _fewer(sides: list[_Side], most: int) -> list[_Side]:
+    """Return so many sides of those given, by angle: those without which the area grows most."""
+    left = list(sides)
+    while len(left) > most:
+        costs = [(_cost(left, index), index) for index in range(len(left))]
+        cost, index = min(costs)
+        if math.isinf(cost):
+            break
+        del left[index]
+    return left
+
+
+def _cost(sides: Sequence[_Side], index: int) -> float:
+    """Return the area that a polygon gains when a side goes (m^2); infinite if those beside it would not meet."""
+    before, own, after = (sides[(index + step) % len(sides)] for step in (-1, 0, 1))
+    angle = math.atan2(_cross(before[0], after[0]), before[0][0] * after[0][0] + before[0][1] * after[0][1])
+    if not 0 < angle < _WIDEST:
+        return math.inf
+    peak, one, other = _meet(before, after), _meet(before, own), _meet(own, after)
+    return abs(_turn(one, peak, other)) / 2
+
+
+def _cross(a: Point, b: Point) -> float:
+    return a[0] * b[1] - a[1] * b[0]
+
+
+def _meet(one: _Side, other: _Side) -> Point:
+    """Return the point in which two sides meet."""
+    (a, b), p = one
+    (c, d), q = other
+    under = a * d - b * c
+    return ((p * d - q * b) / under, (a * q - c * p) / under)
+
+
+def _rounded(placed: Sequence[Placed], sides: Sequence[_Side]) -> list[Point]:
+    """Return the corners with few decimals, as near as they can be without that a shape reaches out."""
+    grown = 0
+    while True:
+        wide = [(normal, at + grown * _STEP / 2) for normal, at in sides]
+        corners = [_meet(wide[index - 1], wide[index]) for index in range(len(wide))]
+        points = _hull([(round(x, DIGITS) + 0.0, round(y, DIGITS) + 0.0) for x, y in corners])
+        if outside(placed, points)[0] <= _SLACK:
+            return points
+        grown += 1
+
+
+def _offset(points: Sequence[Point], index: int) -> float:
+    """Return how far a side is from the origin (m); below zero if the origin is outside of it."""
+    (ax, ay), (bx, by) = points[index - 1], points[index]
+    return (ax * by - ay * bx) / math.hypot(bx - ax, by - ay)

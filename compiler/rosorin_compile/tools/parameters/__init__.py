@@ -1,0 +1,6 @@
+"""check --parameters: the parameter files of a robot's nodes, held against its description.
+
+To be read in this order: ``files`` (a parameter file as ROS 2 reads it, with places), ``tables`` (what is known of
+nodes), ``nodes`` (which nodes the files speak of, and what they are), ``values`` (keys and types), ``remaps`` (topics,
+also from launch files), ``owners`` (who publishes which edge), ``frames`` (the frames that are named), ``checking``.
+"""

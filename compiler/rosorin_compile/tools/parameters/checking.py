@@ -1,0 +1,116 @@
+"""check --parameters: what parameter files and remaps say, held against one robot."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from ...diagnostics import Diagnostic, arrange
+from ...diagnostics.wording import counted, listed
+from ...model import NODE
+from ...rules.case import Case
+from ..usage import WrongUsage
+from . import frames, owners, values
+from .files import NoParameters, Section, read_file
+from .nodes import Files, Node, found
+from .owners import is_of
+from .remaps import Remap, of_launch, of_word
+
+
+class Asked(NamedTuple):
+    """What the command line says: the files, the remaps, the namespace of the nodes, the distribution ("": any)."""
+
+    files: Sequence[Path]
+    launch: Sequence[Path]
+    remaps: Sequence[Remap]
+    namespace: str
+    distribution: str
+
+
+class Looked(NamedTuple):
+    """What was found: the diagnostics, the edges of nodes that were judged, and those whose nodes are in no file."""
+
+    diagnostics: list[Diagnostic]
+    judged: int
+    absent: list[str]
+    unknown: list[str]
+
+
+def asked(options: argparse.Namespace) -> Asked:
+    """Return what the options ask for. Raises WrongUsage."""
+    remaps = []
+    for word in options.remap:
+        remap = of_word(word)
+        if remap is None:
+            raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
+        remaps.append(remap)
+    for path in (*options.parameters, *options.launch):
+        if not Path(path).is_file():
+            raise WrongUsage(f'there is no file "{path}"')
+    files, launch = (tuple(map(Path, some)) for some in (options.parameters, options.launch))
+    return Asked(files, launch, remaps, options.namespace, options.distribution or "")
+
+
+def look(case: Case, asked: Asked) -> Looked:
+    """Hold parameter files against a robot."""
+    told: list[Diagnostic] = []
+    sections = _read(asked.files, told)
+    remaps = list(asked.remaps)
+    for path in asked.launch:
+        more, said = of_launch(path)
+        remaps += more
+        told += said
+    nodes, said = found(Files(sections, asked.namespace, asked.distribution))
+    told += said
+    for node in nodes:
+        told += values.check(node, asked.distribution)
+    claims = owners.claims(nodes, remaps, told)
+    told += owners.check(case, claims)
+    told += frames.check(case, nodes, claims)
+    judged, absent = _judged(case, nodes)
+    unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
+    return Looked(arrange(told), judged, absent, unknown)
+
+
+def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
+    read: list[list[Section]] = []
+    for path in paths:
+        try:
+            sections, said = read_file(path)
+        except NoParameters as problem:
+            told.append(problem.diagnostic)
+            continue
+        read.append(sections)
+        told += said
+    return read
+
+
+def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
+    """Return how many edges of nodes were judged, and the names of the publishers that are in no file."""
+    publishers = case.robot.publishers
+    judged, absent = 0, []
+    for edge in case.robot.edges:
+        if edge.publisher.kind != NODE:
+            continue
+        mine = [node for node in nodes if is_of(node, edge.publisher, publishers)]
+        if any(node.kind is not None for node in mine):
+            judged += 1
+        elif edge.publisher.name not in absent:
+            absent.append(edge.publisher.name)
+    return judged, absent
+
+
+def _could_publish(case: Case, node: Node) -> bool:
+    return any(is_of(node, publisher, case.robot.publishers) for publisher in case.robot.publishers)
+
+
+def summary(looked: Looked) -> str:
+    """Return what was judged, in a line."""
+    severities = [one.severity for one in looked.diagnostics]
+    told = listed(counted(severities.count(s), s) for s in ("error", "warning", "note") if s in severities)
+    line = f"{counted(looked.judged, 'edge')} of nodes held against the files: {told or 'as described'}"
+    if looked.absent:
+        line += f"; no known parameters of {listed(looked.absent)}"
+    return line

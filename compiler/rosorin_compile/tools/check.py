@@ -1,7 +1,7 @@
 """rosorin-compile check: compile each robot and compare with what is committed.
 
 With --every-argument a robot is compiled with every combination of the arguments that have a list of values, with
---parameters the parameter files of its nodes are held against it.
+--parameters or --controllers the parameter files of its nodes are held against it.
 """
 
 from __future__ import annotations
@@ -118,25 +118,36 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def _parameter_options(command: argparse.ArgumentParser) -> None:
     """Add the options about the parameter files of nodes; they stand last in the help."""
+    from ..formats.distributions import DISTRIBUTIONS
+
     group = command.add_argument_group("parameter files of the nodes of one robot; nothing is compared then")
     add = group.add_argument
     many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": place, "metavar": "FILE"}
     add("--parameters", **many, help="hold them against the description: who publishes which edge, frames, keys, types")
-    add("--launch", **many, help="with --parameters: launch files that say remaps")
-    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with --parameters: a remap")
-    add("--namespace", default="", metavar="NAME", help="with --parameters: the namespace that the nodes run in")
-    add("--distribution", choices=("humble", "jazzy"), help="with --parameters: that of ROS 2; default: any of them")
+    add("--controllers", **many, help="the same of the file of a controller_manager: it has to name controllers")
+    add("--launch", **many, help="with these: launch files that say remaps")
+    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with these: a remap")
+    add("--namespace", default="", metavar="NAME", help="with these: the namespace that the nodes run in")
+    add(
+        "--distribution",
+        choices=DISTRIBUTIONS,
+        help="with these: that of ROS 2; default: that of the outputs, else any of them",
+    )
 
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
-    for words in (options.parameters, options.launch):  # arguments of the description may stand behind files
+    for words in (
+        options.parameters,
+        options.controllers,
+        options.launch,
+    ):  # arguments of the description may stand behind files
         options.words += [word for word in words if MARK in word]
         words[:] = [word for word in words if MARK not in word]
-    if options.parameters:
+    if options.parameters or options.controllers:
         return _check_parameters(options)
     if options.launch or options.remap or options.namespace or options.distribution:
-        raise WrongUsage("--launch, --remap, --namespace and --distribution go with --parameters FILE")
+        raise WrongUsage("--launch, --remap, --namespace and --distribution go with --parameters or --controllers FILE")
     _check_depfile(options)
     if options.html is None:
         return _run(options, check_one)

@@ -10,14 +10,17 @@ from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.tree import Path
 from ...model import Output
 from ...rules.case import Case, at
-from .checking import Finding, against_robot, against_table, missing, of_type, tables_of
-from .tables import MANAGER, manager, other
+from ..parameters.checking import Finding, against_kind
+from ..parameters.tables import MANAGER, manager
+from .checking import against_robot, missing
+from .types import of_type
 from .write import Filled, asked, filled, managed
 
 RULES = (
     Rule(
         "controllers-none",
-        "A warning: an output is for the controllers of a description that has none.",
+        "A file that has to name controllers (`check --controllers`) names none. A warning: an output is for the "
+        "controllers of a description that has none.",
         "`controllers: {NAME: {type: TYPE}}`.",
         CONTROL,
     ),
@@ -32,9 +35,7 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, ("outputs", output.name), help, severity=WARNING, key=True)
     values = managed(output, distribution)
-    for found in against_table(
-        f"the {MANAGER}", manager(distribution), manager(other(distribution)), values, distribution
-    ):
+    for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
     if not all(name in case.robot.joint for name in _of_drive(case)):
         return  # which is told of the drive
@@ -56,10 +57,10 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     if wrong is not None:
         yield wrong
     yield from _named(case, one)
-    own, its = tables_of(controller.type, distribution)
     said = {key: one.values[key] for key in controller.params}
-    yield from against_table(name, own, its, {**_lists(one.values), **said}, distribution)
-    yield from missing(name, own, one.values, one.known.why_not)
+    if one.kind is not None:
+        yield from against_kind(name, one.kind, {**_lists(one.values), **said})
+    yield from missing(name, one.kind, one.values, one.known.why_not)
     yield from against_robot(name, one.type, said, one.known, case.robot, WARNING)
 
 

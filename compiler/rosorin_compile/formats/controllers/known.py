@@ -1,7 +1,7 @@
 """What a robot knows of the parameters of its controllers: joints, sizes of its drive, frames, limits.
 
 Who drives on the ground is asked by ``drive``: joints by their roles, radius and places of the wheels
-(``model.driving``). Names of parameters: ``tables``.
+(``model.driving``). Names of parameters: ``formats.parameters``.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from ...model import NODE, Robot
 from ...model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY, Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
-from .tables import SHORT
+from .types import SHORT
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9

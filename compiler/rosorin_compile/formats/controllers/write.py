@@ -16,11 +16,11 @@ from ...model import Output, Robot
 from ...model.control import Controller
 from ..distributions import HUMBLE, JAZZY, title
 from ..distributions import known as known_distribution
+from ..parameters.tables import MANAGER, Kind, controller, manager
+from ..parameters.values import converted, written
 from ..templating import BUILTIN, Templates
-from .checking import written
 from .known import BESIDE_TF, Known, known
-from .tables import MANAGER, Table, full, manager, table
-from .values import converted
+from .types import full
 
 RULES = (
     Rule(
@@ -49,7 +49,7 @@ class Filled(NamedTuple):
     type: str
     values: Mapping[str, Any]
     known: Known
-    table: Table | None
+    kind: Kind | None
 
 
 def asked(output: Output) -> str:
@@ -62,7 +62,7 @@ def filled(robot: Robot, distribution: str) -> list[Filled]:
     made = []
     for one in robot.controllers:
         kind = full(one.type)
-        found, knows = table(distribution, kind), known(robot, one, kind)
+        found, knows = controller(kind, distribution), known(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}
         values |= one.params
         made.append(Filled(one, kind, {key: _typed(found, key, value) for key, value in values.items()}, knows, found))
@@ -78,8 +78,8 @@ def managed(output: Output, distribution: str) -> dict[str, Any]:
     return {key: _typed(manager(distribution), key, value) for key, value in values.items()}
 
 
-def _typed(found: Table | None, key: str, value: Any) -> Any:
-    entry = found.find(key) if found is not None else None
+def _typed(found: Kind | None, key: str, value: Any) -> Any:
+    entry = found.key(key) if found is not None else None
     if entry is not None:
         return converted(value, entry.type)
     return list(value) if isinstance(value, tuple) else value

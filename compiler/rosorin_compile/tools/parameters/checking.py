@@ -7,22 +7,25 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ...diagnostics import Diagnostic, arrange
+from ...diagnostics import Diagnostic, arrange, has_errors
 from ...diagnostics.wording import counted, listed
 from ...model import NODE
 from ...rules.case import Case
 from ..usage import WrongUsage
-from . import frames, owners, values
+from . import controllers, frames, owners, values
 from .files import NoParameters, Section, read_file
 from .nodes import Files, Node, found
-from .owners import is_of
 from .remaps import Remap, of_launch, of_word
 
 
 class Asked(NamedTuple):
-    """What the command line says: the files, the remaps, the namespace of the nodes, the distribution ("": any)."""
+    """What the command line says: the files, the remaps, the namespace of the nodes, the distribution ("": any).
+
+    ``controllers`` are those of the files that have to have some.
+    """
 
     files: Sequence[Path]
+    controllers: Sequence[Path]
     launch: Sequence[Path]
     remaps: Sequence[Remap]
     namespace: str
@@ -46,11 +49,11 @@ def asked(options: argparse.Namespace) -> Asked:
         if remap is None:
             raise WrongUsage(f'"{word}" is no remap: write NODE:FROM:=TO, as in controller:~/tf_odometry:=/tf')
         remaps.append(remap)
-    for path in (*options.parameters, *options.launch):
+    for path in (*options.parameters, *options.controllers, *options.launch):
         if not Path(path).is_file():
             raise WrongUsage(f'there is no file "{path}"')
-    files, launch = (tuple(map(Path, some)) for some in (options.parameters, options.launch))
-    return Asked(files, launch, remaps, options.namespace, options.distribution or "")
+    own, files, launch = (tuple(map(Path, some)) for some in (options.controllers, options.parameters, options.launch))
+    return Asked((*own, *files), own, launch, remaps, options.namespace, options.distribution or "")
 
 
 def look(case: Case, asked: Asked) -> Looked:
@@ -62,16 +65,26 @@ def look(case: Case, asked: Asked) -> Looked:
         more, said = of_launch(path)
         remaps += more
         told += said
-    nodes, said = found(Files(sections, asked.namespace, asked.distribution))
+    distribution = asked.distribution or _distribution(case)
+    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
+    if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
+        told.append(controllers.none(sections))
     for node in nodes:
-        told += values.check(node, asked.distribution)
+        told += values.check(node)
+        told += controllers.check(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += frames.check(case, nodes, claims)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
     return Looked(arrange(told), judged, absent, unknown)
+
+
+def _distribution(case: Case) -> str:
+    """Return the distribution that the outputs of a robot are for, if they agree on one; else none."""
+    said = {str(one.options["distribution"]) for one in case.robot.outputs if "distribution" in one.options}
+    return said.pop() if len(said) == 1 else ""
 
 
 def _read(paths: Iterable[Path], told: list[Diagnostic]) -> list[list[Section]]:
@@ -94,7 +107,7 @@ def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
     for edge in case.robot.edges:
         if edge.publisher.kind != NODE:
             continue
-        mine = [node for node in nodes if is_of(node, edge.publisher, publishers)]
+        mine = [node for node in nodes if node.is_of(edge.publisher, publishers)]
         if any(node.kind is not None for node in mine):
             judged += 1
         elif edge.publisher.name not in absent:
@@ -103,7 +116,7 @@ def _judged(case: Case, nodes: Sequence[Node]) -> tuple[int, list[str]]:
 
 
 def _could_publish(case: Case, node: Node) -> bool:
-    return any(is_of(node, publisher, case.robot.publishers) for publisher in case.robot.publishers)
+    return any(node.is_of(publisher, case.robot.publishers) for publisher in case.robot.publishers)
 
 
 def summary(looked: Looked) -> str:

@@ -38,18 +38,25 @@ MAX_DEPTH = 40
 _HELP = "a parameter file is NODE: {ros__parameters: {KEY: VALUE}}"
 _TRUE = {"y", "Y", "yes", "Yes", "YES", "true", "True", "TRUE", "on", "On", "ON"}
 _FALSE = {"n", "N", "no", "No", "NO", "false", "False", "FALSE", "off", "Off", "OFF"}
+# What strtol and strtod take, and the words of YAML for what is not finite.
 _INT = re.compile(r"[-+]?(0[xX][0-9a-fA-F]+|0[0-7]*|[1-9][0-9]*)\Z")
 _DOUBLE = re.compile(r"[-+]?([0-9]+(\.[0-9]*)?|\.[0-9]+)([eE][-+]?[0-9]+)?\Z")
-_SPECIAL = re.compile(r"[-+]?\.?(inf|Inf|INF|nan|NaN|NAN)\Z")
+_SPECIAL = re.compile(r"[-+]?(\.(inf|Inf|INF)|(?i:inf|infinity|nan))\Z|\.(nan|NaN|NAN)\Z")
+_MOST = 2**63 - 1
 
 
 class Parameter(NamedTuple):
-    """A value of a parameter file: its type as rclcpp names it (a list without values has none), and its places."""
+    """A value of a parameter file (bool, int, float, str, or a list of one of them), and its places."""
 
     value: Any
-    type: str
     key: Span
     span: Span
+
+    @property
+    def substituted(self) -> bool:
+        """Whether a launch file puts something else here: ``$(find-pkg-share ...)``, and nobody knows its type."""
+        values = self.value if isinstance(self.value, list) else [self.value]
+        return any(isinstance(one, str) and "$(" in one for one in values)
 
 
 @dataclass(frozen=True)
@@ -140,6 +147,8 @@ class _Reader:
                 return
             name = self.text(key)
             value = next(self.events)
+            if name == PARAMETERS_KEY and not isinstance(value, yaml.MappingStartEvent):
+                raise self.fail(f"{PARAMETERS_KEY} is a mapping of keys to values", value)
             if not isinstance(value, yaml.MappingStartEvent):
                 what = f'"{name}" has a value, and no {PARAMETERS_KEY} stands above it'
                 raise self.fail(what, key)
@@ -174,8 +183,7 @@ class _Reader:
         """Return a value, or a list of values."""
         if isinstance(event, yaml.SequenceStartEvent):
             return self.array(name, key, event)
-        value, kind = self.scalar(event)
-        return Parameter(value, kind, self.span(key), self.span(event))
+        return Parameter(self.scalar(event)[0], self.span(key), self.span(event))
 
     def array(self, name: str, key: Any, start: Any) -> Parameter:
         """Return a list; its values have one type, or no node starts."""
@@ -192,20 +200,22 @@ class _Reader:
                     'write one text in quotes: "[[x, y], ...]"',
                 )
             value, kind = self.scalar(event)
+            if "$(" in event.value:  # a launch file puts something else here
+                kind = first
             if first and kind != first:
                 message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'
                 way = "write every number with a point: 0.0"
                 raise self.fail(message, event, way if {first, kind} == {"int", "double"} else "use one type")
             first = kind
             values.append(value)
-        return Parameter(values, f"{first}_array" if first else "", self.span(key), self.span(start))
+        return Parameter(values, self.span(key), self.span(start))
 
     def scalar(self, event: Any) -> tuple[Any, str]:
         """Return a value and its type."""
         if isinstance(event, yaml.AliasEvent):
             raise self.fail("ROS 2 takes no aliases in a parameter file", event, "write the value here")
         text = event.value
-        if event.style in ("'", '"', "|", ">"):
+        if event.style in ("'", '"'):
             return text, "string"
         if not text:
             raise self.fail("this key has no value: ROS 2 refuses the whole file", event, 'write "" for an empty text')
@@ -214,8 +224,8 @@ class _Reader:
         if _INT.match(text):
             digits = text.lstrip("+-")
             base = 16 if digits[1:2] in ("x", "X") else 8 if digits.startswith("0") else 10
-            number = int(digits, base)
-            return (-number if text.startswith("-") else number), "int"
+            number = int(digits, base) * (-1 if text.startswith("-") else 1)
+            return (number, "int") if abs(number) <= _MOST else (float(number), "double")
         if _DOUBLE.match(text):
             return float(text), "double"
         if _SPECIAL.match(text):

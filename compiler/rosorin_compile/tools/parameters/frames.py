@@ -7,11 +7,11 @@ from collections.abc import Iterable, Iterator, Sequence
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import quoted
+from ...formats.parameters.tables import Key
 from ...rules.case import Case, suggest
 from ...rules.tf_tree import Step, legal_steps, pieces
 from .nodes import DEFAULT, Node, Setting
 from .owners import Claim
-from .tables import Key
 
 RULES = (
     Rule(
@@ -64,7 +64,13 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
     unused = MAP if node.kind.name == "ekf" else ""
     for name, parameter in node.parameters.items():
         key = node.kind.key(name)
-        if key is not None and key.frame and key.frame != unused and isinstance(parameter.value, str):
+        if (
+            key is not None
+            and key.frame
+            and key.frame != unused
+            and isinstance(parameter.value, str)
+            and not parameter.substituted
+        ):
             yield key, name, Setting(parameter.value, parameter.span, True)
     for key in node.kind.keys.values():
         held = key.frame and key.frame != unused and not key.many and key.default

@@ -2,36 +2,45 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean, error
+from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean
 from ...diagnostics.registry import PARAMETERS, Rule
+from ...formats.controllers.types import full as full_type
+from ...formats.parameters.tables import (
+    MANAGER,
+    Kind,
+    by_name,
+    by_signs,
+    controller,
+    controller_by_keys,
+    is_of,
+    plugins,
+)
+from ...model import Publisher
+from ...model.control import Controller
 from .files import Parameter, Section
-from .tables import Kind, by_name, by_signs, controller, controller_by_keys, controller_types
 
 RULES = (
     Rule(
-        "parameters-unknown-type",
-        "There is no stock controller of a type; a warning where it may be a controller of your own.",
-        "Correct the type.",
-        PARAMETERS,
-    ),
-    Rule(
         "parameters-reach-nobody",
-        "A warning: a node in a namespace does not get parameters that name it without.",
-        "`/NAMESPACE/NODE:`, or `/**/NODE:`.",
+        "A warning: a node in a namespace does not get parameters that name it without, or no controller is called as "
+        "parameters say that are for one.",
+        "`/NAMESPACE/NODE:`, or `/**/NODE:`; or correct the name.",
         PARAMETERS,
     ),
 )
 
-MANAGER = "controller_manager"
 DEFAULT = "by default"
 
 
 class Setting(NamedTuple):
-    """What holds for a key of a node: its value, the place that says so, and whether that is its default alone."""
+    """What holds for a key of a node: its value, the place that says so, and whether that is its default alone.
+
+    The value is None where nobody knows it: there is no default, or a launch file puts it in.
+    """
 
     value: Any
     span: Span
@@ -45,12 +54,19 @@ class Setting(NamedTuple):
 
 @dataclass(frozen=True)
 class Node:
-    """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters."""
+    """A node of the files: its full name, the place that names it, its kind if it is known, and its parameters.
+
+    ``type`` is that of a controller, empty for other nodes, and ``said`` where that stands. ``shared`` are keys that
+    stand under a wildcard, where other nodes read them as well.
+    """
 
     full: str
     span: Span
     kind: Kind | None
     parameters: Mapping[str, Parameter]
+    type: str = ""
+    said: Span | None = None
+    shared: Collection[str] = ()
 
     @property
     def name(self) -> str:
@@ -67,9 +83,15 @@ class Node:
         """What messages call it."""
         return self.full.strip("/")
 
+    def is_of(self, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
+        """Say whether it is the node that a description calls a publisher."""
+        return is_of(self.name, self.kind, publisher, publishers)
+
     def setting(self, key: str, default: Any = None) -> Setting:
         """Return what holds for a key: what is given, else the default of the tables, else ``default``."""
         given = self.parameters.get(key)
+        if given is not None and given.substituted:
+            return Setting(None, given.span, True)
         if given is not None:
             return Setting(given.value, given.span, True)
         known = self.kind.key(key) if self.kind else None
@@ -78,11 +100,12 @@ class Node:
 
 
 class Files(NamedTuple):
-    """What was read: a list of sections for each file."""
+    """What was read: a list of sections for each file; and the controllers of the description."""
 
     sections: Sequence[Sequence[Section]]
     namespace: str
     distribution: str
+    controllers: Sequence[Controller] = ()
 
 
 def found(files: Files) -> tuple[list[Node], list[Diagnostic]]:
@@ -105,11 +128,11 @@ def found(files: Files) -> tuple[list[Node], list[Diagnostic]]:
             kind = by_signs(merged, files.distribution)
             if kind is not None:
                 named.setdefault(f"{files.namespace.rstrip('/')}/{kind.names[0]}", []).extend(sections)
-    types = dict(_types(named))
-    for full, (plugin, parameter) in types.items():
-        told += _unknown_type(plugin, parameter)
+    types = _types(named, files)
+    for full in types:
         named.setdefault(full, [])
-    return [_node(full, sections, types, files) for full, sections in named.items()], told
+    told += _homeless(named, types)
+    return [_node(full, sections, types.get(full), files) for full, sections in named.items()], told
 
 
 def _full(section: Section, namespace: str) -> str:
@@ -132,38 +155,62 @@ def _merged(sections: Sequence[Section]) -> dict[str, Parameter]:
     return {name: value for section in sections for name, value in section.parameters.items()}
 
 
-def _types(named: Mapping[str, list[Section]]) -> Iterator[tuple[str, tuple[str, Parameter]]]:
-    """Yield the controllers that managers name: full name, type, and the parameter that says so."""
+class _Type(NamedTuple):
+    """The type of a controller, and where it stands."""
+
+    name: str
+    span: Span
+
+
+def _types(named: Mapping[str, list[Section]], files: Files) -> dict[str, _Type]:
+    """Return the types of controllers by full name.
+
+    The manager says them, or the node itself (the spawner reads it), or the description of a controller of that name.
+    """
+    described = {one.name: full_type(one.type) for one in files.controllers}
+    found: dict[str, _Type] = {}
     for full, sections in named.items():
         space, _, name = full.rpartition("/")
-        for key, parameter in _merged(sections).items():
-            own = name == MANAGER and key.endswith(".type") and key.count(".") == 1
-            if own and isinstance(parameter.value, str):
-                yield f"{space}/{key.removesuffix('.type')}", (parameter.value, parameter)
+        merged = _merged(sections)
+        own = merged.get("type")
+        if name == MANAGER:
+            keys = ((key, one) for key, one in merged.items() if key.endswith(".type") and key.count(".") == 1)
+            texts = ((key.removesuffix(".type"), one) for key, one in keys if isinstance(one.value, str))
+            found |= {f"{space}/{key}": _Type(one.value, one.span) for key, one in texts}
+        elif own is not None and isinstance(own.value, str) and _is_type(own.value):
+            found.setdefault(full, _Type(own.value, own.span))
+        elif name in described:
+            found.setdefault(full, _Type(described[name], sections[0].span))
+    return found
 
 
-def _unknown_type(plugin: str, parameter: Parameter) -> Iterator[Diagnostic]:
-    if plugin in controller_types():
-        return
-    near = did_you_mean(plugin, controller_types())
-    if near.startswith("did"):
-        yield error("parameters-unknown-type", f'there is no controller "{plugin}"', parameter.span, near)
+def _is_type(text: str) -> bool:
+    return text in plugins("") or did_you_mean(text, plugins("")).startswith("did")
 
 
-def _node(full: str, sections: list[Section], types: Mapping[str, tuple[str, Parameter]], files: Files) -> Node:
-    parameters = _merged(sections)
-    spans = [section.span for section in sections if not section.of_any] or [section.span for section in sections]
-    if full in types:
-        plugin, says = types[full]
-        kind = controller(plugin, files.distribution)
-        if kind is None and plugin not in controller_types():
-            kind = controller_by_keys(parameters, files.distribution)
-        return Node(full, spans[0] if spans else says.key, kind, parameters)
-    name = full.rsplit("/", 1)[-1]
-    if name == MANAGER:
-        return Node(full, spans[0], None, parameters)
-    own = parameters.get("type")
-    kind = controller(own.value, files.distribution) if own is not None and isinstance(own.value, str) else None
-    kind = kind or by_name(name, files.distribution) or controller_by_keys(parameters, files.distribution)
-    kind = kind or by_signs(parameters, files.distribution)
-    return Node(full, spans[0], kind, parameters)
+def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> Iterator[Diagnostic]:
+    """Yield that no controller gets parameters that seem to be for one; those of another namespace go to it."""
+    bare = {full.rpartition("/")[2]: full for full in types if not any(not one.of_any for one in named[full])}
+    for full in [one for one in named if one not in types]:
+        name = full.rpartition("/")[2]
+        if name in bare:
+            sections = named.pop(full)
+            named[bare[name]] += sections
+            yield _reaches_nobody(sections[0], bare[name])
+        elif name != MANAGER and (near := did_you_mean(name, bare)).startswith("did"):
+            message = f'no controller is called "{name}": nobody reads these parameters'
+            yield Diagnostic("parameters-reach-nobody", WARNING, message, named[full][0].span, help=near)
+
+
+def _node(full: str, sections: list[Section], type: _Type | None, files: Files) -> Node:
+    parameters, distribution = _merged(sections), files.distribution
+    own = [section for section in sections if not section.of_any]
+    spans = [section.span for section in own or sections]
+    if type is None:
+        kind = by_name(full.rpartition("/")[2], distribution) or controller_by_keys(parameters, distribution)
+        return Node(full, spans[0], kind or by_signs(parameters, distribution), parameters)
+    kind = controller(type.name, distribution)
+    if kind is None and type.name not in plugins(""):
+        kind = controller_by_keys(parameters, distribution)
+    shared = parameters.keys() - _merged(own).keys()
+    return Node(full, spans[0] if spans else type.span, kind, parameters, type.name, type.span, shared)

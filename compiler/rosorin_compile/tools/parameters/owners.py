@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...diagnostics import WARNING, Diagnostic, Related, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...frontend.tree import Path
-from ...model import NODE, UNPUBLISHED, Publisher
+from ...model import UNPUBLISHED, Publisher
 from ...rules.case import Case
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic
@@ -115,7 +115,7 @@ def _frame(node: Node, key: str) -> Setting:
 
 def prefix(node: Node) -> str:
     """Return what a controller writes before its frames: its tf_frame_prefix, or its namespace."""
-    if node.kind is None or "tf_frame_prefix" not in node.kind.keys or not node.setting("tf_frame_prefix_enable").value:
+    if node.kind is None or "tf_frame_prefix" not in node.kind or not node.setting("tf_frame_prefix_enable").value:
         return ""
     text = str(node.setting("tf_frame_prefix").value or node.namespace).strip("/")
     return f"{text}/" if text else ""
@@ -128,11 +128,15 @@ def _of_filter(node: Node, told: list[Diagnostic]) -> Claim | None:
     output = _frame(node, "base_link_frame_output")
     base = base if output.value is None else output
     world = node.setting("world_frame", odom.value)
+    if None in (odom.value, map_.value, base.value, world.value) or (output.given and output.value is None):
+        return None  # a launch file says it
     wrong = world_problem(node, (str(odom.value), str(map_.value)))
     if wrong is not None:
         told.append(wrong)
         return None
     tf = node.setting("publish_tf")
+    if tf.value is None:
+        return None
     silent = "" if tf.value else f'"publish_tf" is false{tf.how}'
     in_map = world.value == map_.value and map_.value != odom.value
     ends = (map_, odom) if in_map else (odom, base)
@@ -170,19 +174,6 @@ def declared(case: Case) -> list[Declared]:
     return found
 
 
-def is_of(node: Node, publisher: Publisher, publishers: Iterable[Publisher]) -> bool:
-    """Say whether a node is the one that a description calls a publisher: by its name, else by its package.
-
-    A node that is another publisher by its name is not this one by its package.
-    """
-    if publisher.kind != NODE:
-        return False
-    if node.name == publisher.name:
-        return True
-    named = any(node.name == other.name for other in publishers)
-    return not named and node.kind is not None and publisher.package in node.kind.packages
-
-
 def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
     """Yield where what nodes publish is not what the description says."""
     every = declared(case)
@@ -192,7 +183,7 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
         if claim.silent:
             continue
         into = [one for one in every if one.child == claim.child.value]
-        mine = [one for one in into if is_of(claim.node, one.publisher, publishers)]
+        mine = [one for one in into if claim.node.is_of(one.publisher, publishers)]
         if mine and any(one.parent == claim.parent.value for one in mine):
             yield from _twice(case, claim, found, mine)
         elif mine:
@@ -208,7 +199,7 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
             yield from _other_child(case, claim, every)
             yield from _both(claim, found)
     for one in every:
-        silent = [claim for claim in found if is_of(claim.node, one.publisher, publishers)]
+        silent = [claim for claim in found if claim.node.is_of(one.publisher, publishers)]
         told = any(claim.node.full in explained for claim in silent)
         speaking = [claim for claim in silent if not claim.silent and claim.child.value == one.child]
         if silent and not speaking and not told and _could_be(one, silent):
@@ -217,7 +208,7 @@ def check(case: Case, found: Sequence[Claim]) -> Iterator[Diagnostic]:
 
 def _meant(claim: Claim, every: Sequence[Declared], publishers: Sequence[Publisher]) -> bool:
     """Say whether a node owns an edge that begins where the one does that it publishes."""
-    return any(one.parent == claim.parent.value and is_of(claim.node, one.publisher, publishers) for one in every)
+    return any(one.parent == claim.parent.value and claim.node.is_of(one.publisher, publishers) for one in every)
 
 
 def _both(claim: Claim, found: Sequence[Claim]) -> Iterator[Diagnostic]:
@@ -242,7 +233,7 @@ def _twice(case: Case, claim: Claim, found: Sequence[Claim], mine: Sequence[Decl
     for other in before:
         if other.silent or other.child.value != claim.child.value:
             continue
-        theirs = [one for one in mine if is_of(other.node, one.publisher, case.robot.publishers)]
+        theirs = [one for one in mine if other.node.is_of(one.publisher, case.robot.publishers)]
         if theirs:
             message = f"{other.node.shown} and {claim.node.shown} both publish {claim.edge}: {claim.because}"
             related = [
@@ -272,12 +263,12 @@ def _not_its_own(
     )
     related = [case.related(f"{other.parent} -> {other.child} is of {other.who} here", other.path) for other in into]
     for other in found:
-        if other.node is not claim.node and any(is_of(other.node, o.publisher, publishers) for o in into):
+        if other.node is not claim.node and any(other.node.is_of(o.publisher, publishers) for o in into):
             says = f"{other.silent}" if other.silent else other.because
             related.append(Related(f"{other.node.shown}: {says}", other.deciding.span))
     help = claim.off
     above = [other for other in declared(case) if other.child == claim.parent.value]
-    if claim.aside and any(is_of(claim.node, other.publisher, publishers) for other in above):
+    if claim.aside and any(claim.node.is_of(other.publisher, publishers) for other in above):
         help = claim.aside
     elif one.publisher.kind == NODE and claim.node.name != one.publisher.name:
         help += f"; if it is to own the edge, name it in the description: publisher: {claim.node.name}"
@@ -287,7 +278,7 @@ def _not_its_own(
 def _other_child(case: Case, claim: Claim, every: Sequence[Declared]) -> Iterator[Diagnostic]:
     """Yield that nobody publishes the frame by the description that a node publishes."""
     publishers = case.robot.publishers
-    mine = [one for one in every if is_of(claim.node, one.publisher, publishers)]
+    mine = [one for one in every if claim.node.is_of(one.publisher, publishers)]
     near = [one for one in mine if one.parent == claim.parent.value] or mine
     if near:
         one = near[0]

@@ -8,23 +8,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from ...diagnostics.wording import counted, listed, quoted
+from ...diagnostics import did_you_mean
+from ...diagnostics.wording import listed, quoted
 
-if TYPE_CHECKING:
-    from .tables import Key
-
-ARTICLES = {
-    "bool": "true or false",
-    "int": "a whole number",
-    "double": "a number with a point (double)",
-    "string": "a text",
-    "bool_array": "a list of true and false",
-    "int_array": "a list of whole numbers",
-    "double_array": "a list of numbers with a point (double)",
-    "string_array": "a list of texts",
-}
+_WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
+_MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
 
 
 def fits(value: Any, kind: str) -> bool:
@@ -60,37 +50,59 @@ def converted(value: Any, kind: str) -> Any:
 
 def type_in_words(kind: str) -> str:
     """Return a type of the tables as a message has it."""
-    return " or ".join(ARTICLES.get(one, one) for one in kind.split(" or "))
+
+    def one(word: str) -> str:
+        base, _, many = word.partition("_")
+        return f"a list of {_MANY[base]}" if many else _WORDS[base]
+
+    return " or ".join(map(one, kind.split(" or ")))
 
 
 def told(value: Any) -> str:
     """Return a value of a wrong type as a message has it."""
-    if value is None:
-        return "nothing"
+    if isinstance(value, (list, tuple)):
+        kinds = {"int": "int", "float": "double", "str": "string", "bool": "bool"}
+        found = dict.fromkeys(_MANY.get(kinds.get(type(item).__name__, ""), "other things") for item in value)
+        return f"a list of {listed(found)}" if found else "an empty list"
+    return "nothing" if value is None else f"the text {written(value)}" if isinstance(value, str) else written(value)
+
+
+def as_type(value: Any, kind: str) -> str:
+    """Return the way out for a value of the wrong type."""
+    meant = converted(value, kind)
+    if fits(meant, kind):
+        return f"write {written(meant)}"
+    if isinstance(value, str) and kind in ("double", "int", "bool"):
+        return "write it without quotes"
+    if kind == "string" and isinstance(value, (list, tuple)):
+        return 'write the whole in quotes, as one text: "[[x, y], ...]"'
+    return f"write {type_in_words(kind)}"
+
+
+def written(value: Any) -> str:
+    """Return a value as YAML has it, in one line."""
+    if isinstance(value, (list, tuple)):
+        return f"[{', '.join(map(written, value))}]"
     if isinstance(value, bool):
         return "true" if value else "false"
-    if isinstance(value, str):
-        return f'the text "{value}"'
-    if isinstance(value, (list, tuple)):
-        kinds = {"int": "whole numbers", "float": "numbers with a point", "str": "texts", "bool": "true and false"}
-        found = dict.fromkeys(kinds.get(type(item).__name__, "other things") for item in value)
-        return f"a list of {listed(found)}" if found else "an empty list"
-    return f"the whole number {value}" if isinstance(value, int) else f"the number {value:g}"
+    if isinstance(value, float):
+        return repr(value)
+    return f'"{value}"' if isinstance(value, str) else str(value)
 
 
-def refused(key: Key, value: Any) -> str:
-    """Return why the validators of a parameter refuse a value of its type, in words; empty if they do not."""
-    for name, arguments in key.valid.items():
+def refused(valid: Mapping[str, Sequence[Any]], value: Any) -> tuple[str, str] | None:
+    """Return why validators refuse a value of its type, and a way out, in words; None if they do not."""
+    for name, arguments in valid.items():
         check = _VALIDATORS.get(name)
         why = check(value, *arguments) if check is not None else ""
         if why:
-            return why
-    return ""
+            return why if isinstance(why, tuple) else (why, "")
+    return None
 
 
 def _bound(holds: Callable[[float, float], bool], words: str) -> Callable[..., str]:
     def check(value: float, limit: float) -> str:
-        return "" if holds(value, limit) else f"it has to be {words} {limit:g}"
+        return "" if holds(value, limit) else f"is {written(value)}, and has to be {words} {limit:g}"
 
     return check
 
@@ -104,55 +116,57 @@ _at_least = _bound(lambda value, limit: value >= limit, "at least")
 _at_most = _bound(lambda value, limit: value <= limit, "at most")
 
 
-def _one_of(value: Any, allowed: Sequence[Any]) -> str:
-    return "" if value in allowed else f"it is one of {', '.join(map(str, allowed))}"
+def _one_of(value: Any, allowed: Sequence[Any]) -> str | tuple[str, str]:
+    return "" if value in allowed else (f"cannot be {written(value)}", did_you_mean(str(value), map(str, allowed)))
 
 
-def _subset_of(value: Sequence[Any], allowed: Sequence[Any]) -> str:
+def _subset_of(value: Sequence[Any], allowed: Sequence[Any]) -> str | tuple[str, str]:
     others = [str(one) for one in value if one not in allowed]
-    return f"{quoted(others)} is none of {', '.join(map(str, allowed))}" if others else ""
+    return (f"cannot have {quoted(others)}", did_you_mean(others[0], map(str, allowed))) if others else ""
 
 
 def _not_empty(value: Any) -> str:
-    return "" if len(value) else "it must not be empty"
+    return "" if len(value) else "is empty"
 
 
 def _unique(value: Sequence[Any]) -> str:
     twice = [str(one) for one in dict.fromkeys(value) if value.count(one) > 1]
-    return f"{quoted(twice)} stands there twice" if twice else ""
+    return f"has {quoted(twice)} twice" if twice else ""
 
 
-def _size(holds: Callable[[int, int], bool], words: str) -> Callable[..., str]:
-    def check(value: Sequence[Any], size: int) -> str:
-        return "" if holds(len(value), size) else f"it has {counted(len(value), 'item')}, not {words}{size}"
+def _size(holds: Callable[[int, int], bool], words: str = "") -> Callable[..., str]:
+    def check(value: Sequence[Any], *sizes: int) -> str:
+        wanted = " or ".join(map(str, sizes))
+        fits = any(holds(len(value), size) for size in sizes)
+        return "" if fits else f"has {len(value)} values, and needs {words}{wanted}"
 
     return check
 
 
 def _commands(value: Sequence[str]) -> str:
     if "velocity" in value and len(value) > 1 and "position" not in value:
-        return "velocity stands alone, or beside position"
+        return "has to have velocity alone, or beside position"
     if "acceleration" in value and "velocity" not in value and "position" not in value:
-        return "acceleration needs position and velocity"
-    return "effort stands alone" if "effort" in value and len(value) > 1 else ""
+        return "has to have position and velocity beside acceleration"
+    return "has to have effort alone" if "effort" in value and len(value) > 1 else ""
 
 
 def _states(value: Sequence[str]) -> str:
     if "velocity" in value and "position" not in value:
-        return "velocity needs position"
+        return "has to have position beside velocity"
     if "acceleration" in value and not {"position", "velocity"} <= set(value):
-        return "acceleration needs position and velocity"
+        return "has to have position and velocity beside acceleration"
     return ""
 
 
-_VALIDATORS: Mapping[str, Callable[..., str]] = {
+_VALIDATORS: Mapping[str, Callable[..., str | tuple[str, str]]] = {
     "gt": _above,
     "gt_eq": _at_least,
     "one_of": _one_of,
     "subset_of": _subset_of,
     "not_empty": _not_empty,
     "unique": _unique,
-    "fixed_size": _size(lambda size, wanted: size == wanted, ""),
+    "fixed_size": _size(lambda size, wanted: size == wanted),
     "size_gt": _size(lambda size, limit: size > limit, "more than "),
     "size_lt": _size(lambda size, limit: size < limit, "fewer than "),
     "control_filters::gt_eq_or_nan": _or_nan(_at_least),

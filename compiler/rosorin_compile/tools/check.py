@@ -137,11 +137,8 @@ def _parameter_options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
-    for words in (
-        options.parameters,
-        options.controllers,
-        options.launch,
-    ):  # arguments of the description may stand behind files
+    # arguments of the description may stand behind files
+    for words in (options.parameters, options.controllers, options.launch):
         options.words += [word for word in words if MARK in word]
         words[:] = [word for word in words if MARK not in word]
     if options.parameters or options.controllers:
@@ -348,7 +345,8 @@ def _check_parameters(options: argparse.Namespace) -> int:
     others = (options.physics, options.every_argument, options.deployed, options.depfile, options.html, options.hook)
     if any(others):
         raise WrongUsage(
-            "--parameters goes with none of --physics, --every-argument, --deployed, --depfile, --html, --hook"
+            "--parameters and --controllers go with none of --physics, --every-argument, --deployed, --depfile, --html,"
+            " --hook"
         )
     wanted = asked(options)
     names = given_arguments(options, options.words)[1]

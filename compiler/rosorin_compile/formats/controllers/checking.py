@@ -6,10 +6,10 @@ What is known of its type is in ``parameters`` beside this folder.
 from __future__ import annotations
 
 import re
-from collections.abc import Collection, Container, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from ...diagnostics import WARNING, did_you_mean
+from ...diagnostics import WARNING, did_you_mean, nearest
 from ...diagnostics.registry import CONTROL, Rule
 from ...diagnostics.wording import listed, quoted
 from ...model import Robot
@@ -56,13 +56,15 @@ _WORLD = ("map", "odom", "world", "earth")
 _SIZES = ("radius", "separation", "wheelbase", "track", "width", "axis")
 
 
-def missing(name: str, kind: Kind | None, given: Container[str], why: str) -> Iterator[Finding]:
-    """Yield the parameters that a controller needs and nobody gives; ``why`` the robot does not know them."""
-    needed = [key.name for key in kind.own() if key.needed and key.name not in given] if kind else []
+def missing(name: str, kind: Kind | None, given: Iterable[str], help: str = "") -> Iterator[Finding]:
+    """Yield the parameters that a controller needs and nobody gives; ``help`` says where they would be given."""
+    if kind is None:
+        return
+    meant = {nearest(key, kind.like(key)) for key in given if kind.key(key) is None}  # which is told
+    needed = [key.name for key in kind.own() if key.needed and key.name not in given and key.name not in meant]
     if needed:
-        message = f"{name} needs {quoted(needed, most=4)}"
-        help = f"{why}; give it in params" if why else f"params: {{{needed[0]}: ...}}"
-        yield Finding("controller-missing", message, "", help)
+        message = f"{name} needs {quoted(needed, most=4)}: it does not start"
+        yield Finding("controller-missing", message, "", help or f"add {needed[0]}: VALUE")
 
 
 def against_robot(
@@ -70,25 +72,33 @@ def against_robot(
 ) -> Iterator[Finding]:
     """Yield where parameters of a controller disagree with a robot; ``severity`` is that of other numbers."""
     for key, value in values.items():
-        last = key.rpartition(".")[2]
-        texts = [value] if isinstance(value, str) else value if isinstance(value, (list, tuple)) else []
-        unknown = list(_not_there(robot, key, last, [one for one in texts if isinstance(one, str) and one]))
-        for what, one, of in unknown:
-            message = f'"{key}" of {name} names "{one}", which is no {what} of the robot'
-            yield Finding("controller-name", message, key, did_you_mean(one, of))
-        if not unknown and key in known.values:
+        wrong = list(_joints_of(name, key, value, robot))
+        yield from wrong
+        if not wrong and key in known.values:
             yield from _same(name, key, value, known.values[key], severity)
     yield from _commanded(name, kind, values, robot)
 
 
-def _not_there(robot: Robot, key: str, last: str, texts: Iterable[str]) -> Iterator[tuple[str, str, Collection[str]]]:
-    """Yield the names in a parameter that the robot does not have: what each should be, it, and those there are."""
-    if last in _FRAMES:
-        frames = {*robot.link, *(name for edge in robot.edges for name in (edge.parent, edge.child))}
-        frames |= set(_WORLD) if last == "odom_frame_id" else set()
-        yield from (("frame", one, frames) for one in texts if one.lstrip("/") not in frames)
-    elif "." not in key and _JOINTS.fullmatch(last) and last not in _NOT_OF_URDF:
-        yield from (("joint", one, robot.joint) for one in texts if one not in robot.joint)
+def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Finding]:
+    """Yield the frames that parameters name and the robot does not have."""
+    frames = {*robot.link, *(end for edge in robot.edges for end in (edge.parent, edge.child))}
+    for key, value in values.items():
+        last = key.rpartition(".")[2]
+        there = {*frames, *_WORLD} if last == "odom_frame_id" else frames
+        if last in _FRAMES and isinstance(value, str) and value and value.lstrip("/") not in there:
+            message = f'"{key}" of {name} names "{value}", which is no frame of the robot'
+            yield Finding("controller-name", message, key, did_you_mean(value, there))
+
+
+def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
+    """Yield the joints in a parameter that the robot does not have, or that do not move."""
+    if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
+        return
+    moving = {joint.name for joint in robot.joints if not joint.is_fixed}
+    for one in [value] if isinstance(value, str) else value if isinstance(value, (list, tuple)) else []:
+        if isinstance(one, str) and one and one not in moving:
+            what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
+            yield Finding("controller-name", f'"{key}" of {name} names "{one}", {what}', key, did_you_mean(one, moving))
 
 
 def _same(name: str, key: str, value: Any, wanted: Any, severity: str) -> Iterator[Finding]:

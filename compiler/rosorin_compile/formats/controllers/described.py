@@ -12,7 +12,7 @@ from ...model import Output
 from ...rules.case import Case, at
 from ..parameters.checking import Finding, against_kind
 from ..parameters.tables import MANAGER, manager
-from .checking import against_robot, missing
+from .checking import against_robot, frames_of, missing
 from .types import of_type
 from .write import Filled, asked, filled, managed
 
@@ -60,7 +60,8 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     said = {key: one.values[key] for key in controller.params}
     if one.kind is not None:
         yield from against_kind(name, one.kind, {**_lists(one.values), **said})
-    yield from missing(name, one.kind, one.values, one.known.why_not)
+    yield from missing(name, one.kind, one.values, f"{one.known.why_not or 'nobody says it'}; give it in params")
+    yield from frames_of(name, said, case.robot)
     yield from against_robot(name, one.type, said, one.known, case.robot, WARNING)
 
 

@@ -31,12 +31,13 @@ def check(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
     plain = {key: one.value for key, one in node.parameters.items() if not one.substituted}
     kind = full(node.type)
     knows = known(case.robot, Controller(node.name, kind, plain), kind)
-    for found in missing(node.shown, node.kind, node.parameters, ""):
+    for found in missing(node.shown, node.kind if wrong is None else None, node.parameters):
         yield found.at(node.span)
+    moving = any(not joint.is_fixed for joint in case.robot.joints)
     for found in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
-        yield found.at(
-            node.parameters[found.key].span if found.key in node.parameters else node.span, _drive(case, found.rule)
-        )
+        if found.rule == "controller-name" and not moving:
+            continue  # a description of where things are mounted
+        yield found.at(node.setting(found.key).span, _drive(case, found.rule))
 
 
 def _drive(case: Case, rule: str) -> list[Related]:

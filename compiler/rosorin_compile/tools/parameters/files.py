@@ -200,7 +200,7 @@ class _Reader:
                     'write one text in quotes: "[[x, y], ...]"',
                 )
             value, kind = self.scalar(event)
-            if "$(" in event.value:  # a launch file puts something else here
+            if isinstance(value, str) and "$(" in value:  # a launch file puts something else here
                 kind = first
             if first and kind != first:
                 message = f'"{name}" mixes {first} and {kind}: ROS 2 refuses the whole file, and no node starts'

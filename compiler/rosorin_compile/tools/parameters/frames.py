@@ -64,13 +64,8 @@ def _named(node: Node) -> Iterator[tuple[Key, str, Setting]]:
     unused = MAP if node.kind.name == "ekf" else ""
     for name, parameter in node.parameters.items():
         key = node.kind.key(name)
-        if (
-            key is not None
-            and key.frame
-            and key.frame != unused
-            and isinstance(parameter.value, str)
-            and not parameter.substituted
-        ):
+        held = key is not None and key.frame and key.frame != unused and not parameter.substituted
+        if key is not None and held and isinstance(parameter.value, str):
             yield key, name, Setting(parameter.value, parameter.span, True)
     for key in node.kind.keys.values():
         held = key.frame and key.frame != unused and not key.many and key.default

@@ -132,7 +132,7 @@ def found(files: Files) -> tuple[list[Node], list[Diagnostic]]:
     for full in types:
         named.setdefault(full, [])
     told += _homeless(named, types)
-    return [_node(full, sections, types.get(full), files) for full, sections in named.items()], told
+    return [_node(full, sections, types.get(full), files.distribution) for full, sections in named.items()], told
 
 
 def _full(section: Section, namespace: str) -> str:
@@ -202,15 +202,15 @@ def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> It
             yield Diagnostic("parameters-reach-nobody", WARNING, message, named[full][0].span, help=near)
 
 
-def _node(full: str, sections: list[Section], type: _Type | None, files: Files) -> Node:
-    parameters, distribution = _merged(sections), files.distribution
+def _node(full: str, sections: list[Section], of_type: _Type | None, distribution: str) -> Node:
+    parameters = _merged(sections)
     own = [section for section in sections if not section.of_any]
     spans = [section.span for section in own or sections]
-    if type is None:
+    if of_type is None:
         kind = by_name(full.rpartition("/")[2], distribution) or controller_by_keys(parameters, distribution)
         return Node(full, spans[0], kind or by_signs(parameters, distribution), parameters)
-    kind = controller(type.name, distribution)
-    if kind is None and type.name not in plugins(""):
+    kind = controller(of_type.name, distribution)
+    if kind is None and of_type.name not in plugins(""):
         kind = controller_by_keys(parameters, distribution)
     shared = parameters.keys() - _merged(own).keys()
-    return Node(full, spans[0] if spans else type.span, kind, parameters, type.name, type.span, shared)
+    return Node(full, spans[0] if spans else of_type.span, kind, parameters, of_type.name, of_type.span, shared)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...diagnostics import WARNING, Diagnostic, Related, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...frontend.tree import Path
-from ...model import UNPUBLISHED, Publisher
+from ...model import NODE, UNPUBLISHED, Publisher
 from ...rules.case import Case
 from .nodes import Node, Setting
 from .remaps import Remap, is_tf, topic

@@ -13,8 +13,8 @@ from ...rules.case import Case, at
 from ..parameters.checking import Finding, against_kind
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, frames_of, missing
+from .filled import Filled, asked, filled, managed
 from .types import of_type
-from .write import Filled, asked, filled, managed
 
 RULES = (
     Rule(

@@ -7,20 +7,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import CONTROL, Rule
-from ...frontend.lower.control import flat
 from ...model import Output, Robot
-from ...model.control import Controller
 from ..distributions import HUMBLE, JAZZY, title
-from ..distributions import known as known_distribution
-from ..parameters.tables import MANAGER, Kind, controller, manager
-from ..parameters.values import converted, written
+from ..parameters.tables import MANAGER
+from ..parameters.values import written
 from ..templating import BUILTIN, Templates
-from .known import BESIDE_TF, Known, known
-from .types import full
+from .filled import Filled, asked, filled, managed
 
 RULES = (
     Rule(
@@ -37,52 +33,8 @@ RULES = (
     ),
 )
 
-UPDATE_RATE = 100  # Hz
 _PLAIN = re.compile(r"[A-Za-z_/][A-Za-z0-9_/.:-]*")
 _WORDS = frozenset(("y", "yes", "n", "no", "true", "false", "on", "off", "null", "nan", "inf", "infinity"))
-
-
-class Filled(NamedTuple):
-    """A controller with its type in full, all its parameters as they are written, and what the robot knows of them."""
-
-    controller: Controller
-    type: str
-    values: Mapping[str, Any]
-    known: Known
-    kind: Kind | None
-
-
-def asked(output: Output) -> str:
-    """Return the distribution that an output is for, humble or jazzy."""
-    return known_distribution(str(output.options.get("distribution", JAZZY)))
-
-
-def filled(robot: Robot, distribution: str) -> list[Filled]:
-    """Return the controllers of a robot with all that is known of their parameters, for humble or jazzy."""
-    made = []
-    for one in robot.controllers:
-        kind = full(one.type)
-        found, knows = controller(kind, distribution), known(robot, one, kind)
-        values = {key: value for key, value in knows.values.items() if found is not None and key in found}
-        values |= one.params
-        made.append(Filled(one, kind, {key: _typed(found, key, value) for key, value in values.items()}, knows, found))
-    return made
-
-
-def managed(output: Output, distribution: str) -> dict[str, Any]:
-    """Return the parameters of the controller_manager itself."""
-    values = {
-        "update_rate": output.options.get("update_rate", UPDATE_RATE),
-        **flat(output.options.get("manager") or {}),
-    }
-    return {key: _typed(manager(distribution), key, value) for key, value in values.items()}
-
-
-def _typed(found: Kind | None, key: str, value: Any) -> Any:
-    entry = found.key(key) if found is not None else None
-    if entry is not None:
-        return converted(value, entry.type)
-    return list(value) if isinstance(value, tuple) else value
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -108,7 +60,7 @@ def _later(said: str) -> Iterator[Diagnostic]:
 
 def _remaps(controllers: list[Filled], space: str) -> Iterator[Diagnostic]:
     for one in controllers:
-        if one.type in BESIDE_TF and one.values.get("enable_odom_tf"):
+        if one.kind is not None and one.kind.odometry.startswith("~") and one.values.get("enable_odom_tf"):
             name = f"/{space}/{one.controller.name}" if space else f"/{one.controller.name}"
             frames = f"{one.values.get('odom_frame_id', 'odom')} -> {one.values.get('base_frame_id', 'base_link')}"
             message = f'the controller "{one.controller.name}" publishes {frames} on {name}/tf_odometry, not on /tf'

@@ -2,6 +2,6 @@
 
 To be read in this order: ``files`` (a parameter file as ROS 2 reads it, with places), ``nodes`` (which nodes the files
 speak of, and what they are; what is known of them is in ``formats.parameters``), ``values`` (keys and types),
-``controllers`` (their types, what they need, what the robot says otherwise), ``remaps`` (topics, also from launch
-files), ``owners`` (who publishes which edge), ``frames`` (the frames that are named), ``checking``.
+``remaps`` (topics, also from launch files), ``owners`` (who publishes which edge), ``frames`` (the frames that are
+named), ``checking`` (all of it, and what a controller and the robot say of each other).
 """

@@ -3,18 +3,24 @@
 from __future__ import annotations
 
 import argparse
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ...diagnostics import Diagnostic, arrange, has_errors
+from ...diagnostics import ERROR, Diagnostic, Related, arrange, error, has_errors
 from ...diagnostics.wording import counted, listed
+from ...formats.controllers.checking import against_robot, missing
+from ...formats.controllers.known import known
+from ...formats.controllers.types import full, of_type
+from ...formats.parameters.tables import MANAGER
 from ...model import NODE
+from ...model.control import Controller
 from ...rules.case import Case
 from ..usage import WrongUsage
-from . import controllers, frames, owners, values
+from . import frames, owners, values
 from .files import NoParameters, Section, read_file
-from .nodes import Files, Node, found
+from .nodes import Files, Node
+from .nodes import found as found_nodes
 from .remaps import Remap, of_launch, of_word
 
 
@@ -66,19 +72,49 @@ def look(case: Case, asked: Asked) -> Looked:
         remaps += more
         told += said
     distribution = asked.distribution or _distribution(case)
-    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
+    nodes, said = found_nodes(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
     if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
-        told.append(controllers.none(sections))
+        told.append(_none(sections))
     for node in nodes:
         told += values.check(node)
-        told += controllers.check(case, node, distribution)
+        told += _controller(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += frames.check(case, nodes, claims)
     judged, absent = _judged(case, nodes)
     unknown = [node.shown for node in nodes if node.kind is None and _could_publish(case, node)]
     return Looked(arrange(told), judged, absent, unknown)
+
+
+def _none(files: Sequence[Sequence[Section]]) -> Diagnostic:
+    """Return that files have no controllers."""
+    help = f"{MANAGER}: {{ros__parameters: {{NAME: {{type: TYPE}}}}}}"
+    return error("controllers-none", "no controller stands here: nothing says the type of one", files[0][0].span, help)
+
+
+def _controller(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with a controller; nothing of another node."""
+    if not node.type:
+        return
+    wrong = of_type(node.shown, node.type, distribution)
+    if wrong is not None:
+        yield wrong.at(node.said)
+    plain = {key: one.value for key, one in node.parameters.items() if not one.substituted}
+    kind = full(node.type)
+    knows = known(case.robot, Controller(node.name, kind, plain), kind)
+    for found in missing(node.shown, node.kind if wrong is None else None, node.parameters):
+        yield found.at(node.span)
+    moving = any(not joint.is_fixed for joint in case.robot.joints)
+    for found in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
+        if found.rule == "controller-name" and not moving:
+            continue  # a description of where things are mounted
+        yield found.at(node.setting(found.key).span, _drive(case, found.rule))
+
+
+def _drive(case: Case, rule: str) -> list[Related]:
+    """Return where the robot says of its drive what a file says otherwise."""
+    return [case.related("the drive of the robot", ("drive",), key=True)] if rule == "controller-differs" else []
 
 
 def _distribution(case: Case) -> str:

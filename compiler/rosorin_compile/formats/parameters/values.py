@@ -7,6 +7,7 @@ The validators are those of ``PickNikRobotics/generate_parameter_library`` and t
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -14,6 +15,12 @@ from ...diagnostics import did_you_mean
 from ...diagnostics.wording import listed, quoted
 
 _WORDS = {"bool": "true or false", "int": "a whole number", "double": "a double", "string": "a text"}
+_UNQUOTED = {
+    "bool": re.compile("yes|no|true|false|on|off", re.IGNORECASE),
+    "int": re.compile(r"[-+]?\d+"),
+    "double": re.compile(r"[-+]?\d+\.\d*"),
+}
+_NONE = re.compile(r"(?!)")
 _MANY = {"bool": "booleans", "int": "whole numbers", "double": "doubles", "string": "texts"}
 
 
@@ -72,8 +79,10 @@ def as_type(value: Any, kind: str) -> str:
     meant = converted(value, kind)
     if fits(meant, kind):
         return f"write {written(meant)}"
-    if isinstance(value, str) and kind in ("double", "int", "bool"):
+    if isinstance(value, str) and _UNQUOTED.get(kind, _NONE).fullmatch(value):
         return "write it without quotes"
+    if kind == "string_array" and isinstance(value, str):
+        return f"write [{value}]"
     if kind == "string" and isinstance(value, (list, tuple)):
         return 'write the whole in quotes, as one text: "[[x, y], ...]"'
     return f"write {type_in_words(kind)}"

@@ -54,7 +54,7 @@ def test_what_is_said_of_parameters(case: Path, monkeypatch: pytest.MonkeyPatch)
 
 def test_each_rule_of_parameters_has_a_case() -> None:
     said = {line.split("[")[1].split("]")[0] for case in CASES for line in comments(case) if "expect" in line}
-    assert said == {rule.id for rule in every_rule().values() if rule.topic == PARAMETERS}
+    assert said >= {rule.id for rule in every_rule().values() if rule.topic == PARAMETERS}
 
 
 def test_each_conflict_has_its_sound_twin() -> None:

@@ -1,4 +1,4 @@
-"""Parameter files of ROS 2 nodes as rcl reads them: names, namespaces, wildcards, values, places, and what is refused."""
+"""Parameter files of ROS 2 nodes as rcl reads them: names, namespaces, wildcards, values, places, what is refused."""
 
 from __future__ import annotations
 

@@ -16,6 +16,8 @@ from .known import Known, known
 from .types import full
 
 UPDATE_RATE = 100  # Hz
+# Steering controllers of Jazzy call wheels by what they do, and keep the words of Humble for where they stand.
+_LATER, _EARLIER = "traction_joints_names", ("front_wheel", "rear_wheel", "wheel_track")
 
 
 class Filled(NamedTuple):
@@ -40,6 +42,8 @@ def filled(robot: Robot, distribution: str) -> list[Filled]:
         kind = full(one.type)
         found, knows = controller(kind, distribution), known(robot, one, kind)
         values = {key: value for key, value in knows.values.items() if found is not None and key in found}
+        if found is not None and _LATER in found:
+            values = {key: value for key, value in values.items() if not key.startswith(_EARLIER)}
         values |= one.params
         made.append(Filled(one, kind, {key: _typed(found, key, value) for key, value in values.items()}, knows, found))
     return made

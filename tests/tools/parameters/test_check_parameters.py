@@ -1,7 +1,8 @@
 """check --parameters: each file of tests/data/parameters says at its top what has to be said about it, word for word.
 
 A folder is one robot, with files after the real defaults of its nodes: ``sound.yaml``, of which nothing is said, and
-others with a conflict. The comments at the top are those of tests/bad, after ``# options:`` of the command line.
+others with a conflict. The comments at the top are those of tests/bad, after ``# options:`` of the command line; with
+``--controllers`` as the first of them the file has to have controllers.
 """
 
 from __future__ import annotations
@@ -35,7 +36,8 @@ def options(case: Path) -> argparse.Namespace:
     lines = case.read_text("utf-8").splitlines()
     words = next((line.split()[2:] for line in lines if line.startswith("# options: ")), [])
     command = parser(["check"]).within["check"]
-    return command.parse_args(["robot.yaml", "--parameters", case.name, *words])
+    flag = words.pop(0) if words[:1] == ["--controllers"] else "--parameters"
+    return command.parse_args(["robot.yaml", flag, case.name, *words])
 
 
 def looked_at(case: Path) -> list[Diagnostic]:

@@ -73,8 +73,8 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
         yield wrong
     yield from _named(case, one)
     said = {key: one.values[key] for key in controller.params}
-    if one.kind is not None:
-        yield from against_kind(name, one.kind, {**_lists(one.values), **said})
+    told = list(against_kind(name, one.kind, {**_lists(one.values), **said})) if one.kind is not None else []
+    yield from told
     yield from missing(
         name,
         one.kind if wrong is None else None,
@@ -82,7 +82,8 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
         f"{one.known.why_not or 'nobody says it'}; give it in params",
     )
     yield from frames_of(name, said, case.robot)
-    yield from against_robot(name, one.type, one.values, one.known, case.robot, WARNING)
+    fine = {key: value for key, value in one.values.items() if key not in {finding.key for finding in told}}
+    yield from against_robot(name, one.type, fine, one.known, case.robot, WARNING)
 
 
 def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:

@@ -19,8 +19,7 @@ from ...rules.case import Case
 from ..usage import WrongUsage
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file
-from .nodes import Files, Node
-from .nodes import found as found_nodes
+from .nodes import Files, Node, found
 from .remaps import Remap, of_launch, of_word
 
 
@@ -72,13 +71,12 @@ def look(case: Case, asked: Asked) -> Looked:
         remaps += more
         told += said
     distribution = asked.distribution or _distribution(case)
-    nodes, said = found_nodes(Files(sections, asked.namespace, distribution, case.robot.controllers))
+    nodes, said = found(Files(sections, asked.namespace, distribution, case.robot.controllers))
     told += said
     if asked.controllers and not any(node.type for node in nodes) and not has_errors(told):
         told.append(_none(sections))
     for node in nodes:
-        told += values.check(node)
-        told += _controller(case, node, distribution)
+        told += _of_node(case, node, distribution)
     claims = owners.claims(nodes, remaps, told)
     told += owners.check(case, claims)
     told += frames.check(case, nodes, claims)
@@ -93,23 +91,29 @@ def _none(files: Sequence[Sequence[Section]]) -> Diagnostic:
     return error("controllers-none", "no controller stands here: nothing says the type of one", files[0][0].span, help)
 
 
-def _controller(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
-    """Yield what is wrong with a controller; nothing of another node."""
-    if not node.type:
-        return
-    wrong = of_type(node.shown, node.type, distribution)
+def _of_node(case: Case, node: Node, distribution: str) -> Iterator[Diagnostic]:
+    """Yield what is wrong with the keys and values of a node, and with those of a controller for this robot."""
+    wrong = of_type(node.shown, node.type, distribution) if node.type else None
     if wrong is not None:
         yield wrong.at(node.said)
-    plain = {key: one.value for key, one in node.parameters.items() if not one.substituted}
+    if wrong is not None and wrong.severity == ERROR:
+        return  # of which no key would be right
+    told = list(values.check(node))
+    yield from told
+    if not node.type:
+        return
+    if wrong is None:
+        yield from (one.at(node.span) for one in missing(node.shown, node.kind, node.parameters))
+    places = {one.span for one in told}
+    fine = {key: one for key, one in node.parameters.items() if not one.substituted and one.span not in places}
+    plain = {key: one.value for key, one in fine.items()}
     kind = full(node.type)
     knows = known(case.robot, Controller(node.name, kind, plain), kind)
-    for found in missing(node.shown, node.kind if wrong is None else None, node.parameters):
-        yield found.at(node.span)
     moving = any(not joint.is_fixed for joint in case.robot.joints)
-    for found in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
-        if found.rule == "controller-name" and not moving:
+    for one in against_robot(node.shown, kind, plain, knows, case.robot, ERROR):
+        if one.rule == "controller-name" and not moving:
             continue  # a description of where things are mounted
-        yield found.at(node.setting(found.key).span, _drive(case, found.rule))
+        yield one.at(node.setting(one.key).span, _drive(case, one.rule))
 
 
 def _drive(case: Case, rule: str) -> list[Related]:

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean
+from ...diagnostics import WARNING, Diagnostic, Span, did_you_mean, error, nearest
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...formats.controllers.types import full as full_type
 from ...formats.parameters.tables import (
@@ -26,8 +26,8 @@ from .files import Parameter, Section
 RULES = (
     Rule(
         "parameters-reach-nobody",
-        "A warning: a node in a namespace does not get parameters that name it without, or no controller is called as "
-        "parameters say that are for one.",
+        "No controller is called as parameters say that are for one. A warning: a node in a namespace does not get "
+        "parameters that name it without.",
         "`/NAMESPACE/NODE:`, or `/**/NODE:`; or correct the name.",
         PARAMETERS,
     ),
@@ -197,20 +197,28 @@ def _homeless(named: dict[str, list[Section]], types: Mapping[str, _Type]) -> It
             sections = named.pop(full)
             named[bare[name]] += sections
             yield _reaches_nobody(sections[0], bare[name])
-        elif name != MANAGER and (near := did_you_mean(name, bare)).startswith("did"):
+        elif name != MANAGER and (meant := nearest(name, bare)) and _fits(named[full], types[bare[meant]].name):
+            sections = named.pop(full)
+            named[bare[meant]] += sections
             message = f'no controller is called "{name}": nobody reads these parameters'
-            yield Diagnostic("parameters-reach-nobody", WARNING, message, named[full][0].span, help=near)
+            yield error("parameters-reach-nobody", message, sections[0].span, f'did you mean "{meant}"?')
+
+
+def _fits(sections: Sequence[Section], of_type: str) -> bool:
+    """Say whether parameters are those of a type of controllers, most of them."""
+    kind, keys = controller(of_type, ""), _merged(sections)
+    return kind is not None and 2 * sum(key in kind for key in keys) > len(keys)
 
 
 def _node(full: str, sections: list[Section], of_type: _Type | None, distribution: str) -> Node:
     parameters = _merged(sections)
     own = [section for section in sections if not section.of_any]
     spans = [section.span for section in own or sections]
+    shared = parameters.keys() - _merged(own).keys()
     if of_type is None:
         kind = by_name(full.rpartition("/")[2], distribution) or controller_by_keys(parameters, distribution)
-        return Node(full, spans[0], kind or by_signs(parameters, distribution), parameters)
+        return Node(full, spans[0], kind or by_signs(parameters, distribution), parameters, shared=shared)
     kind = controller(of_type.name, distribution)
     if kind is None and of_type.name not in plugins(""):
         kind = controller_by_keys(parameters, distribution)
-    shared = parameters.keys() - _merged(own).keys()
     return Node(full, spans[0] if spans else of_type.span, kind, parameters, of_type.name, of_type.span, shared)

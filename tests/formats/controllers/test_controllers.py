@@ -23,7 +23,7 @@ from rosorin_compile.tools.given import Given
 from rosorin_compile.tools.parameters.checking import asked, look
 from rosorin_compile.tools.parameters.files import read_file
 from rosorin_compile.tools.understanding import understood
-from support.paths import DATA
+from support.paths import DATA, DOCS
 
 FOLDER = DATA / "controllers"
 ROBOTS = sorted(path.stem for path in FOLDER.glob("*.yaml"))
@@ -88,8 +88,10 @@ def test_rcl_reads_what_was_meant(name: str, distribution: str) -> None:
             assert (value, type(value)) == (parameter.value, type(parameter.value)), key
 
 
-def test_each_short_word_is_a_type() -> None:
+def test_each_short_word_is_a_type_and_stands_on_the_page() -> None:
     assert set(SHORT.values()) <= set(plugins(""))
+    page = (DOCS / "controllers.md").read_text("utf-8")
+    assert [word for word, kind in SHORT.items() if f"| `{word}` | `{kind}` |" not in page] == []
 
 
 @pytest.mark.parametrize(

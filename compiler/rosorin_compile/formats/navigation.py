@@ -44,7 +44,7 @@ _NO_FILTER = "navsat"  # a node of robot_localization that is none
 
 
 class Found(NamedTuple):
-    """What is wrong with an output, or with the robot for it; ``path`` is below the entry, or at the top if absolute."""
+    """What is wrong with an output, or the robot for it; ``path`` is below the entry, or at the top if absolute."""
 
     rule: str
     message: str

@@ -68,6 +68,7 @@ FORMAT = Format(
         },
         "padding": {
             "type": "number",
+            "x-unit": "m",
             "minimum": 0,
             "description": "footprint_padding, in m; default: that of Nav2.",
         },
@@ -85,11 +86,13 @@ FORMAT = Format(
         },
         "clearance": {
             "type": "number",
+            "x-unit": "m",
             "minimum": 0,
             "description": "What the robot drives over, in m above the floor: what is lower is no obstacle; default 0.",
         },
         "headroom": {
             "type": "number",
+            "x-unit": "m",
             "minimum": 0,
             "description": "What has to be free above the robot, in m: what is higher is no obstacle; default 0.1.",
         },

@@ -26,8 +26,8 @@ from ..templating import Templates
 RULES = (
     Rule(
         "nav2-footprint",
-        "A warning: the footprint is left out, for the robot has no collision shapes, or meshes of unknown size, and it "
-        "would be smaller than the robot; or the base frame is not within it, which Nav2 takes for granted.",
+        "A warning: the footprint is left out, for the robot has no collision shapes, or meshes of unknown size, so it "
+        "would be too small; or the base frame is not within it, which Nav2 takes for granted.",
         "Give the links shapes; or name another `base_frame`.",
         NAVIGATION,
     ),

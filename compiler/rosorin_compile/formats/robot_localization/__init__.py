@@ -69,6 +69,7 @@ FORMAT = Format(
         },
         "frequency": {
             "type": "number",
+            "x-unit": "Hz",
             "exclusiveMinimum": 0,
             "description": "How often the filter estimates, in Hz; default: that of the filter.",
         },

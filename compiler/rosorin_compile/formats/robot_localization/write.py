@@ -146,9 +146,10 @@ def _uses(robot: Robot, name: str, kind: str, one: Mapping[str, Any], base: str)
             "filter-input", f'nothing of "{name}" is used', (*path, "uses"), "name what is, or remove the input"
         )
     if "uses" not in one and not usual(robot, kind, base):
-        why = "poses are what the one who makes them says" if robot.drive is not None else "the robot has no drive"
-        message = f'nobody says what of "{name}" is used: {why}'
-        yield Found("filter-input", message, path, "add uses: [vx, vyaw], say", key=True)
+        message = f'nobody says what of "{name}" is used'
+        message += ", and the robot has no drive" if robot.drive is None and kind != "pose" else ""
+        usually = {"pose": "x, y, yaw", "imu": "vyaw"}.get(kind, "vx, vyaw")
+        yield Found("filter-input", message, path, f"such as uses: [{usually}]", key=True)
 
 
 def usual(robot: Robot, kind: str, base: str) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from ..diagnostics import ERROR, Diagnostic, did_you_mean
 from ..diagnostics.registry import NAVIGATION, Rule
 from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path
-from ..model import NODE, SEVERAL_COORDINATES, UNPUBLISHED, Output, Publisher, Robot
+from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
 from ..rules.case import Case, exists
 from . import node_parameters
 
@@ -87,7 +87,7 @@ class Frames(NamedTuple):
 def frames_of(robot: Robot, output: Output) -> tuple[Frames | None, list[Found]]:
     """Return the frames of navigation, and what is wrong with them; ``output`` may name which of several."""
     leads = list(_leads(robot))
-    every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _is_odometry(robot, lead))
+    every = dict.fromkeys((lead.parent, lead.child) for lead in leads if _enters(robot, lead))
     if not every:
         message = f"no edge leads to the robot: nobody is said to publish odom -> {robot.root}"
         help = f"add it to edges: {{parent: odom, child: {robot.root}, publisher: NAME}}"
@@ -119,24 +119,15 @@ def _map(leads: Sequence[Lead], odom: str, asked: str | None) -> tuple[str, list
 
 
 def _leads(robot: Robot) -> Iterator[Lead]:
-    """Yield the transforms that somebody publishes, but for what joints hold together."""
-    for joint in robot.joints:
-        if joint.type in SEVERAL_COORDINATES and joint.publisher.kind != UNPUBLISHED:
-            yield Lead(joint.parent, joint.child, joint.publisher, ("joints", joint.name))
+    """Yield the transforms that nodes publish, but for what joints hold together."""
     for index, edge in enumerate(robot.edges):
-        if edge.publisher.kind != UNPUBLISHED and (not edge.joint or robot.joint[edge.joint].moves_on_tf):
-            path: Path = ("joints", edge.joint) if edge.joint else ("edges", index)
-            yield Lead(edge.parent, edge.child, edge.publisher, path)
+        if edge.publisher.kind != UNPUBLISHED and not edge.joint:
+            yield Lead(edge.parent, edge.child, edge.publisher, ("edges", index))
 
 
-def _is_odometry(robot: Robot, lead: Lead) -> bool:
-    """Say whether a transform leads to the robot from outside: from no link, or from the root that has no shape."""
-    if lead.child not in robot.link:
-        return False
-    if lead.parent not in robot.link:
-        return True
-    bare = not robot.link[lead.parent].collision and not robot.link[lead.parent].inertial
-    return lead.parent == robot.root and bare and robot.joint_to[lead.child].type in SEVERAL_COORDINATES
+def _enters(robot: Robot, lead: Lead) -> bool:
+    """Say whether a transform leads from outside to the robot."""
+    return lead.child in robot.link and lead.parent not in robot.link
 
 
 def kind_of(publisher: Publisher) -> str:

@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from itertools import count
 from typing import NamedTuple
 
 from .geometry import Transform, Vector, dot
@@ -22,12 +23,15 @@ Point = tuple[float, float]
 
 LEAST_CORNERS, CORNERS = 4, 12
 DIGITS = 4  # decimals of a corner (m)
+_SMALL_STEPS = 20  # in which a footprint grows that is not large enough for its rounding
 _ROUND = 16  # directions in which something round is touched
+_NOTHING = 5e-4  # of the area
 _SIDES = 48  # sides of a hull that are looked at; of more, the longest
 _STEP = 10.0**-DIGITS
 _SLACK = 1e-7  # m; the numbers of a costmap have 32 bits
 _STRAIGHT = 1e-9
-_WIDEST = math.radians(175)  # between the normals of two sides that meet
+# Between the normals of two sides that meet: corners are no thorns. Of five sides, one can be spared in any case.
+_WIDEST = math.radians(150)
 
 
 class Footprint(NamedTuple):
@@ -60,6 +64,11 @@ class Placed(NamedTuple):
     place: Transform
     link: str
     points: tuple[Vector, ...] = ()
+
+    @property
+    def has_corners(self) -> bool:
+        """Whether it is a box or a mesh, not something round."""
+        return bool(self.points) or isinstance(self.solid.geometry, Box)
 
     def reach(self, direction: Vector) -> float:
         """Return how far it reaches along a unit vector of the plane of the base frame, or up or down (m)."""
@@ -122,7 +131,7 @@ def footprint(
     normals = _normals(placed)
     sides = [(normal, reach(placed, normal) + margin) for normal in normals]
     sides = _fewer(sides, max(corners, LEAST_CORNERS))
-    points = _rounded(placed, sides)
+    points = _rounded(placed, sides, margin)
     lowest = -max(one.reach((0.0, 0.0, -1.0)) for one in placed)
     highest = max(one.reach((0.0, 0.0, 1.0)) for one in placed)
     within = min(_offset(points, index) for index in range(len(points)))
@@ -147,16 +156,21 @@ def padded(points: Sequence[Point], padding: float) -> list[Point]:
     return [(x + sign(x) * padding, y + sign(y) * padding) for x, y in points]
 
 
-def outside(placed: Sequence[Placed], points: Sequence[Point]) -> tuple[float, str]:
-    """Return how far a robot reaches out of the hull of some points (m; zero: it does not), and the link that does."""
+def outside(placed: Sequence[Placed], points: Sequence[Point], margin: float = 0.0) -> tuple[float, str]:
+    """Return how far a robot reaches out of the hull of some points (m; zero: it does not), and the link that does.
+
+    ``margin`` (m) is what is to be free around it.
+    """
     ring = _hull(points)
+    if len(ring) < 3:
+        return math.inf, placed[0].link if placed else ""
     worst, link = 0.0, ""
     for (ax, ay), (bx, by) in zip(ring, [*ring[1:], *ring[:1]], strict=True):
         length = math.hypot(bx - ax, by - ay)
         normal = ((by - ay) / length, (ax - bx) / length)
         at = normal[0] * ax + normal[1] * ay
         for one in placed:
-            beyond = one.reach((*normal, 0.0)) - at
+            beyond = one.reach((*normal, 0.0)) + margin - at
             if beyond > worst + _SLACK:
                 worst, link = beyond, one.link
     return worst, link
@@ -164,15 +178,22 @@ def outside(placed: Sequence[Placed], points: Sequence[Point]) -> tuple[float, s
 
 def _normals(placed: Sequence[Placed]) -> list[Point]:
     """Return the directions of the sides, by angle: each once."""
-    cornered = [one for one in placed if one.points or isinstance(one.solid.geometry, Box)]
+    cornered = [one for one in placed if one.has_corners]
     ring = _hull([corner for one in cornered for corner in _corners(one)])
     sides = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
     longest = sorted(sides, key=lambda side: -math.dist(*side))[:_SIDES]
     angles = [math.atan2(ax - bx, by - ay) for (ax, ay), (bx, by) in longest]
-    if len(cornered) < len(placed) or len(longest) < max(3, len(sides)):
+    if len(longest) < max(3, len(sides)) or outside([one for one in placed if not one.has_corners], ring)[0]:
         angles += [2 * math.pi * step / _ROUND for step in range(_ROUND)]
     turns = sorted({round(angle % (2 * math.pi), 9) % round(2 * math.pi, 9) for angle in angles})
+    turns = [turn for at in range(len(turns)) for turn in _blunted(turns[at], turns[(at + 1) % len(turns)])]
     return [(_plain(math.cos(angle)), _plain(math.sin(angle))) for angle in turns]
+
+
+def _blunted(one: float, other: float) -> list[float]:
+    """Return an angle, and one half-way to the next if that is too far for a corner (rad)."""
+    gap = (other - one) % (2 * math.pi)
+    return [one] if 0 < gap <= _WIDEST else [one, (one + gap / 2) % (2 * math.pi)]
 
 
 def _plain(value: float) -> float:
@@ -218,15 +239,23 @@ _Side = tuple[Point, float]
 
 
 def _fewer(sides: list[_Side], most: int) -> list[_Side]:
-    """Return so many sides of those given, by angle: those without which the area grows most."""
+    """Return so many sides of those given at most, by angle: those without which the area grows most.
+
+    What gains next to nothing goes too.
+    """
     left = list(sides)
-    while len(left) > most:
-        costs = [(_cost(left, index), index) for index in range(len(left))]
-        cost, index = min(costs)
-        if math.isinf(cost):
+    while len(left) > LEAST_CORNERS:
+        cost, index = min((_cost(left, index), index) for index in range(len(left)))
+        if math.isinf(cost) or (len(left) <= most and cost > _NOTHING * _area(left)):
             break
         del left[index]
     return left
+
+
+def _area(sides: Sequence[_Side]) -> float:
+    """Return the area within some sides (m^2)."""
+    corners = [_meet(sides[index - 1], sides[index]) for index in range(len(sides))]
+    return sum(_cross(corners[index - 1], corners[index]) for index in range(len(corners))) / 2
 
 
 def _cost(sides: Sequence[_Side], index: int) -> float:
@@ -251,16 +280,16 @@ def _meet(one: _Side, other: _Side) -> Point:
     return ((p * d - q * b) / under, (a * q - c * p) / under)
 
 
-def _rounded(placed: Sequence[Placed], sides: Sequence[_Side]) -> list[Point]:
-    """Return the corners with few decimals, as near as they can be without that a shape reaches out."""
-    grown = 0
-    while True:
-        wide = [(normal, at + grown * _STEP / 2) for normal, at in sides]
+def _rounded(placed: Sequence[Placed], sides: Sequence[_Side], margin: float) -> list[Point]:
+    """Return the corners with few decimals, as near as they can be without that a shape, with a margin, reaches out."""
+    for tried in count():
+        more = _STEP / 2 * (tried if tried < _SMALL_STEPS else 2 ** (tried - _SMALL_STEPS / 2))
+        wide = [(normal, at + more) for normal, at in sides]
         corners = [_meet(wide[index - 1], wide[index]) for index in range(len(wide))]
         points = _hull([(round(x, DIGITS) + 0.0, round(y, DIGITS) + 0.0) for x, y in corners])
-        if outside(placed, points)[0] <= _SLACK:
-            return points
-        grown += 1
+        if outside(placed, points, margin)[0] <= _SLACK:
+            break
+    return points
 
 
 def _offset(points: Sequence[Point], index: int) -> float:

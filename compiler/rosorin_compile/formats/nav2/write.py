@@ -7,8 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -18,6 +17,7 @@ from ...model.footprint import CORNERS, Footprint, footprint, padded, solids
 from ...model.footprint import outside as reaching_out
 from ...model.standing import Cloud, Clouds
 from ...rules.case import Case
+from ..distributions import HUMBLE
 from ..mesh_vertices import clouds_of
 from ..navigation import AMCL, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..node_parameters import Node, asked, nodes_of, text
@@ -40,8 +40,7 @@ RULES = (
     Rule("nav2-pose", "The robot has no pose of this name.", "Name one of `poses`.", NAVIGATION),
     Rule(
         "nav2-source",
-        "An observation source is no sensor that sees obstacles, has no topic, or sees nothing within the heights of "
-        "obstacles.",
+        "An observation source is no sensor that sees obstacles, has no topic, or is lower than any obstacle.",
         "As the message says.",
         NAVIGATION,
     ),
@@ -51,53 +50,52 @@ LOCAL, GLOBAL = "local_costmap", "global_costmap"
 _LAYERS = {LOCAL: "voxel_layer", GLOBAL: "obstacle_layer"}  # nav2_bringup/params/nav2_params.yaml
 _HEADROOM = 0.1  # m
 _PADDING = 0.01  # m, Nav2's own
-_CIRCLE = 16  # corners of what Nav2 makes of a radius, all of them on the circle
+_CORNERS_OF_CIRCLE = 16  # of what Nav2 makes of a radius, on the circle
+CIRCLE, PLANAR = "circle", "lidar_2d"
 # What a sensor publishes that sees obstacles.
-_SEES = {"lidar_2d": "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
+_SEES = {PLANAR: "LaserScan", "lidar_3d": "PointCloud2", "depth_camera": "PointCloud2"}
 _MOTION = {True: "nav2_amcl::OmniMotionModel", False: "nav2_amcl::DifferentialMotionModel"}
 _MILLIMETRES = 1000
 
 
-@dataclass
-class Known:
-    """What a description knows for Nav2; ``wrong`` is what is wrong with it.
+class Known(NamedTuple):
+    """What a description knows for Nav2: the frames, the base frame of Nav2, and the positions of the joints."""
 
-    ``floor`` and ``top`` (m) are how low and how high the robot reaches over the frame that the odometry moves.
+    frames: Frames
+    base: str
+    positions: Mapping[str, float]
+
+
+class Measured(NamedTuple):
+    """The robot in numbers: its footprint, and between which heights (m) something is an obstacle.
+
+    ``padding`` (m) is what Nav2 is told of it; None for its own. ``remarks`` are about the footprint.
     """
 
-    frames: Frames | None
-    base: str = ""
-    outline: Footprint | None = None
-    floor: float = 0.0
-    top: float = 0.0
-    remarks: list[str] = field(default_factory=list)
-    wrong: list[Found] = field(default_factory=list)
+    outline: Footprint
+    heights: tuple[float, float]
+    padding: float | None
+    remarks: tuple[str, ...] = ()
 
 
-def known(robot: Robot, output: Output) -> Known:
-    """Return what is known of a robot for an output, and all that is wrong."""
+def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
+    """Return what is known of a robot for an output without measuring it, and all that is wrong."""
     frames, wrong = frames_of(robot, output)
-    made = Known(frames, wrong=wrong)
     pose = output.options.get("pose")
-    names = [one.name for one in robot.poses]
-    if pose is not None and pose not in names:
-        way_out = did_you_mean(pose, names) or "the robot has no poses"
+    poses = {one.name: one.positions for one in robot.poses}
+    if pose is not None and pose not in poses:
+        way_out = did_you_mean(pose, poses) or "the robot has no poses"
         wrong.append(Found("nav2-pose", f'there is no pose "{pose}"', ("pose",), way_out))
+    wrong += _sources(robot, output)
     if frames is None:
-        return made
-    made.base = str(output.options.get("base_frame", frames.moved))
-    wrong += _base(robot, made.base, frames)
-    wrong += _owners(robot, frames)
+        return None, wrong
+    base = str(output.options.get("base_frame", frames.moved))
+    wrong += [*_base(robot, base, frames), *_owners(robot, frames)]
     if not frames.map:
         message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
         way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
-    if any(one.severity != WARNING for one in wrong):
-        return made
-    positions = robot.positions(pose) if pose is not None else {}
-    _measure(robot, output, made, positions, frames)
-    wrong += _sources(robot, output, made, positions, frames)
-    return made
+    return Known(frames, base, poses.get(pose, {}) if pose is not None else {}), wrong
 
 
 def _base(robot: Robot, base: str, frames: Frames) -> Iterator[Found]:
@@ -130,67 +128,83 @@ def _clouds(robot: Robot) -> Clouds:
     return cloud
 
 
-def _measure(robot: Robot, output: Output, made: Known, positions: Mapping[str, float], frames: Frames) -> None:
-    """Measure the robot: its footprint, and how high it reaches; what is unusual is said."""
+def measured(robot: Robot, output: Output, made: Known) -> tuple[Measured | None, list[Diagnostic]]:
+    """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
     corners, clouds = int(output.options.get("corners", CORNERS)), _clouds(robot)
-    outline = footprint(robot, made.base, positions, corners, clouds)
-    _, unknown = solids(robot, made.base, positions, clouds) if outline is None else ([], outline.meshes)
-    if outline is None or unknown:
-        left = "footprint and heights are left out"
-        message, way_out = f"no link of the robot has a collision shape: {left}", "give its links collision shapes"
-        if unknown:
-            files = dict.fromkeys(
-                shape.geometry.file
-                for name in unknown
-                for shape in robot.link[name].collision
-                if isinstance(shape.geometry, Mesh)
-            )
-            message = f"nobody knows how large {listed(files, 3)} is ({listed(unknown, 3)}): {left}"
-            way_out = "give these links a box or a cylinder, or a mesh that is found: a binary STL or an OBJ"
-        made.wrong.append(Found("nav2-footprint", message, (), way_out, WARNING, key=True))
-        return
-    padding = float(output.options.get("padding", _PADDING))
-    if outline.inscribed <= 0 and output.options.get("outline") != "circle":
+    outline = footprint(robot, made.base, made.positions, corners, clouds)
+    if outline is None or outline.meshes:
+        _, unknown = solids(robot, made.base, made.positions, clouds)
+        return None, [_unmeasured(robot, unknown)]
+    said = []
+    circle = output.options.get("outline") == CIRCLE
+    if outline.inscribed <= 0 and not circle:
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
-        made.wrong.append(
-            Found("nav2-footprint", message, ("base_frame",), "name a frame in the middle: base_frame", WARNING)
-        )
-    if not outline.holds(padded(outline.corners, padding)):
-        grown = footprint(robot, made.base, positions, corners, clouds, padding)
-        assert grown is not None  # noqa: S101 - it has shapes
-        outline = grown._replace(lowest=outline.lowest, highest=outline.highest)
-        made.remarks.append("The padding is in the footprint: Nav2's own would move a corner inwards.")
-    made.outline = outline
-    up = robot.transform(frames.moved, made.base, positions).xyz[2]
-    made.floor, made.top = min(0.0, outline.lowest + up), outline.highest + up
+        said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
+    heights = _heights(robot, output, made, outline)
+    low = [name for name in _lidars(robot, output) if _above(robot, made, name) <= heights[0]]
+    if low:
+        message = f'lidar "{low[0]}" sees nothing: it is no higher than what is no obstacle, {heights[0]:g} m'
+        said.append(error("nav2-source", message, None, "make clearance less"))
+    padding = output.options.get("padding")
+    free = float(_PADDING if padding is None else padding)
+    if circle or outline.holds(padded(outline.corners, free)):
+        return Measured(outline, heights, None if padding is None else free), said
+    grown = footprint(robot, made.base, made.positions, corners, clouds, free)
+    remark = f"It has {free:g} m of padding: Nav2's own would move a corner inwards."
+    return Measured(grown or outline, heights, 0.0, (remark,)), said
 
 
-def _sources(
-    robot: Robot, output: Output, made: Known, positions: Mapping[str, float], frames: Frames
-) -> Iterator[Found]:
+def _unmeasured(robot: Robot, unknown: Sequence[str]) -> Diagnostic:
+    """Return that nobody knows how large a robot is: it has no collision shapes, or links with meshes unread."""
+    left = "footprint and heights are left out"
+    if not unknown:
+        message = f"no link of the robot has a collision shape: {left}"
+        return Diagnostic("nav2-footprint", WARNING, message, help="give its links collision shapes")
+    shapes = [shape.geometry for name in unknown for shape in robot.link[name].collision]
+    files = list(dict.fromkeys(one.file for one in shapes if isinstance(one, Mesh)))
+    message = f"nobody knows how large {listed(files, 3)} is ({listed(unknown, 3)}): {left}"
+    way_out = "give the link a box or a cylinder, or a mesh that is there: a binary STL, or an OBJ"
+    return Diagnostic("nav2-footprint", WARNING, message, help=way_out)
+
+
+def _heights(robot: Robot, output: Output, made: Known, outline: Footprint) -> tuple[float, float]:
+    """Return between which heights (m) something is an obstacle: over the floor, and as high as the robot reaches.
+
+    A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
+    """
+    up = robot.transform(made.frames.moved, made.base, made.positions).xyz[2]
+    planes = [_above(robot, made, sensor.name) for sensor in robot.sensors if sensor.type == PLANAR]
+    low = min(0.0, outline.lowest + up) + float(output.options.get("clearance", 0.0))
+    high = max([outline.highest + up, *planes]) + float(output.options.get("headroom", _HEADROOM))
+    return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
+
+
+def _above(robot: Robot, made: Known, name: str) -> float:
+    """Return how high a sensor is over the frame that the odometry moves (m)."""
+    frame = next(sensor.frame for sensor in robot.sensors if sensor.name == name)
+    return robot.transform(made.frames.moved, frame, made.positions).xyz[2]
+
+
+def _lidars(robot: Robot, output: Output) -> list[str]:
+    """Return the lidars of one plane among the observation sources."""
+    named = {source["sensor"] for source in (output.options.get("sources") or {}).values()}
+    return [sensor.name for sensor in robot.sensors if sensor.type == PLANAR and sensor.name in named]
+
+
+def _sources(robot: Robot, output: Output) -> Iterator[Found]:
     """Yield what is wrong with the observation sources."""
     sensors = {sensor.name: sensor for sensor in robot.sensors}
-    band = heights(robot, output, made, positions)
     for name, source in (output.options.get("sources") or {}).items():
         sensor, path = sensors.get(source["sensor"]), ("sources", name, "sensor")
         if sensor is None:
             way_out = did_you_mean(source["sensor"], sensors) or "the robot has no sensors"
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
-            continue
-        if sensor.type not in _SEES:
+        elif sensor.type not in _SEES:
             message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
-            yield Found("nav2-source", message, path, f"name one of type {listed(sorted(_SEES))}")
+            yield Found("nav2-source", message, path, f"name one of type {' or '.join(sorted(_SEES))}")
         elif not _topic(robot, source):
             message = f'nobody says which topic sensor "{sensor.name}" is on'
             yield Found("nav2-source", message, path, "add topic: NAME")
-        above = robot.transform(frames.moved, sensor.frame, positions).xyz[2]
-        if band is not None and sensor.type == "lidar_2d" and above <= band[0]:
-            message = (
-                f'lidar "{sensor.name}" sees nothing: it is {above - made.floor:.3g} m above the floor,'
-                f" and what is lower than {output.options.get('clearance', 0.0):.3g} m is no obstacle"
-            )
-            at = ("clearance",) if "clearance" in output.options else path
-            yield Found("nav2-source", message, at, "make clearance less")
 
 
 def _article(word: str) -> str:
@@ -201,87 +215,67 @@ def _topic(robot: Robot, source: Mapping[str, Any]) -> str:
     return str(source.get("topic") or stated_topic(robot, source["sensor"]))
 
 
-def heights(robot: Robot, output: Output, made: Known, positions: Mapping[str, float]) -> tuple[float, float] | None:
-    """Return between which heights (m) something is an obstacle; None where nobody knows how high the robot is.
-
-    A lidar of one plane sees at its own height: that is within, also where nothing of the robot is as high.
-    """
-    if made.outline is None or made.frames is None:
-        return None
-    planes = [
-        robot.transform(made.frames.moved, sensor.frame, positions).xyz[2]
-        for sensor in robot.sensors
-        if sensor.type == "lidar_2d" and sensor.frame in robot.link
-    ]
-    low = made.floor + float(output.options.get("clearance", 0.0))
-    high = max([made.top, *planes]) + float(output.options.get("headroom", _HEADROOM))
-    return math.floor(low * _MILLIMETRES + 0.5) / _MILLIMETRES + 0.0, math.ceil(high * _MILLIMETRES) / _MILLIMETRES
-
-
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with an entry."""
-    yield from told(case, output, known(case.robot, output).wrong)
+    yield from told(case, output, known(case.robot, output)[1])
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the parameters of a robot for Nav2. The options are in the record."""
-    made = known(robot, output)
-    wrong = [one for one in made.wrong if one.severity != WARNING]
-    if made.frames is None or wrong:
-        return "", [error(one.rule, one.message, None, one.help) for one in wrong]
+    made, found = known(robot, output)
+    wrong = [error(one.rule, one.message, None, one.help) for one in found if one.severity != WARNING]
+    if made is None or wrong:
+        return "", wrong
+    size, said = measured(robot, output, made)
     head = [
         f"Nav2 of {asked(output).capitalize()}: frames, footprint and heights of the robot.",
         "No tuning is in it: load it after your own.",
     ]
-    if made.outline is not None:
+    if size is not None:
         pose = output.options.get("pose")
-        head.append(f"Footprint: {'all joints at zero' if pose is None else f'pose {pose}'}, in {made.base}.")
-    head += made.remarks
-    return text(robot, output, templates, head, list(_nodes(robot, output, made, made.frames))), []
+        at = "with all joints at zero" if pose is None else f"in the pose {pose}"
+        head += [f"The footprint is that {at}.", *size.remarks]
+    return text(robot, output, templates, head, list(_nodes(robot, output, made, size))), said
 
 
-def _nodes(robot: Robot, output: Output, made: Known, frames: Frames) -> Iterator[Node]:
-    positions = robot.positions(output.options["pose"]) if "pose" in output.options else {}
-    band = heights(robot, output, made, positions)
+def _nodes(robot: Robot, output: Output, made: Known, size: Measured | None) -> Iterator[Node]:
+    frames, base = made.frames, {"robot_base_frame": made.base}
     costmaps = {LOCAL: frames.odom, **({GLOBAL: frames.map} if frames.map else {})}
     for name, frame in costmaps.items():
-        values: dict[str, Any] = {"global_frame": frame, "robot_base_frame": made.base}
-        values |= _outline(output, made)
         layer = (output.options.get("layers") or {}).get(name, _LAYERS[name])
-        if band is not None:
-            values |= {f"{layer}.min_obstacle_height": band[0], f"{layer}.max_obstacle_height": band[1]}
-        yield Node(f"{name}/{name}", "costmap", values | dict(_seen(robot, output, layer, band)))
+        values: dict[str, Any] = {"global_frame": frame, **base, **_outline(output, size)}
+        values |= _band(layer, size)
+        yield Node(f"{name}/{name}", "costmap", values | dict(_seen(robot, output, layer, size)))
     if frames.map:
-        values = {"global_frame": frames.map, "robot_base_frame": made.base}
-        yield Node("bt_navigator", "bt_navigator", values)
+        yield Node("bt_navigator", "bt_navigator", {"global_frame": frames.map, **base})
     # In Humble the behaviours have one frame, that of the local costmap.
-    local = {"global_frame": frames.odom} if asked(output) == "humble" else {"local_frame": frames.odom}
+    local = {"global_frame": frames.odom} if asked(output) == HUMBLE else {"local_frame": frames.odom}
     far = {"global_frame": frames.map} if frames.map and "local_frame" in local else {}
-    yield Node("behavior_server", "behavior_server", {**local, **far, "robot_base_frame": made.base})
-    values = {"base_frame_id": made.base, "odom_frame_id": frames.odom}
-    yield Node("collision_monitor", "collision_monitor", values)
+    yield Node("behavior_server", "behavior_server", {**local, **far, **base})
+    yield Node("collision_monitor", "collision_monitor", {"base_frame_id": made.base, "odom_frame_id": frames.odom})
     if frames.map:
         for publisher in robot.publishers:
             yield from _localisation(robot, output, frames, publisher)
 
 
-def _outline(output: Output, made: Known) -> dict[str, Any]:
+def _outline(output: Output, size: Measured | None) -> dict[str, Any]:
     """Return the keys of the footprint. A footprint wins over a radius, which is for where it cannot be read."""
-    outline = made.outline
-    if outline is None:
+    if size is None:
         return {}
-    around = outline.circumscribed / math.cos(math.pi / _CIRCLE)
-    circle = output.options.get("outline") == "circle"
-    corners = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in outline.corners)
+    around = size.outline.circumscribed / math.cos(math.pi / _CORNERS_OF_CIRCLE)
+    circle = output.options.get("outline") == CIRCLE
+    corners = "" if circle else ", ".join(f"[{x!r}, {y!r}]" for x, y in size.outline.corners)
     values: dict[str, Any] = {"footprint": f"[{corners}]", "robot_radius": math.ceil(around * 1e4) / 1e4}
-    if made.remarks:
-        values["footprint_padding"] = 0.0
-    elif "padding" in output.options:
-        values["footprint_padding"] = output.options["padding"]
-    return values
+    return values if size.padding is None else {**values, "footprint_padding": size.padding}
 
 
-def _seen(robot: Robot, output: Output, layer: str, band: tuple[float, float] | None) -> Iterator[tuple[str, Any]]:
+def _band(place: str, size: Measured | None) -> dict[str, float]:
+    """Return the keys of the heights of a layer, or of a source of one."""
+    names = ("min_obstacle_height", "max_obstacle_height")
+    return {f"{place}.{name}": one for name, one in zip(names, size.heights, strict=True)} if size is not None else {}
+
+
+def _seen(robot: Robot, output: Output, layer: str, size: Measured | None) -> Iterator[tuple[str, Any]]:
     """Yield the keys of the observation sources of a layer."""
     sources = output.options.get("sources") or {}
     sensors: dict[str, Sensor] = {sensor.name: sensor for sensor in robot.sensors}
@@ -292,9 +286,7 @@ def _seen(robot: Robot, output: Output, layer: str, band: tuple[float, float] | 
         yield f"{own}.topic", _topic(robot, source)
         yield f"{own}.data_type", _SEES[sensor.type]
         yield f"{own}.sensor_frame", sensor.optical_frame or sensor.frame
-        if band is not None:
-            yield f"{own}.min_obstacle_height", band[0]
-            yield f"{own}.max_obstacle_height", band[1]
+        yield from _band(own, size).items()
 
 
 def _localisation(robot: Robot, output: Output, frames: Frames, publisher: Publisher) -> Iterator[Node]:
@@ -314,7 +306,7 @@ def _localisation(robot: Robot, output: Output, frames: Frames, publisher: Publi
 
 def _scan(robot: Robot, output: Output) -> str:
     """Return the topic of the only lidar of one plane, if the description says it; else nothing."""
-    lidars = [sensor.name for sensor in robot.sensors if sensor.type == "lidar_2d"]
+    lidars = [sensor.name for sensor in robot.sensors if sensor.type == PLANAR]
     sources: Sequence[Mapping[str, Any]] = list((output.options.get("sources") or {}).values())
     topics = {_topic(robot, source) for source in sources if source["sensor"] in lidars}
     topics |= {stated_topic(robot, lidars[0])} if len(lidars) == 1 and not topics else set()

@@ -22,6 +22,8 @@ from .standing import Clouds, along, unknown
 Point = tuple[float, float]
 
 LEAST_CORNERS, CORNERS = 4, 12
+LARGEST = 1e6  # m
+_WAYS: tuple[Vector, ...] = tuple((x, y, z) for i in (-1.0, 1.0) for x, y, z in ((i, 0, 0), (0, i, 0), (0, 0, i)))
 DIGITS = 4  # decimals of a corner (m)
 _SMALL_STEPS = 20  # in which a footprint grows that is not large enough for its rounding
 _ROUND = 16  # directions in which something round is touched
@@ -123,25 +125,26 @@ def footprint(
     """Return the footprint of a robot in the plane of its base frame; None of one without collision shapes.
 
     ``positions`` are in rad or m by joint; ``corners`` is how many there may be, four or more. ``clouds`` as in
-    ``solids``. ``margin`` (m) is what is left free around the robot.
+    ``solids``. ``margin`` (m) is what is left free around the robot. Raises ValueError for one that is larger than
+    ``LARGEST``.
     """
     placed, meshes = solids(robot, base, positions, clouds)
     if not placed:
         return None
-    normals = _normals(placed)
-    sides = [(normal, reach(placed, normal) + margin) for normal in normals]
+    lowest, highest = -_reach(placed, (0.0, 0.0, -1.0)), _reach(placed, (0.0, 0.0, 1.0))
+    if not all(abs(_reach(placed, way)) < LARGEST for way in _WAYS):
+        raise ValueError(f"a robot is smaller than {LARGEST:g} m")
+    sides = [(normal, _reach(placed, (*normal, 0.0)) + margin) for normal in _normals(placed)]
     sides = _fewer(sides, max(corners, LEAST_CORNERS))
     points = _rounded(placed, sides, margin)
-    lowest = -max(one.reach((0.0, 0.0, -1.0)) for one in placed)
-    highest = max(one.reach((0.0, 0.0, 1.0)) for one in placed)
     within = min(_offset(points, index) for index in range(len(points)))
     around = max(math.hypot(*point) for point in points)
     return Footprint(tuple(points), within, around, lowest, highest, tuple(meshes), tuple(placed))
 
 
-def reach(placed: Sequence[Placed], direction: Point) -> float:
-    """Return how far some solids reach along a unit vector of the plane (m)."""
-    return max(one.reach((*direction, 0.0)) for one in placed)
+def _reach(placed: Sequence[Placed], direction: Vector) -> float:
+    """Return how far some solids reach along a unit vector (m)."""
+    return max(one.reach(direction) for one in placed)
 
 
 def padded(points: Sequence[Point], padding: float) -> list[Point]:

@@ -131,7 +131,11 @@ def _clouds(robot: Robot) -> Clouds:
 def measured(robot: Robot, output: Output, made: Known) -> tuple[Measured | None, list[Diagnostic]]:
     """Return the robot in numbers, and what is unusual; None where nobody knows how large it is."""
     corners, clouds = int(output.options.get("corners", CORNERS)), _clouds(robot)
-    outline = footprint(robot, made.base, made.positions, corners, clouds)
+    try:
+        outline = footprint(robot, made.base, made.positions, corners, clouds)
+    except ValueError as problem:
+        message = f"{problem}: footprint and heights are left out"
+        return None, [Diagnostic("nav2-footprint", WARNING, message, help="correct the size of its shapes")]
     if outline is None or outline.meshes:
         _, unknown = solids(robot, made.base, made.positions, clouds)
         return None, [_unmeasured(robot, unknown)]
@@ -141,9 +145,11 @@ def measured(robot: Robot, output: Output, made: Known) -> tuple[Measured | None
         message = f'the base frame "{made.base}" is not within the footprint, which Nav2 takes for granted'
         said.append(Diagnostic("nav2-footprint", WARNING, message, help="name a frame in the middle: base_frame"))
     heights = _heights(robot, output, made, outline)
-    low = [name for name in _lidars(robot, output) if _above(robot, made, name) <= heights[0]]
-    if low:
-        message = f'lidar "{low[0]}" sees nothing: it is no higher than what is no obstacle, {heights[0]:g} m'
+    for name in _lidars(robot, output):
+        at = _above(robot, made, name)
+        if at > heights[0]:
+            continue
+        message = f'lidar "{name}" sees nothing: it is at {at:.3g} m, and what is below {heights[0]:g} m is no obstacle'
         said.append(error("nav2-source", message, None, "make clearance less"))
     padding = output.options.get("padding")
     free = float(_PADDING if padding is None else padding)
@@ -201,7 +207,7 @@ def _sources(robot: Robot, output: Output) -> Iterator[Found]:
             yield Found("nav2-source", f'there is no sensor "{source["sensor"]}"', path, way_out)
         elif sensor.type not in _SEES:
             message = f'sensor "{sensor.name}" is {_article(sensor.type)}, which sees no obstacles for a costmap'
-            yield Found("nav2-source", message, path, f"name one of type {' or '.join(sorted(_SEES))}")
+            yield Found("nav2-source", message, path, "name a lidar or a depth camera")
         elif not _topic(robot, source):
             message = f'nobody says which topic sensor "{sensor.name}" is on'
             yield Found("nav2-source", message, path, "add topic: NAME")

@@ -133,7 +133,7 @@ def footprint(
         return None
     lowest, highest = -_reach(placed, (0.0, 0.0, -1.0)), _reach(placed, (0.0, 0.0, 1.0))
     if not all(abs(_reach(placed, way)) < LARGEST for way in _WAYS):
-        raise ValueError(f"a robot is smaller than {LARGEST:g} m")
+        raise ValueError(f"the robot is larger than {LARGEST:,.0f} m")
     sides = [(normal, _reach(placed, (*normal, 0.0)) + margin) for normal in _normals(placed)]
     sides = _fewer(sides, max(corners, LEAST_CORNERS))
     points = _rounded(placed, sides, margin)

@@ -110,6 +110,7 @@ FORMAT = Format(
             "description": "The sensors that these layers see by, by the names of the observation sources.",
             "additionalProperties": {
                 "type": "object",
+                "description": "A sensor that sees obstacles: lidar_2d, lidar_3d or depth_camera.",
                 "properties": {
                     "sensor": {"type": "string", "description": "The sensor, by its name."},
                     "topic": {

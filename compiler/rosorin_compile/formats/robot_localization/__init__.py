@@ -78,6 +78,7 @@ FORMAT = Format(
             "description": "What the filter listens to: odom0, odom1, ..., pose0, twist0, imu0, ...",
             "additionalProperties": {
                 "type": "object",
+                "description": "A topic, and what of its messages the filter uses.",
                 "properties": {
                     "topic": {
                         "type": "string",
@@ -94,12 +95,12 @@ FORMAT = Format(
                         "description": "What of it the filter uses; default with a drive: vx, vy and vyaw of odomN and"
                         " twistN, vyaw of imuN.",
                     },
-                    "differential": {"type": "boolean", "description": "As the filter has it."},
-                    "relative": {"type": "boolean", "description": "As the filter has it."},
-                    "queue_size": {"type": "integer", "minimum": 1, "description": "As the filter has it."},
+                    "differential": {"type": "boolean", "description": "Whether poses are used by how they change."},
+                    "relative": {"type": "boolean", "description": "Whether poses count from the first one on."},
+                    "queue_size": {"type": "integer", "minimum": 1, "description": "How many messages may wait."},
                     "remove_gravitational_acceleration": {
                         "type": "boolean",
-                        "description": "As the filter has it, of imuN.",
+                        "description": "Whether gravity is taken off the accelerations of imuN.",
                     },
                 },
                 "additionalProperties": False,

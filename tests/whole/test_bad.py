@@ -37,6 +37,7 @@ FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")
 WRITERS = ["__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__"]
 WRITERS += ["frames", "frames_picture", "mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts"]
 WRITERS += ["urdf/write", "urdf/facts", "urdf/control_rules", "page/__init__", "controllers/*", "parameters/checking"]
+WRITERS += ["navigation", "nav2/write", "robot_localization/write"]
 STAGES = ["pipeline", "frontend/**/*", "rules/*", *(f"formats/{writer}" for writer in WRITERS)]
 TELLERS = {"Diagnostic", "Finding", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
 

@@ -50,7 +50,7 @@ def changed(folder: Path, name: str, *changes: tuple[str, str]) -> Path:
 def parameters(path: Path, distribution: str = "jazzy") -> Mapping[str, Any]:
     """Return the parameters of each node that is written, as YAML has them."""
     text = compiled(path, distribution).artifacts[0].text
-    return {name: node["ros__parameters"] for name, node in yaml.safe_load(text).items()}
+    return {name: node.get("ros__parameters", node) for name, node in yaml.safe_load(text).items()}
 
 
 def held(robot: Path, file: Path, *words: str) -> list[str]:
@@ -143,7 +143,7 @@ def test_the_declared_owner_publishes_and_nobody_else(
 
 def test_frames_are_those_of_the_description_in_a_namespace_too(tmp_path: Path) -> None:
     path = changed(tmp_path, "mecanum", ('"${distribution}"}', '"${distribution}", namespace: left}'))
-    wheels = parameters(path)["/left/wheels"]
+    wheels = parameters(path)["left"]["wheels"]["ros__parameters"]
     frames = {key: wheels[key] for key in ("odom_frame_id", "base_frame_id", "tf_frame_prefix_enable")}
     assert frames == {"odom_frame_id": "odom", "base_frame_id": "base_footprint", "tf_frame_prefix_enable": False}
 

@@ -10,10 +10,12 @@ from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.tree import Path
 from ...model import Edge, Output
 from ...rules.case import Case, at
+from ..distributions import known
 from ..parameters.checking import Finding, against_kind
+from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, frames_of, missing
-from .filled import Filled, asked, filled, managed
+from .filled import Filled, filled, managed
 from .known import owned
 from .types import of_type
 
@@ -40,7 +42,7 @@ _ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the controllers of a description in the distribution that an output is for."""
-    distribution = asked(output)
+    distribution = known(asked(output))
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"

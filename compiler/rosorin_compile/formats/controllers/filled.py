@@ -8,8 +8,6 @@ from typing import Any, NamedTuple
 from ...frontend.lower.control import flat
 from ...model import Output, Robot
 from ...model.control import Controller
-from ..distributions import JAZZY
-from ..distributions import known as known_distribution
 from ..parameters.tables import Kind, controller, manager
 from ..parameters.values import converted
 from .known import Known, known
@@ -28,11 +26,6 @@ class Filled(NamedTuple):
     values: Mapping[str, Any]
     known: Known
     kind: Kind | None
-
-
-def asked(output: Output) -> str:
-    """Return the distribution that an output is for, humble or jazzy."""
-    return known_distribution(str(output.options.get("distribution", JAZZY)))
 
 
 def filled(robot: Robot, distribution: str) -> list[Filled]:

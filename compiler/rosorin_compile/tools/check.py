@@ -127,7 +127,7 @@ def _parameter_options(command: argparse.ArgumentParser) -> None:
     add("--controllers", **many, help="the same of the file of a controller_manager: it has to name controllers")
     add("--launch", **many, help="with these: launch files that say remaps")
     add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with these: a remap")
-    add("--namespace", default="", metavar="NAME", help="with these: the namespace that the nodes run in")
+    add("--namespace", default="", metavar="NS", help="with these: the namespace that the nodes run in")
     add(
         "--distribution",
         choices=DISTRIBUTIONS,

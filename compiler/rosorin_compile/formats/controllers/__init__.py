@@ -1,7 +1,7 @@
 """controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
 
-``write`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking`` holds
-parameters against the ``tables`` of a distribution and against the robot: those of a description, and those of files.
+``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking``
+holds parameters against the robot: those of a description (``described``), and those of files (``tools.parameters``).
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ __all__ = ["FORMAT"]
 
 
 def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
+    from .filled import write
 
     return write(robot, output, templates)
 

@@ -202,12 +202,13 @@ def controller(plugin: str, distribution: str) -> Kind | None:
     if not tables:
         return None
     chosen = distribution if distribution in tables else ""
-    frame_id = _data("ros2_nodes")["controllers"]["frame_ids"].get(plugin, "")
+    of_all = _data("ros2_nodes")["controllers"]
+    frame_id = of_all["frame_ids"].get(plugin, "")
     frames = {"odom_frame_id": "odom", "base_frame_id": "base", frame_id: "sensor"}
     keys = _keys_of_controllers(tables, chosen, frames)
-    odometry = _data("ros2_nodes")["controllers"]["odometry"].get(plugin, "")
+    odometry = of_all["odometry"].get(plugin, "")
     packages = (plugins("")[plugin], *_OF_CONTROLLERS)
-    transform = _TRANSFORM if odometry else {}
+    transform = of_all["transforms"].get(plugin) or (_TRANSFORM if odometry else {})
     return Kind(plugin, keys, chosen, packages, complete=True, odometry=odometry, transform=transform)
 
 

@@ -8,6 +8,7 @@ from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import PARAMETERS, Rule
 from ...diagnostics.wording import quoted
 from ...formats.parameters.tables import Key
+from ...model import ROBOT_STATE_PUBLISHER
 from ...rules.case import Case, suggest
 from ...rules.tf_tree import Step, legal_steps, pieces
 from .nodes import DEFAULT, Node, Setting
@@ -42,11 +43,21 @@ def check(case: Case, nodes: Iterable[Node], found: Sequence[Claim]) -> Iterator
     published = [(str(claim.parent.value), str(claim.child.value)) for claim in found if not claim.silent]
     parts = pieces([*((step.parent, step.child) for step in steps), *published])
     for node in nodes:
+        yield from _prefixed(node)
         for key, name, setting in _named(node):
             own = setting.given and setting.span in claimed.get(node.full, ())
             if own and setting.value not in simulated and _is_end(node, key, found):
                 continue  # told, if it is wrong, with the edge
             yield from _frame(case, node, key, name, setting, known | made, parts, steps)
+
+
+def _prefixed(node: Node) -> Iterator[Diagnostic]:
+    """Yield that robot_state_publisher calls all frames otherwise; nothing else knows its prefix."""
+    prefix = node.setting("frame_prefix") if node.kind and node.kind.name == ROBOT_STATE_PUBLISHER else None
+    if prefix is not None and prefix.value and isinstance(prefix.value, str):
+        message = f'"frame_prefix" of {node.shown} is "{prefix.value}": it writes that before every frame of the robot'
+        message += ", and no other node does"
+        yield error("parameters-frame", message, prefix.span, "remove it, or give the links of the robot these names")
 
 
 def _is_end(node: Node, key: Key, found: Sequence[Claim]) -> bool:

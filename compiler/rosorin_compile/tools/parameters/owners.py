@@ -91,8 +91,10 @@ def _of_keys(node: Node) -> Claim | None:
     if not names:
         return None
     parent, child = _frame(node, names["parent"]), _frame(node, names["child"])
+    if child.value == "" and "else" in names:
+        child = _frame(node, names["else"])
     switch = node.setting(names["switch"])
-    if parent.value is None or child.value is None or switch.value is None:
+    if not parent.value or not child.value or switch.value is None:
         return None
     key = names["switch"]
     on = "0.05" if isinstance(switch.value, float) else "true"

@@ -254,8 +254,9 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     named = {output.name: output for output in robot.outputs}
     outputs = tuple(named[name] for name in dict.fromkeys(wanted)) if wanted else robot.outputs
     if search is not None and (any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)):
-        # An artifact that opens meshes finds the same ones, whether the others are made or not.
-        opening = any(FORMATS[output.backend].opens is not None for output in outputs)
+        # An artifact that opens or measures meshes finds the same ones, whether the others are made or not.
+        records = [FORMATS[output.backend] for output in outputs]
+        opening = any(one.opens is not None or one.measures for one in records)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
         robot = meshes.told_to(robot)
     artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)

@@ -93,6 +93,7 @@ BEYOND = {
     "missing-key-parent": "whether a part has a mount",
     "missing-key-robot": "an included file has none",
     "unknown-key-let-used-twice": "a named value may be anything",
+    "wrong-unit-control": "the unit depends on the interface",
     "wrong-unit-effort": "the unit depends on the type of the joint",
     "wrong-unit-limit-and-pose": "the unit depends on the type of the joint",
     "wrong-unit-hinge": "the unit depends on the type of the joint",

@@ -122,7 +122,7 @@ SPOILED = [
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", ""),
-        "rosorin.xml cannot be read back: no element found: line 722, column 0",
+        "rosorin.xml cannot be read back: no element found: line 734, column 0",
         id="damaged",
     ),
 ]

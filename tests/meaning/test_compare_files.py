@@ -68,7 +68,7 @@ EDITS = [
     ),
     pytest.param(
         *("rosorin.xml", "</mujoco>", "", 1),
-        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 722, column 0)",
+        "rosorin.xml: the committed file is damaged and compared as text alone (no element found: line 734, column 0)",
         id="damaged-xml",
     ),
     pytest.param(

@@ -36,9 +36,10 @@ FIELD_DEFECTS = [case for case in CASES if case.stem.startswith("field-defect-")
 # What the stages of a compilation can say, beside the rules for writing, which have tests of their own.
 WRITERS = ["__init__", "facts", "format", "static_tf*", "template", "templating", "robot_model/__init__"]
 WRITERS += ["frames", "frames_picture", "mjcf/write*", "mjcf/unsaid", "mjcf/masses", "mjcf/facts"]
-WRITERS += ["urdf/write", "urdf/facts", "page/__init__"]
+WRITERS += ["urdf/write", "urdf/facts", "urdf/control_rules", "page/__init__", "controllers/*", "parameters/checking"]
+WRITERS += ["navigation", "nav2/write", "robot_localization/write"]
 STAGES = ["pipeline", "frontend/**/*", "rules/*", *(f"formats/{writer}" for writer in WRITERS)]
-TELLERS = {"Diagnostic", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
+TELLERS = {"Diagnostic", "Finding", "ShapeProblem", "_error", "_make", "_problem", "error", "fail", "problem", "report"}
 
 # Said by the functions below, whose input cannot stand in a file of its own.
 MADE_HERE = {"file-too-large", "include-too-many", "not-utf8"}

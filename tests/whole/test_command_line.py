@@ -143,7 +143,7 @@ def test_number_below_zero_is_the_value_of_an_option(words: list[str], wanted: t
 
 
 def test_every_schema_is_printed(capsys: Shown) -> None:
-    assert {f"{name}.schema.json" for name in names()} == {path.name for path in (SCHEMAS).glob("*.json")}
+    assert {f"{name}.schema.json" for name in names()} == {path.name for path in (SCHEMAS).glob("*.schema.json")}
     for name in names():
         assert main(["schema", name]) == 0
         shown = capsys.readouterr().out

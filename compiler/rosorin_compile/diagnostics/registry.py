@@ -42,6 +42,8 @@ PHYSICS = "Physics"
 ASKING = "Asking for a transform, asking for pulses"
 PACKAGES = "ROS packages"
 RECORDINGS = "Recordings"
+PARAMETERS = "Parameters of nodes"
+NAVIGATION = "Navigation and localisation"
 PLUGINS = "Plug-ins"
 
 _MARKS = (b"Rule(", b"@rule(")

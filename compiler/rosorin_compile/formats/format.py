@@ -210,9 +210,9 @@ class Format:
     too, where no copy is yet), ``packaged`` (a package carries it, and has none of its own), ``located`` (its text
     depends on where other artifacts stand), ``meshes`` (it names meshes as URDF does), ``opens`` (the file of a mesh
     as seen from the artifact, by its name in the description; empty where it is not opened), ``embeds`` (it holds the
-    meshes themselves), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file
-    was generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for
-    a package).
+    meshes themselves), ``measures`` (its text depends on how large meshes are), ``beside`` (the names of files that it
+    wants beside it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so),
+    ``adapted`` (a head of a text that has been changed for a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
     source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
@@ -270,6 +270,7 @@ class Format:
     meshes: bool = False
     opens: Callable[[str], str] | None = None
     embeds: bool = False
+    measures: bool = False
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""

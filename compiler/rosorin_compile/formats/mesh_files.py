@@ -132,7 +132,8 @@ class Places(NamedTuple):
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
-    naming = [output for output in outputs if RECORDS[output.backend].meshes]
+    measuring = [output for output in outputs if RECORDS[output.backend].measures]
+    naming = [*(output for output in outputs if RECORDS[output.backend].meshes), *measuring]
     embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
     textures = named_textures(tree)
@@ -141,6 +142,8 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
     if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
     found = _Search(places, opening, naming).run(named)
+    if measuring:
+        found = found._replace(inputs=tuple(dict.fromkeys((*found.inputs, *found.by_name.values()))))
     if not embedding:
         return found
     by_name = {**images, **found.by_name}

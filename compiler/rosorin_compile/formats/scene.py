@@ -218,6 +218,7 @@ FORMAT = Format(
     write=write,
     syntax=_syntax,
     folder="mjcf",
+    measures=True,
     beside=_INCLUDED.findall,
     robot_of=robot_of,
 )

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
-from .schema import ONE_ENTRY, Steps, subject, unit_at, validator_of, with_outputs
+from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, validator_of, with_outputs
 from .tree import Map, Seq, locate
 
 if TYPE_CHECKING:
@@ -43,8 +43,24 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
         for problem in held.iter_errors(plain):
             diagnostics += Complaint(tree, problem, schema).diagnostics()
     for path, quantity in walk.misfits:
-        diagnostics += _wrong_unit(tree, path, quantity)
+        diagnostics += _wrong_unit(tree, path, quantity, _dimensions(tuple(path)) or ())
+    for path, quantity, allowed in _of_options(tree, formats):
+        diagnostics += _wrong_unit(tree, path, quantity, (allowed,))
     return diagnostics
+
+
+def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:
+    """Yield the quantities among the options of outputs that are of another kind than their format asks for."""
+    outputs = tree.get("outputs")
+    for name, entry in outputs.items() if isinstance(outputs, Map) else ():
+        if not isinstance(entry, Map) or not any(isinstance(value, Quantity) for value in entry.values()):
+            continue
+        named = str(entry.get("backend", backend_of(name, entry)))
+        options = formats[named].options if named in formats else {}
+        for key, value in entry.items():
+            unit = parse_unit(options[key]["x-unit"]) if "x-unit" in options.get(key, ()) else None
+            if isinstance(value, Quantity) and unit is not None and value.dimension != unit[1]:
+                yield ["outputs", name, key], value, unit[1]
 
 
 class _Walk:
@@ -124,10 +140,10 @@ def _dimensions(path: tuple[str | int, ...]) -> tuple[Dimension, ...] | None:
     return tuple(unit[1] for unit in units if unit is not None)
 
 
-def _wrong_unit(tree: Map, path: Steps, quantity: Quantity) -> list[Diagnostic]:
+def _wrong_unit(tree: Map, path: Steps, quantity: Quantity, allowed: tuple[Dimension, ...]) -> list[Diagnostic]:
     """Return an error: a quantity has another dimension than its place in the schema asks for."""
     place = locate(tree, path)
-    named = " or ".join(describe(dimension) for dimension in _dimensions(tuple(path)) or ())
+    named = " or ".join(describe(dimension) for dimension in allowed)
     text = quantity.text or f"{float(quantity):g}"
     message = f"{subject(path)} is {named or 'a plain number'}, but {text} is {describe(quantity.dimension)}"
     return [error("wrong-unit", message, place.span, "correct the unit; a bare number is in SI units", place.stack())]

@@ -36,7 +36,8 @@ class Reach(NamedTuple):
     meshes: int
 
 
-def _unknown(mesh: Mesh) -> Cloud | None:  # noqa: ARG001 - whoever has read no mesh
+def unknown(mesh: Mesh) -> Cloud | None:  # noqa: ARG001 - whoever has read no mesh
+    """Say of no mesh where its vertices are."""
     return None
 
 
@@ -55,7 +56,7 @@ def home_of(robot: Robot) -> JointPose:
     return JointPose(HOME, positions)
 
 
-def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = _unknown) -> Pose:
+def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = unknown) -> Pose:
     """Return where the root of a free robot is in the world in a pose.
 
     As the pose says it, else as the description says of the root; else straight up, so high that the lowest collision
@@ -77,7 +78,7 @@ def reach(
     positions: Mapping[str, float],
     purpose: str = "collision",
     at: Pose = IDENTITY,
-    clouds: Clouds = _unknown,
+    clouds: Clouds = unknown,
 ) -> Reach:
     """Return the space that the shapes of a robot take at joint positions (rad or m), its root ``at`` a place."""
     lower, upper, meshes = [math.inf] * 3, [-math.inf] * 3, 0
@@ -94,8 +95,8 @@ def reach(
                     measured.append((cloud, solid, there))
                 continue
             for axis, direction in enumerate(_AXES):
-                lower[axis] = min(lower[axis], -_along(solid, there, _opposite(direction)))
-                upper[axis] = max(upper[axis], _along(solid, there, direction))
+                lower[axis] = min(lower[axis], -along(solid, there, _opposite(direction)))
+                upper[axis] = max(upper[axis], along(solid, there, direction))
     for axis, direction in enumerate(_AXES):
         lower[axis] = -_farthest(measured, _opposite(direction), -lower[axis])
         upper[axis] = _farthest(measured, direction, upper[axis])
@@ -130,7 +131,7 @@ def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vec
     return known
 
 
-def _along(solid: Shape, place: Transform, direction: Vector) -> float:
+def along(solid: Shape, place: Transform, direction: Vector) -> float:
     """Return how far a solid reaches along a unit vector (m); ``place`` is that of its link."""
     there = place.then(solid.pose.transform())
     inside = there.inverse().rotate(direction)

@@ -1,6 +1,7 @@
 """rosorin-compile check: compile each robot and compare with what is committed.
 
-With --every-argument a robot is compiled with every combination of the arguments that have a list of values.
+With --every-argument a robot is compiled with every combination of the arguments that have a list of values, with
+--parameters or --controllers the parameter files of its nodes are held against it.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ from .compiling import (
     tell_build,
     telling,
 )
-from .given import Given, given_arguments
+from .given import MARK, Given, given_arguments
 from .options import (
     console_of,
     depfile_options,
@@ -83,8 +84,6 @@ RULES = (
 
 def options(command: argparse.ArgumentParser) -> None:
     """Add what this command takes."""
-    from ..formats.distributions import DISTRIBUTIONS
-
     robot_options(command)
     hook_option(command)
     command.add_argument(
@@ -101,18 +100,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="look for what cannot be, too: parts inside each other, joints that drive them there, meshes of another"
         " size; with MuJoCo",
     )
-    command.add_argument(
-        "--controllers",
-        action="append",
-        metavar="FILE",
-        help="hold the parameters of ros2_control's controllers in a YAML file against the description; more than once"
-        " for more",
-    )
-    command.add_argument(
-        "--distribution",
-        choices=DISTRIBUTIONS,
-        help="the distribution of ROS 2 of --controllers; default: that of the outputs, else jazzy",
-    )
+    _parameter_options(command)
     command.add_argument("--full", action="store_true", help="show text differences in full")
     command.add_argument(
         "--summary",
@@ -128,13 +116,36 @@ def options(command: argparse.ArgumentParser) -> None:
     format_options(command)
 
 
+def _parameter_options(command: argparse.ArgumentParser) -> None:
+    """Add the options about the parameter files of nodes; they stand last in the help."""
+    from ..formats.distributions import DISTRIBUTIONS
+
+    group = command.add_argument_group("parameter files of the nodes of one robot; nothing is compared then")
+    add = group.add_argument
+    many: dict[str, Any] = {"nargs": "+", "action": "extend", "default": [], "type": place, "metavar": "FILE"}
+    add("--parameters", **many, help="hold them against the description: who publishes which edge, frames, keys, types")
+    add("--controllers", **many, help="the same of the file of a controller_manager: it has to name controllers")
+    add("--launch", **many, help="with these: launch files that say remaps")
+    add("--remap", action="append", default=[], metavar="NODE:FROM:=TO", help="with these: a remap")
+    add("--namespace", default="", metavar="NS", help="with these: the namespace that the nodes run in")
+    add(
+        "--distribution",
+        choices=DISTRIBUTIONS,
+        help="with these: that of ROS 2; default: that of the outputs, else any of them",
+    )
+
+
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    # arguments of the description may stand behind files
+    for words in (options.parameters, options.controllers, options.launch):
+        options.words += [word for word in words if MARK in word]
+        words[:] = [word for word in words if MARK not in word]
+    if options.parameters or options.controllers:
+        return _check_parameters(options)
+    if options.launch or options.remap or options.namespace or options.distribution:
+        raise WrongUsage("--launch, --remap, --namespace and --distribution go with --parameters or --controllers FILE")
     _check_depfile(options)
-    if options.controllers is not None:
-        return _check_controllers(options)
-    if options.distribution is not None:
-        raise WrongUsage("--distribution goes with --controllers FILE")
     if options.html is None:
         return _run(options, check_one)
     if options.every_argument or options.deployed is not None:
@@ -172,18 +183,6 @@ def _run(options: argparse.Namespace, each: Callable[[Run, Description], int]) -
     if not names:
         one("", "rosorin-compile check ROBOT --deployed FOLDER")
     return for_each(options, _check_deployed)
-
-
-def _check_controllers(options: argparse.Namespace) -> int:
-    """Hold files of controllers against each robot."""
-    if any((options.html, options.deployed, options.depfile)) or options.every_argument or options.physics:
-        raise WrongUsage(
-            "--controllers is about a file: it does not go with --deployed, --depfile, --every-argument,"
-            " --html, --physics"
-        )
-    from .controllers import check_controllers
-
-    return for_each(options, check_controllers)
 
 
 def _check_depfile(options: argparse.Namespace) -> None:
@@ -337,6 +336,37 @@ def _check_physics(run: Run, description: Description) -> int:
     found = listed(counted(severities[one], one) for one in ("error", "warning", "note") if severities[one])
     run.console.say(f"{description.name}: physics of {looked.at}: {found or 'nothing to say'}")
     return PROBLEMS if has_errors(looked.diagnostics) else FINE
+
+
+def _check_parameters(options: argparse.Namespace) -> int:
+    """Hold the parameter files of nodes against one robot."""
+    from .parameters.checking import asked, look, summary
+
+    others = (options.physics, options.every_argument, options.deployed, options.depfile, options.html, options.hook)
+    if any(others):
+        raise WrongUsage(
+            "--parameters and --controllers go with none of --physics, --every-argument, --deployed, --depfile, --html,"
+            " --hook"
+        )
+    wanted = asked(options)
+    names = given_arguments(options, options.words)[1]
+    if len(names) != 1:
+        options.words += [one("", "rosorin-compile check ROBOT --parameters FILE").name] if not names else []
+    if len(names) > 1:
+        raise WrongUsage("parameter files are those of one robot: rosorin-compile check ROBOT --parameters FILE")
+
+    def held(run: Run, description: Description) -> int:
+        from ..diagnostics import has_errors
+
+        known = understood(run.given, description, run.console)
+        if known is None:
+            return PROBLEMS
+        looked = look(known.case, wanted)
+        run.console.show(looked.diagnostics)
+        run.console.say(f"{description.name}: {summary(looked)}")
+        return PROBLEMS if has_errors(looked.diagnostics) else FINE
+
+    return for_each(options, held)
 
 
 def _check_deployed(run: Run, description: Description) -> int:

@@ -19,7 +19,7 @@ pytestmark = pytest.mark.slow
 STATES = 300
 MILLIMETRE, MILLIDEGREE = 0.5e-3, 0.5e-3  # half of what tf2_echo prints
 FINGERS = {"r_joint", "l_joint", "l_in_joint", "l_out_joint", "r_in_joint", "r_out_joint"}
-MERGED_BOXES = 29  # which the recorded boxes make in the MJCF, where wheels have their wells
+MERGED_BOXES = 35  # which the recorded boxes make in the MJCF, where wheels have their wells
 
 
 @pytest.fixture(scope="module", params=BASES)

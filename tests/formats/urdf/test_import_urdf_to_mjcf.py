@@ -24,6 +24,7 @@ from rosorin_compile.formats.templating import Templates  # noqa: E402
 from rosorin_compile.formats.urdf import write as urdf  # noqa: E402
 from rosorin_compile.frontend.lower import lower  # noqa: E402
 from rosorin_compile.model import Output, Robot  # noqa: E402
+from support.images import png  # noqa: E402
 from support.paths import OUTPUTS, ROOT  # noqa: E402
 from support.robots import compiled  # noqa: E402
 from support.simulator import emit, load, pose, random_states  # noqa: E402
@@ -47,7 +48,9 @@ def both(text: str, folder: Path) -> tuple[Robot, Any, Any]:
     assert imported.tree is not None, [d.message for d in imported.diagnostics]
     robot = lower(imported.tree).robot
     assert robot is not None
-    ours, _ = load(emit(robot, visuals="own"))
+    text_of_ours = emit(robot, visuals="own")
+    pictures = {found: png(0) for found in re.findall(r'<texture [^>]*file="([^"]+)"', text_of_ours)}
+    ours, _ = load(text_of_ours, pictures)
     with_settings = re.sub(r"(<robot\b[^>]*>)", rf"\1{SETTINGS}", path.read_text("utf-8"), count=1)
     theirs, _ = load(with_settings)
     return robot, ours, theirs

@@ -31,7 +31,22 @@ PROJECT = {
 OURS = CommandLine(COMMANDS, parser)
 BREAKS = " \t\n\"'@><=;|&(:"
 # What is no name, number or file that could be looked up: places whose values are free text.
-FREE = {"NAME", "TEXT", "NUMBER", "LENGTH", "N", "S", "NS", "Z", "X,Y", "X,Y,Z", "R,P,Y", "NXxNY", "FROM:TO:COUNT"}
+FREE = {
+    "NAME",
+    "TEXT",
+    "NUMBER",
+    "LENGTH",
+    "N",
+    "S",
+    "NS",
+    "Z",
+    "X,Y",
+    "X,Y,Z",
+    "R,P,Y",
+    "NXxNY",
+    "FROM:TO:COUNT",
+    "NODE:FROM:=TO",
+}
 FREE |= {"PULSE", "VALUE", "PLACE", "TOPIC", "SPDX", "URL", "ADDRESS", "VIEW", "WxH", "X.Y.Z", "NOTE", "'NAME <MAIL>'"}
 
 

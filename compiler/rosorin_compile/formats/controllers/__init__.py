@@ -1,7 +1,7 @@
 """controllers.yaml: the parameters of ros2_control's controller_manager and of its controllers.
 
-``write`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking`` holds
-parameters against the ``tables`` of a distribution and against the robot: those of a description, and those of files.
+``filled`` makes the text of ``controllers`` in a description and of what the robot knows (``known``), ``checking``
+holds parameters against the robot: those of a description (``described``), and those of files (``tools.parameters``).
 """
 
 from __future__ import annotations
@@ -9,8 +9,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..distributions import DISTRIBUTIONS
 from ..format import Format
+from ..parameters.files import DISTRIBUTION, facts, syntax
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -22,7 +22,7 @@ __all__ = ["FORMAT"]
 
 
 def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
-    from .write import write
+    from .filled import write
 
     return write(robot, output, templates)
 
@@ -33,27 +33,14 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     yield from check(case, output)
 
 
-def _syntax(text: str) -> object:
-    """Return the values of a controllers.yaml. Raises ValueError."""
-    import yaml
-
-    try:
-        return yaml.safe_load(text)
-    except yaml.YAMLError as problem:
-        raise ValueError(f"it is not YAML: {problem}") from None
-
-
 FORMAT = Format(
     name="controllers",
     word="controllers.yaml",
     article="a",
     about="the parameters of ros2_control's controllers",
-    rank=60,
+    rank=61,
     options={
-        "distribution": {
-            "enum": DISTRIBUTIONS,
-            "description": "The distribution of ROS 2 whose controllers it is for; default jazzy.",
-        },
+        "distribution": DISTRIBUTION,
         "update_rate": {
             "type": "integer",
             "minimum": 1,
@@ -71,7 +58,8 @@ FORMAT = Format(
     file="controllers.yaml",
     check=_check,
     write=_write,
-    syntax=_syntax,
+    facts=facts,
+    syntax=syntax,
     folder="config",
     deploys=True,
     names_robot=False,

@@ -5,42 +5,60 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...diagnostics import WARNING, Diagnostic, did_you_mean
+from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean
 from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.tree import Path
-from ...model import Output
+from ...model import Edge, Output
 from ...rules.case import Case, at
-from .checking import Finding, against_robot, against_table, missing, of_type, tables_of
-from .tables import MANAGER, manager, other
-from .write import Filled, asked, filled, managed
+from ..distributions import known
+from ..parameters.checking import Finding, against_kind
+from ..parameters.files import asked
+from ..parameters.tables import MANAGER, manager
+from .checking import against_robot, frames_of, missing
+from .filled import Filled, filled, managed
+from .known import owned
+from .types import of_type
 
 RULES = (
     Rule(
         "controllers-none",
-        "A warning: an output is for the controllers of a description that has none.",
+        "A file that has to name controllers (`check --controllers`) names none. A warning: an output is for the "
+        "controllers of a description that has none.",
         "`controllers: {NAME: {type: TYPE}}`.",
+        CONTROL,
+    ),
+    Rule(
+        "controllers-odometry",
+        "A note: a controller could publish where the base of the robot is, and no edge says who does. It is told not "
+        "to: the description says who publishes what.",
+        "Add the edge with the controller as its publisher; or nothing, if nobody is to publish it.",
         CONTROL,
     ),
 )
 
 
+_ENDS = (("odom_frame_id", "odom"), ("base_frame_id", "base_link"))
+
+
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Find what is wrong with the controllers of a description in the distribution that an output is for."""
-    distribution = asked(output)
+    distribution = known(asked(output))
     if not case.robot.controllers:
         message = f'output "{output.name}" is for controllers, and the description has none'
         help = "name them: controllers: {NAME: {type: diff_drive}}"
         yield case.problem("controllers-none", message, ("outputs", output.name), help, severity=WARNING, key=True)
     values = managed(output, distribution)
-    for found in against_table(
-        f"the {MANAGER}", manager(distribution), manager(other(distribution)), values, distribution
-    ):
+    for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
     if not all(name in case.robot.joint for name in _of_drive(case)):
         return  # which is told of the drive
     for one in filled(case.robot, distribution):
-        for found in _findings(case, one, distribution):
+        findings = list(_findings(case, one, distribution))
+        for found in findings:
             yield _placed(case, found, ("controllers", one.controller.name), ("params",))
+        wrong = {found.key for found in findings}
+        if one.kind is not None and one.kind.odometry and not wrong & {key for key, _ in _ENDS}:
+            yield from _odometry(case, one)
 
 
 def _of_drive(case: Case) -> Iterator[str]:
@@ -56,11 +74,58 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
     if wrong is not None:
         yield wrong
     yield from _named(case, one)
-    own, its = tables_of(controller.type, distribution)
     said = {key: one.values[key] for key in controller.params}
-    yield from against_table(name, own, its, {**_lists(one.values), **said}, distribution)
-    yield from missing(name, own, one.values, one.known.why_not)
-    yield from against_robot(name, one.type, said, one.known, case.robot, WARNING)
+    told = list(against_kind(name, one.kind, {**_lists(one.values), **said})) if one.kind is not None else []
+    yield from told
+    yield from missing(
+        name,
+        one.kind if wrong is None else None,
+        one.values,
+        f"{one.known.why_not or 'nobody says it'}; give it in params",
+    )
+    yield from frames_of(name, said, case.robot)
+    fine = {key: value for key, value in one.values.items() if key not in {finding.key for finding in told}}
+    yield from against_robot(name, one.type, fine, one.known, case.robot, WARNING)
+
+
+def _odometry(case: Case, one: Filled) -> Iterator[Diagnostic]:
+    """Yield that a controller would publish another edge than the description says, or none where it owns one."""
+    controller, entry = one.controller, ("controllers", one.controller.name)
+    given = {key: (*entry, "params", key) for key in ("enable_odom_tf", "odom_frame_id", "base_frame_id")}
+    given = {key: path for key, path in given.items() if key in controller.params}
+    mine = owned(case.robot, controller)
+    parent, child = (one.values.get(key, default) for key, default in _ENDS)
+    path = next(iter(given.values()), entry)
+    if not one.values.get("enable_odom_tf"):
+        if mine and "enable_odom_tf" in given:
+            message = f'controller "{controller.name}" owns {_edge(mine[0])}, and enable_odom_tf is false'
+            yield _of_edge(case, "parameters-no-owner", message, path, mine[0], "remove enable_odom_tf")
+        elif not any(edge.child == child for edge in case.robot.edges):
+            message = f'no edge says that controller "{controller.name}" publishes where {child} is: it does not'
+            help = f"edges: [{{parent: {parent}, child: {child}, publisher: {controller.name}}}]"
+            yield case.problem("controllers-odometry", message, entry, help, severity=NOTE, key=True)
+        return
+    said = f'controller "{controller.name}" publishes {parent} -> {child}'
+    if not mine:
+        into = next((edge for edge in case.robot.edges if edge.child == child), None)
+        if into is not None:
+            message = f"{said}, and by the description {_edge(into)} is of {into.publisher.name}"
+            yield _of_edge(case, "parameters-two-owners", message, path, into, "remove enable_odom_tf")
+        else:
+            help = "remove enable_odom_tf, or add the edge"
+            yield case.problem("parameters-other-edge", f"{said}, an edge that there is not", path, help)
+    elif not any((edge.parent, edge.child) == (parent, child) for edge in mine):
+        message = f"{said}, and by the description it is {_edge(mine[0])}"
+        yield _of_edge(case, "parameters-other-edge", message, path, mine[0], "leave the frames to the description")
+
+
+def _edge(edge: Edge) -> str:
+    return f"{edge.parent} -> {edge.child}"
+
+
+def _of_edge(case: Case, rule: str, message: str, path: Path, edge: Edge, help: str) -> Diagnostic:
+    place = case.edge(case.robot.edges.index(edge), "child")
+    return case.problem(rule, message, path, help, related=[case.related("the edge", place)])
 
 
 def _lists(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
 """What a robot knows of the parameters of its controllers: joints, sizes of its drive, frames, limits.
 
 Who drives on the ground is asked by ``drive``: joints by their roles, radius and places of the wheels
-(``model.driving``). Names of parameters: ``tables``.
+(``model.driving``). Names of parameters: ``formats.parameters``.
 """
 
 from __future__ import annotations
@@ -11,11 +11,12 @@ from collections.abc import Callable, Mapping
 from itertools import takewhile
 from typing import Any, NamedTuple
 
-from ...model import NODE, Robot
+from ...model import Edge, Robot
 from ...model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY, Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
-from .tables import SHORT
+from ..parameters import tables
+from .types import SHORT, full
 
 _EVEN = 1e-6  # m and rad: wheels that the controller takes to be alike, or evenly around, are so to this
 _ZERO = 1e-9
@@ -35,10 +36,6 @@ _SENSORS = {
     SHORT["force_torque_sensor_broadcaster"]: "force_torque",
     SHORT["gps_sensor_broadcaster"]: "gnss",
 }
-# Those that publish odometry on their own topic: it is on /tf only by a remap.
-BESIDE_TF = tuple(
-    SHORT[word] for word in ("mecanum_drive", "tricycle_steering", "bicycle_steering", "ackermann_steering")
-)
 
 
 class Known(NamedTuple):
@@ -76,15 +73,39 @@ def _short(value: Any) -> Any:
     return float(f"{value:.9g}") if isinstance(value, float) else value
 
 
+def owned(robot: Robot, controller: Controller) -> list[Edge]:
+    """Return the edges of the description that a controller of a drive publishes.
+
+    One that the description calls otherwise is known by its package, if it is the only one that drives.
+    """
+    driving = [one for one in robot.controllers if full(one.type) in _KINDS]
+    kind = tables.controller(full(controller.type), "") if driving == [controller] else None
+    return [edge for edge in robot.edges if tables.is_of(controller.name, kind, edge.publisher, robot.publishers)]
+
+
 def _frames(robot: Robot, controller: Controller, driving: Driving) -> dict[str, Any]:
-    """Return the frames of the odometry, and whether the controller publishes the edge between them."""
-    values: dict[str, Any] = {"base_frame_id": driving.frame}
-    edges = [edge for edge in robot.edges if edge.child == driving.frame]
-    if edges:
-        values["odom_frame_id"] = edges[0].parent
-        owners = [edge.publisher for edge in edges]
-        values["enable_odom_tf"] = any(one.kind == NODE and one.name == controller.name for one in owners)
-    return values
+    """Return the frames of the odometry, and whether the controller publishes the edge between them.
+
+    A namespace would be written before the frames by default; they are called as the description calls them.
+    """
+    base = _base(robot, driving.frame)
+    edges = [edge for edge in robot.edges if edge.child == base]
+    values: dict[str, Any] = {"base_frame_id": base, "tf_frame_prefix_enable": False}
+    values["enable_odom_tf"] = any(edge in edges for edge in owned(robot, controller))
+    return {**values, "odom_frame_id": edges[0].parent} if edges else values
+
+
+def _base(robot: Robot, frame: str) -> str:
+    """Return the frame that the odometry moves: that of the drive, or one on the ground below it."""
+    base = frame
+    while not any(edge.child == base for edge in robot.edges):
+        joint = robot.joint_to.get(base)
+        if joint is None or not joint.is_fixed:
+            return frame
+        if max(map(abs, (*joint.origin.xyz[:2], *joint.origin.rpy))) > _EVEN:
+            return frame
+        base = joint.parent
+    return base
 
 
 def _mecanum(robot: Robot, driving: Driving) -> dict[str, Any]:

@@ -171,7 +171,7 @@ def _typed(command: Parser, words: Iterable[str]) -> Typed:
             if action is None:
                 continue
             typed.used.append(action)
-            left = 1 if action.nargs is None else action.nargs if isinstance(action.nargs, int) else 0
+            left = 1 if action.nargs in (None, "+") else action.nargs if isinstance(action.nargs, int) else 0
             if equals:
                 typed.values.setdefault(action.dest, []).append(value)
             elif left:

@@ -80,7 +80,7 @@ class Bringup(NamedTuple):
 
     def packages(self) -> Iterator[str]:
         """Yield the packages of the nodes that are started."""
-        from ...formats.controllers.tables import plugins
+        from ...formats.parameters.tables import plugins
 
         for word in self.starts:
             yield from _NEEDS[word]
@@ -106,7 +106,7 @@ class Bringup(NamedTuple):
 
     def values(self, main: str) -> dict[str, Any]:
         """Return what the templates need to know; ``main`` is the place of what robot_state_publisher reads."""
-        from ...formats.controllers.checking import written
+        from ...formats.parameters.values import written
 
         values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
         values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
@@ -121,12 +121,12 @@ class Bringup(NamedTuple):
         return known(str(said.options.get("distribution", JAZZY)))
 
     def _filled(self) -> list[Any]:
-        from ...formats.controllers.write import filled
+        from ...formats.controllers.filled import filled
 
         return filled(self.robot, self._distribution())
 
     def _control(self, main: str) -> dict[str, Any]:
-        from ...formats.controllers.write import remaps
+        from ...formats.controllers.filled import remaps
 
         output = next(one for one in self.robot.outputs if one.name == self.outputs[_CONTROLLERS])
         every = sorted(self._filled(), key=lambda one: one.type != _FIRST)

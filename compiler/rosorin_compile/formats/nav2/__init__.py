@@ -50,7 +50,7 @@ FORMAT = Format(
     word="parameter file for Nav2",
     article="a",
     about="frames, footprint and height of the robot for Nav2, AMCL and slam_toolbox",
-    rank=70,
+    rank=62,
     options={
         "distribution": DISTRIBUTION,
         "pose": {

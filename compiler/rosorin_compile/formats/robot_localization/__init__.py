@@ -48,7 +48,7 @@ FORMAT = Format(
     word="parameter file for robot_localization",
     article="a",
     about="frames, ownership and inputs of an EKF",
-    rank=71,
+    rank=63,
     options={
         "distribution": DISTRIBUTION,
         "node": {

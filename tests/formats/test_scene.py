@@ -124,7 +124,7 @@ outputs: {mjcf: {file: meshed.xml}, scene: {file: scene.xml}}
     assert np.linalg.norm(camera.pos - [0, 0, 0.5]) > 1.0
 
 
-def test_a_scene_that_is_made_alone_is_the_same(home: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_scene_that_is_made_alone_is_the_same(home: Path) -> None:
     """Its robot is a mesh: how large it is decides where the camera stands."""
     triangle = b"".join(struct.pack("<12fH", 0, 0, 0, *corners, 0) for corners in TETRAHEDRON)
     (home / "part.stl").write_bytes(bytes(80) + struct.pack("<I", len(TETRAHEDRON)) + triangle)

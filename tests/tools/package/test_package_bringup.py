@@ -162,3 +162,54 @@ def test_what_no_output_is_for_is_not_started(
     assert main(["package", str(robot), "-o", str(tmp_path / "a1"), f"--{word}"]) == 1
     assert f"error[package-start]: {said}" in capsys.readouterr().err
     assert not (tmp_path / "a1").exists()
+
+
+NAV2 = """
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument
+from launch.substitutions import LaunchConfiguration
+from launch_ros.actions import Node
+
+
+def generate_launch_description():
+    names = ("slam", "map", "use_sim_time", "params_file")
+    given = [LaunchConfiguration(name) for name in names]
+    arguments = [DeclareLaunchArgument(name, description=name) for name in names]
+    return LaunchDescription([*arguments, Node(package="nav2_bringup", executable="all", arguments=given)])
+"""
+TUNED = """\
+local_costmap:
+  local_costmap:
+    ros__parameters: {robot_base_frame: base_link, robot_radius: 0.22, update_frequency: 5.0}
+controller_server: {ros__parameters: {controller_frequency: 20.0}}
+"""
+
+
+def test_navigation_is_tuned_by_nav2_and_sized_by_the_description(tmp_path: Path) -> None:
+    bringup = tmp_path / "nav2_bringup"
+    for file, text in (("launch/bringup_launch.py", NAV2), ("params/nav2_params.yaml", TUNED)):
+        (bringup / file).parent.mkdir(parents=True, exist_ok=True)
+        (bringup / file).write_text(text, "utf-8")
+    package = tmp_path / "burger"
+    robot = ROOT / "examples/turtlebot3_burger"
+    assert main(["package", str(robot), "-o", str(package), "--nav2", "--name", "burger", "-q"]) == 0
+    shares = {"burger": package, "nav2_bringup": bringup}
+    nodes = read(package / "launch/navigation.launch.py", shares, map="/maps/here.yaml", use_sim_time="true").nodes
+    filtering, navigating = nodes
+    assert (filtering.package, filtering.executable, filtering.name) == (
+        "robot_localization",
+        "ekf_node",
+        "ekf_filter_node",
+    )
+    assert [Path(file).name for file in filtering.files] == ["ekf.yaml"]
+    slam, where, sim_time, file = navigating.arguments
+    assert (slam, where, sim_time) == ("False", "/maps/here.yaml", "true")
+    merged = yaml.safe_load(Path(file).read_text("utf-8"))
+    own = yaml.safe_load((package / "config/nav2.yaml").read_text("utf-8"))
+    costmap = merged["local_costmap"]["local_costmap"]["ros__parameters"]
+    assert costmap["update_frequency"] == 5.0
+    assert merged["controller_server"]["ros__parameters"] == {"controller_frequency": 20.0}
+    assert costmap["robot_base_frame"] == "base_footprint"
+    assert costmap["footprint"] == own["local_costmap"]["local_costmap"]["ros__parameters"]["footprint"]
+    needs = {element.text for element in ET.parse(package / "package.xml").iter("exec_depend")}
+    assert {"nav2_bringup", "robot_localization"} <= needs

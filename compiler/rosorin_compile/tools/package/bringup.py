@@ -88,7 +88,8 @@ class Bringup(NamedTuple):
             known_plugins = plugins(self._distribution())
             yield from sorted({known_plugins[one.type] for one in self._filled() if one.type in known_plugins})
         if NAV2 in self.starts:
-            yield from (name for name, there in (("nav2_bringup", _NAV2), (_EKF, _EKF)) if there in self.places)
+            wanted = (("nav2_bringup", _NAV2), ("python3-yaml", _NAV2), (_EKF, _EKF))
+            yield from (name for name, there in wanted if there in self.places)
 
     def templates(self) -> dict[str, str]:
         """Return the templates of what is made, by the places of the files."""
@@ -109,7 +110,7 @@ class Bringup(NamedTuple):
         from ...formats.parameters.values import written
 
         values: dict[str, Any] = {"starts": [(word, _LAUNCH[word], _ABOUT[word]) for word in self.starts]}
-        values |= {"places": self.places, "ekf_name": self.ekf, "written": written}
+        values |= {"places": self.places, "ekf_name": self.ekf, "written": written, "control_namespace": ""}
         if CONTROL in self.starts:
             values |= self._control(main)
         if MOVEIT in self.starts:

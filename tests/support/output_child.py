@@ -91,10 +91,10 @@ def refused(folder: Path, files: dict[str, str], rule: str, prune: bool = False)
     return str(found["message"])
 
 
-def alternate(folder: Path, seconds: float = 1e9, first: int = 0) -> int:
-    """Write two sets by turns for some time; return how often."""
+def alternate(folder: Path, seconds: float = 1e9, first: int = 0, least: int = 0) -> int:
+    """Write two sets by turns for some time, and ``least`` times however slow the machine is; return how often."""
     end, count = time.monotonic() + seconds, first
-    while time.monotonic() < end:
+    while time.monotonic() < end or count < least:
         output.write_set(folder, (A, B)[count % 2], prune=True)
         count += 1
     return count
@@ -288,5 +288,5 @@ def small_files_only(folder: Path) -> dict[str, object]:
 
 
 if __name__ == "__main__":
-    what = {"alternate": lambda folder, seconds: alternate(folder, float(seconds))}.get(sys.argv[1])
+    what = {"alternate": lambda folder, seconds: alternate(folder, float(seconds), least=6)}.get(sys.argv[1])
     print(json.dumps((what or globals()[sys.argv[1]])(Path(sys.argv[2]), *sys.argv[3:])))

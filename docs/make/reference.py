@@ -181,9 +181,10 @@ class _Reference:
             return self.link(title, fragment)
         if names == ["array"]:
             return self.list_of(fragment, title)
-        if names == ["object"]:
-            inner = fragment.get("additionalProperties")
-            return f"name: {self.kind(inner, title)}" if isinstance(inner, dict) else "name: any value"
+        inner = fragment.get("additionalProperties")
+        if names == ["object"] or (names and isinstance(inner, dict)):
+            mapping = f"name: {self.kind(inner, title)}" if isinstance(inner, dict) else "name: any value"
+            return " or ".join([*(_WORDS[name] for name in names if name != "object"), mapping])
         return " or ".join(_WORDS[name] for name in names) or "any value"
 
     def link(self, title: str, fragment: Schema) -> str:
@@ -212,7 +213,7 @@ class _Reference:
                 return ""
             fragment = self.resolved(inner)
         units = fragment["x-unit"]
-        return " or ".join(f"`{unit}`" for unit in ([units] if isinstance(units, str) else units))
+        return " or ".join(f"`{unit}`" for unit in ([units] if isinstance(units, str) else units) if unit)
 
     def resolved(self, fragment: Schema) -> Schema:
         reference: str = fragment.get("$ref", "")

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile.cli import parser
+from rosorin_compile.cli import main, parser
 from rosorin_compile.diagnostics import Diagnostic
 from rosorin_compile.diagnostics.console import Console
 from rosorin_compile.diagnostics.registry import PARAMETERS, every_rule
@@ -62,3 +62,24 @@ def test_each_rule_of_parameters_has_a_case() -> None:
 def test_each_conflict_has_its_sound_twin() -> None:
     assert all((case.parent / "sound.yaml").is_file() for case in CASES)
     assert len({case.parent for case in CASES}) >= 10
+
+
+@pytest.mark.parametrize(
+    ("words", "code", "shown"),
+    [
+        (["--parameters", "sound.yaml"], 0, "controllers: 1 edge of nodes held against the files: as described\n"),
+        (["--controllers", "sound.yaml", "--distribution", "rolling"], 0, "as described"),
+        (["--controllers", "sound.yaml", "frames.yaml"], 1, "parameters-other-edge"),
+        (["--parameters", "nothing.yaml"], 2, 'there is no file "nothing.yaml"'),
+        (["--parameters", "sound.yaml", "--remap", "a"], 2, '"a" is no remap: write NODE:FROM:=TO'),
+        (["--launch", "a.launch.py"], 2, "go with --parameters or --controllers FILE"),
+        (["--controllers", "sound.yaml", "--physics"], 2, "--parameters and --controllers go with none of --physics"),
+    ],
+)
+def test_the_command_line(
+    words: list[str], code: int, shown: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(FOLDER / "controllers")
+    assert main(["check", "robot.yaml", *words]) == code
+    captured = capsys.readouterr()
+    assert shown in captured.out + captured.err

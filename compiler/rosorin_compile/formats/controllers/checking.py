@@ -90,13 +90,19 @@ def frames_of(name: str, values: Mapping[str, Any], robot: Robot) -> Iterator[Fi
             yield Finding("controller-name", message, key, did_you_mean(value, there))
 
 
+def _texts(value: Any) -> list[str]:
+    """Return a text, or the texts of a list; those that are empty left out."""
+    values = value if isinstance(value, (list, tuple)) else [value]
+    return [one for one in values if isinstance(one, str) and one]
+
+
 def _joints_of(name: str, key: str, value: Any, robot: Robot) -> Iterator[Finding]:
     """Yield the joints in a parameter that the robot does not have, or that do not move."""
     if "." in key or not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
         return
     moving = {joint.name for joint in robot.joints if not joint.is_fixed}
-    for one in [value] if isinstance(value, str) else value if isinstance(value, (list, tuple)) else []:
-        if isinstance(one, str) and one and one not in moving:
+    for one in _texts(value):
+        if one not in moving:
             what = "a fixed joint" if one in robot.joint else "which is no joint of the robot"
             yield Finding("controller-name", f'"{key}" of {name} names "{one}", {what}', key, did_you_mean(one, moving))
 
@@ -158,7 +164,7 @@ def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[st
     for key, value in values.items():
         if not _JOINTS.fullmatch(key) or key in _NOT_OF_URDF:
             continue
-        joints = [value] if isinstance(value, str) else [str(one) for one in dict.fromkeys(value or ())]
+        joints = list(dict.fromkeys(_texts(value)))
         words: Any = []
         if driving and "state" not in key:
             steers = "steering" in key or (
@@ -171,6 +177,6 @@ def _wanted(kind: str, values: Mapping[str, Any]) -> Iterator[tuple[str, list[st
         elif kind == SHORT["forward_command"]:
             words = [values["interface_name"]] if values.get("interface_name") else []
         elif kind == SHORT["joint_trajectory"] and key == "joints" and not values.get("command_joints"):
-            words = values.get("command_interfaces") or []
+            words = _texts(values.get("command_interfaces"))
         if words and joints:
             yield key, joints, [str(word) for word in words]

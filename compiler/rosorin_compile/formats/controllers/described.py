@@ -11,7 +11,7 @@ from ...frontend.tree import Path
 from ...model import Edge, Output
 from ...rules.case import Case, at
 from ..distributions import known
-from ..parameters.checking import Finding, against_kind
+from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
 from ..parameters.tables import MANAGER, manager
 from .checking import against_robot, frames_of, missing
@@ -75,7 +75,7 @@ def _findings(case: Case, one: Filled, distribution: str) -> Iterator[Finding]:
         yield wrong
     yield from _named(case, one)
     said = {key: one.values[key] for key in controller.params}
-    told = list(against_kind(name, one.kind, {**_lists(one.values), **said})) if one.kind is not None else []
+    told = list(against_kind(name, one.kind, {**_lists(one.values), **said}) if one.kind else unwritable(name, said))
     yield from told
     yield from missing(
         name,

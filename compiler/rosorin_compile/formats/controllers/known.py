@@ -243,8 +243,8 @@ def _of_joints(robot: Robot, controller: Controller, kind: str) -> dict[str, Any
         if len(names) == 1:
             values["joint"] = names[0]
     if kind == SHORT["joint_trajectory"]:
-        given = controller.params.get("joints") or names
-        values |= _interfaces(robot, tuple(map(str, given)))
+        given = controller.params.get("joints")
+        values |= _interfaces(robot, tuple(map(str, given if given and isinstance(given, (list, tuple)) else names)))
     return values
 
 

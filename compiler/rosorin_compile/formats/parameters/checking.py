@@ -7,6 +7,7 @@ where that was written.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping
+from types import NoneType
 from typing import Any, NamedTuple
 
 from ...diagnostics import ERROR, WARNING, Diagnostic, Related, Span, did_you_mean, nearest
@@ -73,6 +74,15 @@ def against_kind(name: str, kind: Kind, values: Mapping[str, Any]) -> Iterator[F
         else:
             yield from _value(name, key, value, known)
             yield from _unlisted(name, kind, key, values)
+
+
+def unwritable(name: str, values: Mapping[str, Any]) -> Iterator[Finding]:
+    """Yield values that no parameter of any node can be, for one of which nothing is known."""
+    for key, value in values.items():
+        kinds = {type(one) for one in value} if isinstance(value, (list, tuple)) else {type(value)}
+        if len(kinds) > 1 or kinds & {list, tuple, NoneType}:
+            message = f'"{key}" of {name} is {told(value)}: no parameter can be that'
+            yield Finding("parameters-wrong-type", message, key, "write a value, or a list of values of one type")
 
 
 def _unknown(name: str, kind: Kind, key: str, values: Mapping[str, Any]) -> Iterator[Finding]:

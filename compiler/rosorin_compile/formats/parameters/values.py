@@ -83,8 +83,8 @@ def as_type(value: Any, kind: str) -> str:
         return "write it without quotes"
     if kind == "string_array" and isinstance(value, str):
         return f"write [{value}]"
-    if kind == "string" and isinstance(value, (list, tuple)):
-        return 'write the whole in quotes, as one text: "[[x, y], ...]"'
+    if kind == "string" and isinstance(value, (bool, int, float)):
+        return f'write "{written(value)}"'
     return f"write {type_in_words(kind)}"
 
 

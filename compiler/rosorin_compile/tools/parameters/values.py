@@ -92,8 +92,8 @@ def _frames_differ(node: Node) -> Iterator[Diagnostic]:
     seen: dict[str, str] = {}
     for key in ("map_frame", "odom_frame", "base_link_frame"):
         setting = node.setting(key)
-        if setting.value is None:
-            continue
+        if not isinstance(setting.value, str):
+            continue  # nobody knows it, or it is told
         if setting.value in seen:
             both = quoted((seen[setting.value], key))
             message = f'{both} of {node.shown} are both "{setting.value}": they have to differ'

@@ -125,32 +125,13 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     """Yield names of links and joints that the robot has, and the URDF has not."""
-    for kind, name, path in _names(planning):
-        there, here = (case.robot.link, planning.links) if kind == "link" else (case.robot.joint, planning.joints)
-        if name in there and name not in here:
+    links = [("link", name, path) for name, path, _ in planning.said.links_named() if name in case.robot.link]
+    joints = [("joint", name, path) for name, path, _ in planning.said.joints_named() if name in case.robot.joint]
+    for kind, name, path in (*links, *joints):
+        if name not in (planning.links if kind == "link" else planning.joints):
             what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
             help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
             yield case.problem("moveit-not-in-urdf", what, path, help)
-
-
-def _names(planning: Planning) -> Iterator[tuple[str, str, Path]]:
-    """Yield what is named: whether it is a link or a joint, its name, and where."""
-    for group in planning.said.groups:
-        path: Path = (_TOP, "groups", group.name)
-        for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
-            yield "link", name, (*path, "chain", key)
-        yield from (("link", name, (*path, "links", index)) for index, name in enumerate(group.links))
-        yield from (("joint", name, (*path, "joints", index)) for index, name in enumerate(group.joints))
-    for one in planning.said.end_effectors:
-        yield "link", one.parent, (_TOP, "end_effectors", one.name, "parent")
-    for index, name in enumerate(planning.said.passive_joints):
-        yield "joint", name, (_TOP, "passive_joints", index)
-    for index, disabled in enumerate(planning.said.disabled):
-        for side, name in enumerate(disabled.links):
-            yield "link", name, (_TOP, "disabled_collisions", index, "links", side)
-    for index, pair in enumerate(planning.said.checked):
-        for side, name in enumerate(pair):
-            yield "link", name, (_TOP, "checked_collisions", index, side)
 
 
 def _unknown_group(case: Case, planning: Planning, name: str, path: Path, what: str) -> Iterator[Diagnostic]:

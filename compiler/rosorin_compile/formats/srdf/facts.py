@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...model.moveit import USER
 from ..facts import FactSheet
 from ..format import Fact, Facts
 
@@ -22,11 +23,22 @@ def read(text: str) -> Facts:
             sheet.add(Fact("planning", "passive joints", sheet.text(element, "name")), "passive")
         elif element.tag == "joint_property":
             joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
-            sheet.add(Fact("virtual joint", joint, name), sheet.text(element, "value"))
+            sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
         elif element.tag == "disable_collisions":
-            pair = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
-            sheet.add(Fact("collision of", pair[0], f"and {pair[1]}"), f"off: {element.get('reason', '')}")
+            _pair(sheet, element, f"off: {element.get('reason', USER)}")
+        elif element.tag == "enable_collisions":
+            _pair(sheet, element, "on")
+        elif element.tag == "disable_default_collisions":
+            sheet.add(Fact("collision of", sheet.text(element, "link"), "and others"), "off")
+        elif element.tag == "link_sphere_approximation":
+            balls = (" ".join((sheet.text(one, "center"), sheet.text(one, "radius"))) for one in element)
+            sheet.add(Fact("link", sheet.text(element, "link"), "spheres"), ", ".join(balls))
     return sheet.facts
+
+
+def _pair(sheet: FactSheet, element: Element, said: str) -> None:
+    pair = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
+    sheet.add(Fact("collision of", pair[0], f"and {pair[1]}"), said)
 
 
 def _group(sheet: FactSheet, element: Element) -> None:
@@ -45,7 +57,8 @@ def _group(sheet: FactSheet, element: Element) -> None:
 def _state(sheet: FactSheet, element: Element) -> None:
     name = f"{sheet.text(element, 'name')} of {sheet.text(element, 'group')}"
     for one in element:
-        sheet.add(Fact("state", name, sheet.text(one, "name")), sheet.number(one, "value"))
+        fact, value = Fact("state", name, sheet.text(one, "name")), sheet.text(one, "value")
+        sheet.add(fact, value if " " in value else sheet.number(one, "value"))
 
 
 def _end_effector(sheet: FactSheet, element: Element) -> None:

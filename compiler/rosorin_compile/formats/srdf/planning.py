@@ -120,6 +120,13 @@ class Planning:
             self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
         )
 
+    def joint_properties(self) -> dict[str, dict[str, str]]:
+        """Return what planners read of joints: what is said, and how a virtual joint moves that cannot go sideways."""
+        found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
+        if self.virtual is not None and self.turns_to_go_sideways:
+            found.setdefault(self.virtual.name, {}).setdefault("motion_model", "diff_drive")
+        return found
+
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:
         """The collision shapes of each link of the URDF, as it has them; links without any are left out."""

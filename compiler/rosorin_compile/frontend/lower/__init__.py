@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -55,7 +55,6 @@ from .entries import (
     limit_of,
     material_of,
     mimic_of,
-    moveit_of,
     node_of,
     pose_of_entry,
     pose_of_joints,
@@ -70,6 +69,9 @@ from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
+
+if TYPE_CHECKING:
+    from ...model.moveit import Moveit
 
 RULES = (
     Rule(
@@ -190,8 +192,17 @@ class _Lowering:
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
             drive=drive_of(tree.get("drive"), self.problem),
-            moveit=moveit_of(self.section("moveit")) if self.section("moveit") else None,
+            moveit=self.moveit(),
         )
+
+    def moveit(self) -> Moveit | None:
+        """Return what is said for MoveIt."""
+        entry = self.section("moveit")
+        if not entry:
+            return None
+        from .moveit import moveit_of
+
+        return moveit_of(entry)
 
     def top_elements(self) -> tuple[str, ...]:
         """Return the elements of XML at the top of the robot, those of its sensors behind its own."""

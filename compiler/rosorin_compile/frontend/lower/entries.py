@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from ...diagnostics import did_you_mean
 from ...diagnostics.registry import JOINTS, POSES, Rule
@@ -31,9 +31,6 @@ from ...model.drive import ROLES
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
 from ..tree import Path
-
-if TYPE_CHECKING:
-    from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint
 
 RULES = (
     Rule(
@@ -239,67 +236,3 @@ def pose_of_joints(name: str, entry: Mapping[str, Any], servos: Sequence[ServoGr
     controls = {actuator: float(value) for actuator, value in sorted(entry.get("controls", {}).items())}
     more = values_of(entry.get("mjcf"))
     return JointPose(name, positions, pulses, source_of(entry.get("source")), base, controls, more)
-
-
-def moveit_of(entry: Mapping[str, Any]) -> Moveit:
-    """Return what a description says for MoveIt."""
-    from ...model.moveit import CollisionMatrix, CollisionSearch, EndEffector, Moveit
-
-    search: dict[str, Any] = _without_source(entry.get("collisions") or {})
-    search |= {key: float(search[key]) for key in ("always", "clearance") if key in search}
-    computed = entry.get("collision_matrix")
-    return Moveit(
-        urdf=entry.get("urdf", ""),
-        groups=tuple(_group_of(name, one) for name, one in (entry.get("groups") or {}).items()),
-        end_effectors=tuple(
-            EndEffector(name, one["group"], one["parent"], one.get("parent_group", ""), source_of(one.get("source")))
-            for name, one in (entry.get("end_effectors") or {}).items()
-        ),
-        virtual_joint=_virtual_joint_of(entry.get("virtual_joint", True)),
-        passive_joints=tuple(entry.get("passive_joints") or ()),
-        disabled=tuple(_disabled_of(one) for one in entry.get("disabled_collisions") or ()),
-        checked=tuple(map(_pair_of, entry.get("checked_collisions") or ())),
-        search=CollisionSearch(**search),
-        matrix=computed
-        and CollisionMatrix(
-            computed["of"], computed["states"], tuple(map(_disabled_of, computed["pairs"])), computed.get("meshes", {})
-        ),
-    )
-
-
-def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
-    from ...model.moveit import Group
-
-    chain, states = entry.get("chain"), entry.get("states")
-    lists = {key: tuple(entry.get(key) or ()) for key in ("joints", "links", "groups")}
-    return Group(
-        name=name,
-        chain=None if chain is None else (chain["base"], chain["tip"]),
-        states={state: state for state in states} if isinstance(states, list) else states,
-        source=source_of(entry.get("source")),
-        **lists,
-    )
-
-
-def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
-    from ...model.moveit import VirtualJoint
-
-    if entry is False:
-        return None
-    return VirtualJoint(**({} if entry is True else _without_source(entry)))
-
-
-def _disabled_of(entry: Mapping[str, Any]) -> DisabledCollision:
-    from ...model.moveit import USER, DisabledCollision
-
-    distances = {key: float(entry[key]) for key in ("nearest", "beyond") if key in entry}
-    return DisabledCollision(_pair_of(entry["links"]), entry.get("reason", USER), **distances)
-
-
-def _pair_of(names: Sequence[str]) -> tuple[str, str]:
-    one, other = names
-    return (one, other)
-
-
-def _without_source(entry: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in entry.items() if key != "source"}

@@ -183,8 +183,9 @@ class Format:
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``described.imported``). ``include`` says that a description may include such a file, ``takes_arguments`` that it
       is told arguments, ``becomes`` the format that it is once it is read (xacro: urdf).
-    - ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``).
-      ``is_other`` says of a file that looks like a robot that it is no more than such a companion of one.
+    - ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``); ``joins``
+      are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
+      more than such a companion of one.
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
@@ -245,6 +246,7 @@ class Format:
     write: Writer | None = None
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
     join: Callable[[Opened, Map], Joined] | None = None
+    joins: tuple[str, ...] = ()
     is_other: Callable[[Document], bool] | None = None
     include: bool = True
     takes_arguments: bool = False

@@ -77,11 +77,11 @@ FORMAT = Format(
     check=_check,
     write=_write,
     join=_join,
+    joins=("moveit",),
     is_other=_is_other,
     facts=_facts,
     syntax=_syntax,
     folder="srdf",
     deploys=True,
     asked=_asked,
-    optional=True,
 )

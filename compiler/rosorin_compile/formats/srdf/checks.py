@@ -49,14 +49,14 @@ RULES = (
     ),
     Rule(
         "moveit-end-effector",
-        "The group of an end effector has the link that carries it; or its parent group does not have that link, or is "
-        "the same group.",
+        "The parent group of an end effector does not have the link that carries it, or is its own group. A warning: "
+        "its own group has that link; MoveIt's setup assistant refuses that.",
         "Correct the groups or the parent.",
         OUTPUTS,
     ),
     Rule(
         "moveit-virtual-joint",
-        "The virtual joint has the name of a joint of the URDF, or its parent frame is a link of the URDF.",
+        "The virtual joint has the name of a joint of the URDF. A warning: its parent frame is a link of the URDF.",
         "Rename it; name a frame of the world, such as odom.",
         OUTPUTS,
     ),
@@ -240,7 +240,8 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
     rule, own = "moveit-end-effector", planning.groups[one.group]
     if one.parent in planning.links_in(own):
         message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
-        yield case.problem(rule, message, (*path, "parent"), "name the link that the group is attached to")
+        help = "name the link that the group is attached to"
+        yield case.problem(rule, message, (*path, "parent"), help, severity=WARNING)
     elif one.parent_group == one.group:
         message = f'the parent group of end effector "{one.name}" is its own group'
         yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
@@ -263,9 +264,8 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         message = (
             f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of the URDF'
         )
-        yield case.problem(
-            "moveit-virtual-joint", message, (*path, "parent"), "name a frame of the world, such as odom"
-        )
+        help = "name a frame of the world, such as odom"
+        yield case.problem("moveit-virtual-joint", message, (*path, "parent"), help, severity=WARNING)
 
 
 def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:

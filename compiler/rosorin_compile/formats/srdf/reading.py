@@ -11,6 +11,7 @@ from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
 from ...diagnostics import Span
+from ...diagnostics.wording import quoted
 from ...frontend.lower import lower
 from ...frontend.tree import Map, Text
 from ...model import Output, Robot
@@ -18,7 +19,7 @@ from ...model.geometry import transform_of_quaternion
 from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from ...xml.markup import Element
 from ..format import Joined, Opened, Placed
-from ..urdf.reading import Reading, named
+from ..urdf.reading import Reading, meant, named
 from ..urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 from .planning import URDF, Planning, ordered
 
@@ -42,6 +43,7 @@ _INSIDE = {
     "group_state": ("joint",),
     "link_sphere_approximation": ("sphere",),
 }
+_ATTRIBUTES = {name for names in _KNOWN.values() for name in names} | {"base_link", "tip_link", "center", "radius"}
 _OF_URDF = ("link", "joint", "material", "transmission")
 _WHOLE = ("name", "version")
 _UNKNOWN = "MoveIt passes over it: the robot has no such {}"
@@ -119,11 +121,11 @@ class _Joining:
         """Return attributes that have to be there; None after saying that one is not."""
         found = [element.attributes.get(name) for name in names]
         missing = [name for name, one in zip(names, found, strict=True) if one is None or not one.value.strip()]
-        if missing and not self.reading.options.lenient:
-            self.reading.need(element, *missing)
-        elif missing:
-            self.reading.cannot_carry(named(element), element.span, f"it lacks {missing[0]}")
         if missing:
+            misspelt = any(meant(one, missing) for one in element.attributes if one not in _ATTRIBUTES)
+            if not misspelt or self.reading.options.lenient:  # else that is what there is to say
+                help = f"MoveIt passes over it: it has no {quoted(missing, 5)}"
+                self.reading.cannot_carry(named(element), element.span, help)
             return None
         return tuple(Placed(one.value.strip(), one.span) for one in found if one is not None)
 

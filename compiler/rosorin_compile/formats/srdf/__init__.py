@@ -1,8 +1,8 @@
 """SRDF: what MoveIt has to know of a robot beside its URDF.
 
-A file of others is read beside a URDF by ``reading``. ``planning`` knows which links and joints an SRDF may speak of,
-and what a group has; ``write`` makes the text, ``facts`` reads it back, ``checks`` finds what the section ``moveit``
-says wrongly, ``matrix`` whether its matrix is of the robot.
+``planning`` knows which links and joints it may speak of, and what a group has; ``write`` makes the text, ``reading``
+reads it for comparison, and what people have beside a URDF. ``checks`` finds what the section ``moveit`` says wrongly,
+``matrix`` whether its matrix is of the robot.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
 
 
 def _facts(text: str) -> Facts:
-    from .facts import read
+    from .reading import facts
 
-    return read(text)
+    return facts(text)
 
 
 def _syntax(text: str) -> object:

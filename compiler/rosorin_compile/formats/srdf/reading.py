@@ -1,4 +1,6 @@
-"""An SRDF that somebody has, read beside the robot that it belongs to: it becomes the section ``moveit``, and poses.
+"""An SRDF, read: by ``facts`` for comparison, by ``join`` beside the robot that it belongs to.
+
+One that somebody has becomes the section ``moveit``, and poses.
 
 MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``): a link
 that the URDF lacks, a group without a joint, a state of another group. What it passes over is left out here, too, and
@@ -7,10 +9,10 @@ listed. What it reads is kept. Joints of a second chain of a group are named one
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import Span
+from ...diagnostics import Span, has_errors, nearest
 from ...diagnostics.wording import quoted
 from ...frontend.lower import lower
 from ...frontend.tree import Map, Text
@@ -18,10 +20,14 @@ from ...model import Output, Robot
 from ...model.geometry import transform_of_quaternion
 from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from ...xml.markup import Element
-from ..format import Joined, Opened, Placed
+from ..facts import FactSheet
+from ..format import Fact, Facts, Joined, Opened, Placed
 from ..urdf.reading import Reading, meant, named
 from ..urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 from .planning import URDF, Planning, ordered
+
+if TYPE_CHECKING:
+    from xml.etree.ElementTree import Element as Parsed
 
 Entry = dict[str, Any]
 
@@ -44,9 +50,15 @@ _INSIDE = {
     "link_sphere_approximation": ("sphere",),
 }
 _ATTRIBUTES = {name for names in _KNOWN.values() for name in names} | {"base_link", "tip_link", "center", "radius"}
+_OF_INSIDE = {
+    "chain": ("base_link", "tip_link"),
+    "joint": ("name", "value"),
+    "link": ("name",),
+    "group": ("name",),
+    "sphere": ("center", "radius"),
+}
 _OF_URDF = ("link", "joint", "material", "transmission")
 _WHOLE = ("name", "version")
-_UNKNOWN = "MoveIt passes over it: the robot has no such {}"
 
 
 class _State(NamedTuple):
@@ -102,13 +114,21 @@ class _Joining:
             self.reading.cannot_carry(f'the name "{name.value}" of the SRDF', name.span, help)
         for child in root.children:
             if child.tag in _KNOWN:
-                self.reading.known(child, _INSIDE.get(child.tag, ()), _KNOWN[child.tag], None)
+                self._known(child)
         self._each(root, "virtual_joint", self.virtual_joint)
         self._each(root, "group", self.group)
         self._settle_groups()
         for tag in _KNOWN:
             if tag not in ("virtual_joint", "group"):
                 self._each(root, tag, getattr(self, tag))
+
+    def _known(self, element: Element) -> None:
+        """Look for misspelt words in an element, and for what MoveIt passes over."""
+        tags = _INSIDE.get(element.tag, ())
+        self.reading.known(element, tags, _KNOWN[element.tag], None)
+        for child in element.children:
+            if child.tag in tags:
+                self.reading.known(child, (), _OF_INSIDE[child.tag], None)
 
     def _each(self, root: Element, tag: str, take: Callable[[Element], None]) -> None:
         for child in root.children:
@@ -133,19 +153,26 @@ class _Joining:
         """Say whether the robot has a link; tell it if not."""
         if name.value in self.planning.links:
             return True
-        self.reading.cannot_carry(self._what(element, name, "link"), name.span, _UNKNOWN.format("link"))
+        self._unknown(element, name, "link", self.planning.links)
         return False
 
     def is_joint(self, name: Placed, element: Element) -> bool:
         """Say whether the robot has a joint, or it is the virtual one; tell it if not."""
         if name.value in self.planning.joints or (self.virtual is not None and self.virtual.name == name.value):
             return True
-        self.reading.cannot_carry(self._what(element, name, "joint"), name.span, _UNKNOWN.format("joint"))
+        self._unknown(element, name, "joint", self.planning.joints)
         return False
 
+    def _unknown(self, element: Element, name: Placed, kind: str, known: Iterable[str]) -> None:
+        near = nearest(name.value, known)
+        help = f"MoveIt passes over it: the robot has no such {kind}"
+        help += f'; did you mean "{near}"?' if near else ""
+        self.reading.cannot_carry(self._what(element, name, kind), name.span, help)
+
     def _what(self, element: Element, name: Placed, kind: str) -> str:
-        # Told once for each kind of element, with the first name and the number of places.
-        return f'{named(element)} of {kind} "{name.value}"' if element.tag != kind else named(element)
+        if element.tag == kind or element.get("name").strip() == name.value:
+            return named(element)
+        return f'{named(element)} of {kind} "{name.value}"'
 
     # -- elements
 
@@ -234,7 +261,7 @@ class _Joining:
             self.reading.cannot_carry(what, element.span, "there is no such group")
             return
         inside = set(self.planning.joints_in(self.planning.groups[group.value]))
-        state = _State(name.value, {}, None, element.span)
+        state, said_before = _State(name.value, {}, None, element.span), len(self.reading.diagnostics)
         for child in element.children:
             one = self.words(child, "name", "value") if child.tag == "joint" else None
             if one is None or not self.is_joint(one[0], child):
@@ -245,10 +272,11 @@ class _Joining:
             else:
                 state = self._placed(state, one[0], child)
         if not state.positions and state.base is None:
-            self.reading.cannot_carry(named(element), element.span, "it places no joint")
+            if not has_errors(self.reading.diagnostics[said_before:]):
+                self.reading.cannot_carry(named(element), element.span, "it places no joint")
             return
         if name.value in self.states.setdefault(group.value, {}):
-            self.reading.ignored("the first of two states of a group with one name: MoveIt takes the last", name.span)
+            self.reading.ignored("of two states of a group with one name, the first has no effect", name.span)
         self.states[group.value][name.value] = state
 
     def _placed(self, state: _State, name: Placed, element: Element) -> _State:
@@ -261,7 +289,7 @@ class _Joining:
             return state if found is None else state._replace(base=_base(found))
         words = value.words()
         if joint.mimic is not None:
-            self.reading.ignored("a state of a joint that follows another one", name.span)
+            self.reading.ignored("the value of a joint that follows another one has no effect", name.span)
         elif not joint.moves or len(words) != 1:
             help = f"the joint is {joint.type}" if not joint.moves else f"it has {len(words)} numbers"
             self.reading.cannot_carry(named(element), value.span, help)
@@ -330,9 +358,9 @@ class _Joining:
         one, other = sorted(said, key=lambda name: str(name.value))
         pair, found = ordered((one.value, other.value)), self.pairs[element.tag]
         if one.value == other.value:
-            self.reading.ignored("a link is never checked against itself", element.span)
+            self.reading.ignored("a link that is paired with itself has no effect", element.span)
         elif pair in found:
-            self.reading.ignored("a pair of links that stands twice", element.span)
+            self.reading.ignored("a pair of links that is named a second time has no effect", element.span)
         else:
             reason = element.attributes.get("reason")
             why = Placed(USER, element.span)
@@ -347,6 +375,7 @@ class _Joining:
         if said is None or not self.is_link(said[0], element):
             return
         balls: list[Any] = []
+        nothing = True
         for child in element.children:
             if child.tag != "sphere" or self.words(child, "center", "radius") is None:
                 continue
@@ -354,10 +383,12 @@ class _Joining:
             radius = numbers(child, "radius", 1, LENGTHS, self.reading)
             if center is None or radius is None:
                 continue
+            nothing = False
             if radius[0] > 0:
                 xyz = [Placed(value, span) for value, span in zip(center, center.value_spans, strict=True)]
                 balls.append(Placed({"xyz": xyz, "radius": Placed(radius[0], radius.value_spans[0])}, child.span))
-        self.named.setdefault("spheres", {})[said[0].value] = Placed(balls, element.span)
+        if not nothing:
+            self.named.setdefault("spheres", {})[said[0].value] = Placed(balls, element.span)
 
     def joint_property(self, element: Element) -> None:
         said = self.words(element, "joint_name", "property_name", "value")
@@ -415,7 +446,9 @@ class _Joining:
             entry["groups"] = {name: Placed(one, self.spans[name]) for name, one in self.groups.items()}
         off, on = self.pairs["disable_collisions"], self.pairs["enable_collisions"]
         for pair in [pair for pair in on if pair in off]:
-            self.reading.ignored("a pair of links that is enabled, and disabled as well", on.pop(pair).span)
+            self.reading.ignored(
+                "<enable_collisions> of links that are disabled as well has no effect", on.pop(pair).span
+            )
         entry |= self.named | self.lists
         if off:
             entry["disabled_collisions"] = [off[pair] for pair in sorted(off)]
@@ -456,3 +489,70 @@ def _base(found: list[float]) -> Entry:
 def _pose(state: _State) -> Placed:
     base = {} if state.base is None else {"base": state.base}
     return Placed({"positions": dict(state.positions), **base}, state.span)
+
+
+def facts(text: str) -> Facts:
+    """Return what an SRDF says. Raises ValueError for a damaged one."""
+    sheet = FactSheet(text, "robot")
+    readers = {
+        "group": _group_facts,
+        "group_state": _state_facts,
+        "end_effector": _end_effector_facts,
+        "virtual_joint": _virtual_joint_facts,
+    }
+    for element in sheet.root:
+        if element.tag in readers:
+            readers[element.tag](sheet, element)
+        elif element.tag == "passive_joint":
+            sheet.add(Fact("planning", "passive joints", sheet.text(element, "name")), "passive")
+        elif element.tag == "joint_property":
+            joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
+            sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
+        elif element.tag == "disable_collisions":
+            _pair_facts(sheet, element, f"off: {element.get('reason', USER)}")
+        elif element.tag == "enable_collisions":
+            _pair_facts(sheet, element, "on")
+        elif element.tag == "disable_default_collisions":
+            sheet.add(Fact("collision of", sheet.text(element, "link"), "and others"), "off")
+        elif element.tag == "link_sphere_approximation":
+            balls = (" ".join((sheet.text(one, "center"), sheet.text(one, "radius"))) for one in element)
+            sheet.add(Fact("link", sheet.text(element, "link"), "spheres"), ", ".join(balls))
+    return sheet.facts
+
+
+def _pair_facts(sheet: FactSheet, element: Parsed, said: str) -> None:
+    pair = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
+    sheet.add(Fact("collision of", pair[0], f"and {pair[1]}"), said)
+
+
+def _group_facts(sheet: FactSheet, element: Parsed) -> None:
+    name = sheet.text(element, "name")
+    said: dict[str, list[str]] = {}
+    for one in element:
+        if one.tag == "chain":
+            chain = f"{sheet.text(one, 'base_link')} to {sheet.text(one, 'tip_link')}"
+            said.setdefault("chain", []).append(chain)
+        else:
+            said.setdefault(f"{one.tag}s", []).append(sheet.text(one, "name"))
+    for key, names in said.items():
+        sheet.add(Fact("group", name, key), ", ".join(names))
+
+
+def _state_facts(sheet: FactSheet, element: Parsed) -> None:
+    name = f"{sheet.text(element, 'name')} of {sheet.text(element, 'group')}"
+    for one in element:
+        fact, value = Fact("state", name, sheet.text(one, "name")), sheet.text(one, "value")
+        sheet.add(fact, value if " " in value else sheet.number(one, "value"))
+
+
+def _end_effector_facts(sheet: FactSheet, element: Parsed) -> None:
+    for quantity in ("group", "parent_link", "parent_group"):
+        if element.get(quantity) is not None:
+            name = sheet.text(element, "name")
+            sheet.add(Fact("end effector", name, quantity.replace("_", " ")), sheet.text(element, quantity))
+
+
+def _virtual_joint_facts(sheet: FactSheet, element: Parsed) -> None:
+    for quantity in ("type", "parent_frame", "child_link"):
+        name = sheet.text(element, "name")
+        sheet.add(Fact("virtual joint", name, quantity.replace("_", " ")), sheet.text(element, quantity))

@@ -50,7 +50,6 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
-    drive_of,
     dynamics_of,
     limit_of,
     material_of,
@@ -71,6 +70,7 @@ from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
 
 if TYPE_CHECKING:
+    from ...model import Drive
     from ...model.moveit import Moveit
 
 RULES = (
@@ -191,16 +191,24 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
-            drive=drive_of(tree.get("drive"), self.problem),
+            drive=self.drive(),
             moveit=self.moveit(),
         )
+
+    def drive(self) -> Drive | None:
+        """Return what moves the base."""
+        if self.tree.get("drive") is None:
+            return None
+        from .commanded import drive_of
+
+        return drive_of(self.tree["drive"], self.problem)
 
     def moveit(self) -> Moveit | None:
         """Return what is said for MoveIt."""
         entry = self.section("moveit")
         if not entry:
             return None
-        from .moveit import moveit_of
+        from .commanded import moveit_of
 
         return moveit_of(entry)
 

@@ -6,15 +6,13 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from ...diagnostics import did_you_mean
-from ...diagnostics.registry import JOINTS, POSES, Rule
-from ...diagnostics.wording import listed
+from ...diagnostics.registry import POSES, Rule
 from ...model import (
     IDENTITY,
     NODE,
     Actuator,
     Attribute,
     Calibration,
-    Drive,
     Dynamics,
     JointPose,
     Limit,
@@ -27,7 +25,6 @@ from ...model import (
     Source,
     Vector,
 )
-from ...model.drive import ROLES
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
 from ..tree import Path
@@ -38,12 +35,6 @@ RULES = (
         "No servo group has this joint, or there is no such group.",
         "Correct the name, or add it to a group.",
         POSES,
-    ),
-    Rule(
-        "drive-kind",
-        "A drive says no kind of base, or several.",
-        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
-        JOINTS,
     ),
     Rule("pulse-range", "A pulse is outside the range of its servo.", "Correct the pulse or the range.", POSES),
 )
@@ -144,25 +135,6 @@ def dynamics_of(entry: Mapping[str, Any] | None) -> Dynamics | None:
     if entry is None:
         return None
     return Dynamics(**_numbers(entry))
-
-
-def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
-    """Return what drives a robot; ``problem`` takes what is wrong with it."""
-    if entry is None:
-        return None
-    kinds = [kind for kind in ROLES if kind in entry]
-    if len(kinds) != 1:
-        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
-        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
-        return None
-    said = entry[kinds[0]]
-    joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}
-    radius = float(entry["radius"]) if "radius" in entry else None
-    return Drive(kinds[0], joints, entry.get("frame", ""), radius, source_of(entry.get("source")))
-
-
-def _names(said: Any) -> tuple[str, ...]:
-    return (str(said),) if isinstance(said, str) else tuple(map(str, said))
 
 
 def calibration_of(entry: Mapping[str, Any] | None) -> Calibration | None:

@@ -16,7 +16,7 @@ from ...model.moveit import Pair
 from ..physics.scene import Overlap, Scene, solids_of
 
 if TYPE_CHECKING:
-    from ..physics.files import Meshes
+    from ..physics.files import Floats, Loaded, Meshes
 
 MARGIN = 0.02  # m: how near parts are seen that do not touch
 TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
@@ -42,6 +42,10 @@ class Contacts(Scene):
         self.model, self.data = self._made()
         self.model.geom_margin[:] = MARGIN
         self._points = {}
+
+    def corners(self, mesh: Loaded) -> Floats:
+        """Return all corners (n, 3) of the hull of a mesh: what never touches is said of the whole of it."""
+        return mesh.outline
 
     def excluded(self) -> Iterable[tuple[int, int]]:
         """Yield the bodies that MuJoCo is not to look at together, by their numbers."""

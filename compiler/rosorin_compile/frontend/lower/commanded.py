@@ -1,10 +1,14 @@
-"""The section ``moveit``: what MoveIt has to know of a robot, as values of the model."""
+"""What programs command: the sections ``drive`` (what moves a base) and ``moveit`` (what MoveIt has to know)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from ...diagnostics.registry import JOINTS, Rule
+from ...diagnostics.wording import listed
+from ...model import Drive
+from ...model.drive import ROLES
 from ...model.moveit import (
     USER,
     Ball,
@@ -17,7 +21,35 @@ from ...model.moveit import (
     VirtualJoint,
 )
 from ...numbers import exact
-from .entries import source_of, vector_of
+from .entries import Problem, source_of, vector_of
+
+RULES = (
+    Rule(
+        "drive-kind",
+        "A drive says no kind of base, or several.",
+        "One of `mecanum`, `differential`, `omni`, `tricycle`, `ackermann`, with its wheels.",
+        JOINTS,
+    ),
+)
+
+
+def drive_of(entry: Mapping[str, Any] | None, problem: Problem) -> Drive | None:
+    """Return what drives a robot; ``problem`` takes what is wrong with it."""
+    if entry is None:
+        return None
+    kinds = [kind for kind in ROLES if kind in entry]
+    if len(kinds) != 1:
+        message = f"drive has one of {', '.join(ROLES)}; this one has {listed(kinds) or 'none'}"
+        problem("drive-kind", message, ("drive",), "say which kind of base it is, and its wheels")
+        return None
+    said = entry[kinds[0]]
+    joints = {role: _names(said[role]) for role in ROLES[kinds[0]] if role in said}
+    radius = float(entry["radius"]) if "radius" in entry else None
+    return Drive(kinds[0], joints, entry.get("frame", ""), radius, source_of(entry.get("source")))
+
+
+def _names(said: Any) -> tuple[str, ...]:
+    return (str(said),) if isinstance(said, str) else tuple(map(str, said))
 
 
 def moveit_of(entry: Mapping[str, Any]) -> Moveit:

@@ -75,8 +75,8 @@ class Loaded:
             made = ConvexHull(corners)
         except (QhullError, ValueError):
             return corners
-        corners = made.points[made.vertices]
-        return corners
+        whole: Floats = made.points[made.vertices]
+        return whole
 
     @cached_property
     def surface(self) -> Any:

@@ -120,6 +120,10 @@ def _with(tree: Map, joined: Joined, document: Document, options: ReadOptions) -
     from .described import as_tree
 
     made = copied(tree)
+    source = made.get("source")
+    if source is not None and "note" in source:
+        made["source"] = copied(source)
+        made["source"]["note"] = f"{source['note']} and {Path(document.source.path).name}"
     for key, entries in joined.sections.items():
         more = as_tree(entries, document.root.span, [key])
         if key in made:

@@ -32,6 +32,7 @@ class Contacts(Scene):
     """The collision shapes of the links of a URDF; pairs of ``left_out`` are not looked at."""
 
     def __init__(self, planning: Planning, meshes: Meshes, left_out: Iterable[Pair] = ()) -> None:
+        self.planning, self.meshes = planning, meshes
         self.robot = planning.robot
         self.tops = sorted(planning.solids)
         self.order = {name: number for number, name in enumerate(self.tops)}

@@ -10,7 +10,7 @@ compute_default_collisions.cpp``. A pair keeps its first reason:
 
 Here the states follow from the seed alone: one after another, from Python's Mersenne twister, whatever the machine or
 the number of its cores. And Never takes more than luck: a pair that came nearer than the clearance is none; from the
-nearest state that was seen of a pair, joints are turned to bring it nearer still; and a pair with a joint between that
+nearest states that were seen of a pair, joints are turned to bring it nearer still; and a pair with a joint between that
 has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no reason
 to leave a pair out where the meshes themselves do not.
 """
@@ -19,8 +19,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from itertools import combinations, takewhile
+from itertools import combinations
 from random import Random
+from typing import Any
 
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Joint
@@ -31,7 +32,8 @@ from .contacts import FAR, TOUCH, Contacts
 ROUND = 200
 _MOST_ROUNDS = 50
 _HALVINGS, _FIRST_STEP = 8, 0.1  # of the descent: how often a step is halved that brings no pair nearer, and its begin
-_STARTS = 3  # states from which a pair is brought nearer that was not seen to touch
+_NEAREST, _STARTS = 24, 3  # states of a pair that are looked at closely, and from which it is brought nearer
+_AT_ONCE = 1000  # states whose distances are held
 _FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
 _ASKED = 5  # states in which the meshes of a pair are asked, beside the hulls
 
@@ -146,72 +148,90 @@ class Search:
 
     def _never(self, pair: Pair) -> None:
         """Call a pair Never, unless it comes too near when its joints are turned to that end."""
-        nearest = min((self._descend(pair, start) for start in self.bounding.nearest(pair)), default=math.inf)
+        seen = [(self.contacts.exact(pair, state, _FARTHEST), state) for state in self.bounding.nearest(pair)]
+        starts = sorted(seen, key=lambda one: one[0])[:_STARTS]
+        nearest = min((self._descend(pair, *start) for start in starts), default=math.inf)
         if nearest > max(self.how.clearance, TOUCH):
             self.found[pair] = self._far(pair, nearest)
 
-    def _descend(self, pair: Pair, state: Positions) -> float:
-        """Return how near (m) a pair comes where joints between are turned one by one."""
+    def _descend(self, pair: Pair, best: float, state: Positions) -> float:
+        """Return how near (m) a pair comes where joints between are turned, one by one and together."""
         names = list(dict.fromkeys(joint.name for joint in map(self._leader, self.between(pair))))
-        best, share = self.contacts.exact(pair, state, _FARTHEST), _FIRST_STEP
+        share = _FIRST_STEP
         for _ in range(_HALVINGS):
             moved = True
             while moved and best > TOUCH:
                 moved = False
-                for name in names:
-                    for turned in _turned(state, name, self.bounds[name], share):
-                        far = self.contacts.exact(pair, turned, _FARTHEST)
-                        if far < best - TOUCH:
-                            best, state, moved = far, turned, True
+                for step in self._steps(names):
+                    turned = self._turned(state, step, share)
+                    far = self.contacts.exact(pair, turned, _FARTHEST)
+                    if far < best - TOUCH:
+                        best, state, moved = far, turned, True
             share /= 2
         return best
 
+    def _steps(self, names: Sequence[str]) -> Iterator[Mapping[str, float]]:
+        """Yield in which direction joints are turned: each one back and on, then several at a time."""
+        for name in names:
+            yield {name: -1.0}
+            yield {name: 1.0}
+        if len(names) > 1:
+            for _ in names:
+                step = {name: self.random.uniform(-1, 1) for name in names}
+                yield step
+                yield {name: -turn for name, turn in step.items()}
+
+    def _turned(self, state: Positions, step: Mapping[str, float], share: float) -> Positions:
+        """Return a state with joints turned by a share of their range, as far as they go."""
+        made = dict(state)
+        for name, turn in step.items():
+            low, high = self.bounds[name]
+            made[name] = min(high, max(low, state[name] + turn * share * (high - low)))
+        return made
+
 
 class Bounding:
-    """The states in which the spheres around the shapes of two links were nearest to each other, the nearest first.
-
-    ``pairs`` are those that are looked at.
-    """
+    """The states in which the spheres around the shapes of two links were nearest to each other, for some pairs."""
 
     def __init__(self, contacts: Contacts, pairs: Sequence[Pair]) -> None:
         import numpy as np
 
-        self.shapes = {pair: contacts.between(pair) for pair in pairs}
-        each = [shapes for pair in pairs for shapes in self.shapes[pair]]
-        self.sides = np.array(each, dtype=int).reshape(-1, 2).T
-        self.least = np.full((_STARTS, len(each)), np.inf)
-        self.when = np.zeros(self.least.shape, dtype=int)
+        between = [contacts.between(pair) for pair in pairs]
+        self.number = {pair: number for number, pair in enumerate(pairs)}
+        self.sides = np.array([shapes for several in between for shapes in several], dtype=int).reshape(-1, 2).T
+        self.begins = np.cumsum([0, *map(len, between)])[:-1]
+        self.least = np.zeros((0, len(pairs)))
+        self.when = np.zeros((0, len(pairs)), dtype=int)
+        self.rows: list[Any] = []
         self.states: list[Positions] = []
 
     def take(self, state: Positions, contacts: Contacts) -> None:
         """Take down a state in which the links have just been placed."""
         import numpy as np
 
-        if not self.sides.size:
+        if self.number:
+            self.rows.append(np.minimum.reduceat(contacts.apart_at_least(*self.sides), self.begins))
+            self.states.append(state)
+            if len(self.rows) == _AT_ONCE:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Keep of the states so far those that are nearest."""
+        import numpy as np
+
+        if not self.rows:
             return
-        now, when = contacts.apart_at_least(*self.sides), np.full(len(self.sides[0]), len(self.states))
-        self.states.append(state)
-        for rank in range(_STARTS):
-            nearer = now < self.least[rank]
-            if not nearer.any():
-                return
-            self.least[rank][nearer], now[nearer] = now[nearer], self.least[rank][nearer]
-            self.when[rank][nearer], when[nearer] = when[nearer], self.when[rank][nearer]
+        numbers = np.arange(len(self.states) - len(self.rows), len(self.states))
+        least = np.vstack([self.least, self.rows])
+        when = np.vstack([self.when, np.repeat(numbers[:, None], len(self.number), axis=1)])
+        order = np.argsort(least, axis=0, kind="stable")[:_NEAREST]
+        self.least, self.when = (np.take_along_axis(table, order, 0) for table in (least, when))
+        self.rows = []
 
     def nearest(self, pair: Pair) -> list[Positions]:
         """Return the states in which a pair was nearest, as far as spheres can tell."""
-        begin = sum(len(self.shapes[one]) for one in takewhile(lambda one: one != pair, self.shapes))
-        part = slice(begin, begin + len(self.shapes[pair]))
-        found = sorted(zip(self.least[:, part].ravel().tolist(), self.when[:, part].ravel().tolist(), strict=True))
-        whens = dict.fromkeys(when for far, when in found if math.isfinite(far))
-        return [self.states[when] for when in list(whens)[:_STARTS]]
-
-
-def _turned(state: Positions, name: str, bounds: tuple[float, float], share: float) -> Iterator[Positions]:
-    """Yield a state with one joint turned back and on by a share of its range."""
-    low, high = bounds
-    for step in (-share, share):
-        yield {**state, name: min(high, max(low, state[name] + step * (high - low)))}
+        self._settle()
+        return [self.states[when] for when in self.when[:, self.number[pair]].tolist()]
 
 
 def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:

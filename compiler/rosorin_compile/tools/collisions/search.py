@@ -10,9 +10,9 @@ compute_default_collisions.cpp``. A pair keeps its first reason:
 
 Here the states follow from the seed alone: one after another, from Python's Mersenne twister, whatever the machine or
 the number of its cores. And Never takes more than luck: a pair that came nearer than the clearance is none; from the
-nearest states that were seen of a pair, joints are turned to bring it nearer still; and a pair with a joint between that
-has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no reason
-to leave a pair out where the meshes themselves do not.
+nearest states that were seen of a pair, joints are turned to bring it nearer still; and a pair with a joint between
+that has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no
+reason to leave a pair out where the meshes themselves do not.
 """
 
 from __future__ import annotations

@@ -216,14 +216,14 @@ class Format:
     files that stand for something else in a description), ``brings`` (the elements of XML that it makes of what a
     description says in words), ``names_robot`` (its files say what the robot is called).
 
-    In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read),
-    ``folder`` (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there
-    too, where no copy is yet), ``packaged`` (a package carries it, and has none of its own), ``located`` (its text
-    depends on where other artifacts stand), ``meshes`` (it names meshes as URDF does), ``opens`` (the file of a mesh
-    as seen from the artifact, by its name in the description; empty where it is not opened), ``embeds`` (it holds the
-    meshes themselves), ``beside`` (the names of files that it wants beside it), ``robot_of`` (the robot that a file
-    was generated for, by its path, where no comment says so), ``adapted`` (a head of a text that has been changed for
-    a package).
+    In ROS: ``feeds`` (kinds of publishers that read it), ``withheld`` (an output that they are not to read), ``folder``
+    (where ``package`` puts it; empty: by the ending of its name), ``deploys`` (``deploy`` puts it there too, where no
+    copy is yet), ``packaged`` (a package carries it, and has none of its own), ``located`` (its text depends on where
+    other artifacts stand), ``meshes`` (it names meshes as URDF does), ``opens`` (the file of a mesh as seen from the
+    artifact, by its name in the description; empty where it is not opened), ``embeds`` (it holds the meshes
+    themselves), ``knows_meshes`` (what it says depends on what is in their files), ``beside`` (the names of files that
+    it wants beside it), ``robot_of`` (the robot that a file was generated for, by its path, where no comment says so),
+    ``adapted`` (a head of a text that has been changed for a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
     source says and a name for files; None if it is to have none. ``optional`` says that the output is left out, with a
@@ -284,6 +284,7 @@ class Format:
     meshes: bool = False
     opens: Callable[[str], str] | None = None
     embeds: bool = False
+    knows_meshes: bool = False
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""

@@ -142,7 +142,8 @@ def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
         return Searched((), frozenset(), [])
     found = _Search(places, opening, naming).run(named)
     if not embedding:
-        return found
+        known = any(RECORDS[output.backend].knows_meshes for output in outputs)
+        return found._replace(inputs=(*found.inputs, *found.by_name.values())) if known else found
     by_name = {**images, **found.by_name}
     return found._replace(by_name=by_name, inputs=(*found.inputs, *by_name.values()))
 

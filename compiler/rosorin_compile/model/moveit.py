@@ -173,9 +173,9 @@ class Moveit:
             for side, name in enumerate(pair):
                 yield name, ("moveit", "checked_collisions", index, side), "of a checked collision"
         for index, name in enumerate(self.unchecked_links):
-            yield name, ("moveit", "unchecked_links", index), "that is not checked"
+            yield name, ("moveit", "unchecked_links", index), "named as unchecked"
         for name in self.spheres:
-            yield name, ("moveit", "spheres", name), "that spheres stand for"
+            yield name, ("moveit", "spheres", name), "whose spheres are given"
 
     def joints_named(self) -> Iterator[Mention]:
         """Yield the joints that it names, but for the virtual one, which is not of the robot."""
@@ -190,7 +190,7 @@ class Moveit:
                 yield name, ("moveit", "passive_joints", index), "named as passive"
         for name in self.joint_properties:
             if name != virtual:
-                yield name, ("moveit", "joint_properties", name), "that has properties for MoveIt"
+                yield name, ("moveit", "joint_properties", name), "whose properties are given"
 
 
 def said_of(moveit: Moveit | None) -> dict[str, str]:

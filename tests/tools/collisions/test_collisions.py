@@ -12,7 +12,7 @@ from rosorin_compile.diagnostics.progress import hide, show
 from support.commands import Shown, ask
 
 pytest.importorskip("mujoco", minversion="4")
-pytest.importorskip("trimesh")
+trimesh = pytest.importorskip("trimesh")
 pytest.importorskip("scipy")
 
 pytestmark = pytest.mark.slow  # MuJoCo, and thousands of states
@@ -148,6 +148,44 @@ def test_a_matrix_is_of_one_robot(capsys: Shown) -> None:
     assert main(["all", "reach"]) == 0
     assert "collisions-stale" not in capsys.readouterr().err
     assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
+
+
+STONES = """\
+robot: reach
+links: {base: {collision: [{mesh: {file: stone.stl}}]}, arm: {collision: [{mesh: {file: stone.stl}}]}}
+joints:
+  j: {type: prismatic, parent: base, child: arm, xyz: [1, 0, 0], axis: [0, 1, 0],
+      limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
+outputs: {urdf: {file: reach.urdf}, srdf: {file: reach.srdf}}
+"""
+
+
+def test_another_mesh_makes_a_matrix_stale(reach: Path, capsys: Shown) -> None:
+    mesh = trimesh.creation.box((0.1, 0.2, 0.3))
+    mesh.export(reach / "descriptions" / "reach" / "stone.stl")
+    SOURCE.write_text(STONES, "utf-8")
+    ask(capsys, "collisions", "reach")
+    assert pairs() == {"arm base": {"links": ["arm", "base"], "reason": "Adjacent"}}
+    included(STONES)
+    ask(capsys, "all", "reach")
+    assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    mesh.apply_scale(1.1).export(reach / "descriptions" / "reach" / "stone.stl")
+    assert main(["all", "reach"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[collisions-stale]: the collision matrix was computed of another stone.stl" in said
+    assert "disable_collisions" not in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    ask(capsys, "collisions", "reach")
+    assert main(["all", "reach"]) == 0
+    assert not capsys.readouterr().err
+
+
+def test_without_a_mesh_there_is_no_matrix(reach: Path, capsys: Shown) -> None:
+    SOURCE.write_text(STONES, "utf-8")
+    assert not (reach / "descriptions" / "reach" / "stone.stl").exists()
+    assert main(["collisions", "reach"]) == 1
+    said = capsys.readouterr().err
+    assert "error[collisions-refused]: without all meshes nobody knows what never touches" in said
+    assert not MATRIX.exists()
 
 
 @pytest.mark.usefixtures("reach")

@@ -83,5 +83,6 @@ FORMAT = Format(
     syntax=_syntax,
     folder="srdf",
     deploys=True,
+    knows_meshes=True,
     asked=_asked,
 )

@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.registry import JOINTS, Rule
 from ...diagnostics.wording import listed
 from ...model import Drive
 from ...model.drive import ROLES
-from ...model.moveit import (
-    USER,
-    Ball,
-    CollisionMatrix,
-    CollisionSearch,
-    DisabledCollision,
-    EndEffector,
-    Group,
-    Moveit,
-    VirtualJoint,
-)
 from ...numbers import exact
 from .entries import Problem, source_of, vector_of
+
+if TYPE_CHECKING:
+    from ...model.moveit import DisabledCollision, Group, Moveit, VirtualJoint
 
 RULES = (
     Rule(
@@ -54,6 +46,8 @@ def _names(said: Any) -> tuple[str, ...]:
 
 def moveit_of(entry: Mapping[str, Any]) -> Moveit:
     """Return what a description says for MoveIt."""
+    from ...model.moveit import Ball, CollisionMatrix, CollisionSearch, EndEffector, Moveit
+
     search: dict[str, Any] = _without_source(entry.get("collisions") or {})
     search |= {key: float(search[key]) for key in ("always", "clearance") if key in search}
     computed = entry.get("collision_matrix")
@@ -86,6 +80,8 @@ def moveit_of(entry: Mapping[str, Any]) -> Moveit:
 
 
 def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
+    from ...model.moveit import Group
+
     chain, states = entry.get("chain"), entry.get("states")
     lists = {key: tuple(entry.get(key) or ()) for key in ("joints", "links", "groups")}
     return Group(
@@ -98,12 +94,16 @@ def _group_of(name: str, entry: Mapping[str, Any]) -> Group:
 
 
 def _virtual_joint_of(entry: Any) -> VirtualJoint | None:
+    from ...model.moveit import VirtualJoint
+
     if entry is False:
         return None
     return VirtualJoint(**({} if entry is True else _without_source(entry)))
 
 
 def _disabled_of(entry: Mapping[str, Any]) -> DisabledCollision:
+    from ...model.moveit import USER, DisabledCollision
+
     distances = {key: float(entry[key]) for key in ("nearest", "beyond") if key in entry}
     return DisabledCollision(_pair_of(entry["links"]), entry.get("reason", USER), **distances)
 

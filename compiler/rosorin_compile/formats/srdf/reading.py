@@ -80,6 +80,10 @@ def join(opened: Opened, tree: Map) -> Joined:
         other = next(child for child in root.children if child.tag in _OF_URDF)
         what = f"this is a URDF, not an SRDF: it has {named(other)}"
         raise opened.problem(what, other.span, help="name the SRDF; a URDF is what is imported")
+    macro = next((child for child in root.iter() if child.tag.startswith("xacro:")), None)
+    if macro is not None:
+        what = f"this is a xacro, which is to be expanded first: it has <{macro.tag}>"
+        raise opened.problem(what, macro.span, help=f"xacro {opened.path.name} > {opened.path.name.split('.')[0]}.srdf")
     made = _Joining(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})

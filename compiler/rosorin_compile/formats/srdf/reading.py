@@ -83,7 +83,7 @@ def join(opened: Opened, tree: Map) -> Joined:
     macro = next((child for child in root.iter() if child.tag.startswith("xacro:")), None)
     if macro is not None:
         what = f"this is a xacro, which is to be expanded first: it has <{macro.tag}>"
-        raise opened.problem(what, macro.span, help=f"xacro {opened.path.name} > {opened.path.name.split('.')[0]}.srdf")
+        raise opened.problem(what, macro.span, help=f"xacro {opened.path.name} > expanded.srdf")
     made = _Joining(opened, robot)
     made.read(root)
     poses = made.poses(tree.get("poses") or {})

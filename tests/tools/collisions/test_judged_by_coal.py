@@ -80,7 +80,7 @@ def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[flo
         assert meshes.read(named) is not None
     (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
     for name, file in files.items():
-        text = text.replace(f'"{name}"', f'"{file}"')
+        text = text.replace(f'"{name}"', f'"{file.absolute()}"')
     return Contacts(planning, meshes), Coal(text), bounds_of(planning)
 
 

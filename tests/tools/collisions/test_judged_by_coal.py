@@ -141,7 +141,14 @@ def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, s
     assert least == pytest.approx(found.nearest, abs=ROUNDING)
 
 
-def test_the_reference_robot() -> None:
-    touching, near = judged(*both(ROSORIN, ROOT / "outputs" / "rosorin"))
+ROBOTS = {
+    "rosorin": (ROSORIN, ROOT / "outputs" / "rosorin"),
+    **{name: (ROOT / "examples" / name / "robot.yaml", ROOT / "examples" / name) for name in ("ur5e", "unitree_a1")},
+}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_robots_that_exist(name: str) -> None:
+    touching, near = judged(*both(*ROBOTS[name]))
     assert touching > 500
     assert near > 100

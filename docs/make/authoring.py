@@ -31,7 +31,7 @@ SOME = r"\$\{"  # text with an expression in it
 _NUMBER = r"^[-+]?(\d+\.?\d*|\.\d+)([eE][-+]?\d+)?\s*"
 _CLOSED = ("rosorin_compile", "args", "modes", "include")  # taken as they stand, never evaluated
 _INNER = ("items", "additionalProperties", "propertyNames", "not", "if", "then", "else")
-_SAME = ("description", "title", "default", "const", "minLength", "minItems", "format")
+_SAME = ("description", "title", "default", "const", "minLength", "minItems", "format", "minimum", "maximum")
 
 _WORDS = {"number": "a number", "integer": "a whole number", "boolean": "true or false", "array": "a list"}
 _WORDS["object"] = "a mapping"

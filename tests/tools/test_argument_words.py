@@ -29,6 +29,7 @@ WORDS = {
     "print": ["urdf", "r.yaml"],
     "check": ["r.yaml", "--every-argument"],
     "watch": ["r.yaml"],
+    "collisions": ["r.yaml"],
     "import": ["r.xacro", "-o", "made"],
     "diff": ["r.yaml", "r.yaml"],
     "explain": ["r.yaml", "b"],

@@ -52,6 +52,7 @@ OF_COMMANDS = {"unknown-output"}
 GUARDS = {
     "robot-model-unknown-name": "unknown-joint, unknown-link and unknown-servo name the place",
     "static-tf-no-urdf": "unpublished-edge, where a description lists its outputs",
+    "srdf-without-urdf": "moveit-urdf names the place",
     "wrong-shape": "for keywords that the schema does not use yet",
 }
 

@@ -42,7 +42,7 @@ def accept(tree: Map, lenient: bool) -> tuple[Map | None, list[Diagnostic]]:
 
 def _problems(tree: Map) -> list[Diagnostic]:
     """Return what lowering and the rules say of a tree that is to become what robot_state_publisher reads."""
-    whole = _copied(tree)
+    whole = copied(tree)
     if "outputs" not in whole:
         whole.put("outputs", _published(tree), tree.span, tree.span)
     lowered = lower(whole)
@@ -78,7 +78,8 @@ def _name(diagnostic: Diagnostic) -> str:
     return diagnostic.of[-1] if acceptable()[diagnostic.rule].accept == "link" else diagnostic.of[0]
 
 
-def _copied(tree: Map) -> Map:
+def copied(tree: Map) -> Map:
+    """Return a mapping of its own with the same entries."""
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
         made.put(key, value, tree.key_spans[key], tree.value_spans[key])
@@ -87,7 +88,7 @@ def _copied(tree: Map) -> Map:
 
 def _with_accept(tree: Map, names: dict[str, dict[str, Diagnostic]]) -> Map:
     """Return the tree with one entry of ``accept`` a rule."""
-    made = _copied(tree)
+    made = copied(tree)
     entries = Seq(tree.span)
     for rule in sorted(names):
         first = next(iter(names[rule].values())).span or tree.span

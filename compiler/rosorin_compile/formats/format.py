@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
-    from .imported import Imported, Proof, ReadOptions
+    from .imported import Imported, LeftOut, Proof, ReadOptions
     from .templating import Templates
 
 
@@ -144,6 +144,14 @@ class Opened:
         return self.document
 
 
+class Joined(NamedTuple):
+    """What a file says beside the robot that it belongs to: sections of a description, and what there is to say."""
+
+    sections: Mapping[str, Any]
+    diagnostics: Sequence[Diagnostic] = ()
+    left_out: tuple[LeftOut, ...] = ()
+
+
 class Asked(NamedTuple):
     """The entry of ``outputs`` that the description of an imported robot has, and a remark on what is unusual in it."""
 
@@ -175,6 +183,9 @@ class Format:
     - ``read``: a file to a description, for ``import``, ``include`` and ``diff``: plain values or a tree (see
       ``described.imported``). ``include`` says that a description may include such a file, ``takes_arguments`` that it
       is told arguments, ``becomes`` the format that it is once it is read (xacro: urdf).
+    - ``join``: a file and the tree of a robot to the sections that it adds to that (``import --srdf FILE``); ``joins``
+      are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
+      more than such a companion of one.
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
       ValueError for a damaged text. Without it artifacts are compared as text.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
@@ -215,8 +226,8 @@ class Format:
     ``adapted`` (a head of a text that has been changed for a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
-    source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
-    cannot be written so.
+    source says and a name for files; None if it is to have none. ``optional`` says that the output is left out, with a
+    remark, where the robot cannot be written so.
     """
 
     name: str
@@ -234,6 +245,9 @@ class Format:
     recognises: Callable[[Document, Path], bool] | None = None
     write: Writer | None = None
     read: Callable[[Opened], Imported | Description | tuple[Description, Sequence[Diagnostic]]] | None = None
+    join: Callable[[Opened, Map], Joined] | None = None
+    joins: tuple[str, ...] = ()
+    is_other: Callable[[Document], bool] | None = None
     include: bool = True
     takes_arguments: bool = False
     becomes: str = ""
@@ -274,7 +288,7 @@ class Format:
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""
-    asked: Callable[[Map, str, str], Asked] | None = None
+    asked: Callable[[Map, str, str], Asked | None] | None = None
     optional: bool = False
 
     @property

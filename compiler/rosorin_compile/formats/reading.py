@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from ..diagnostics import NOTE, Diagnostic, Source, Span, error
+from ..diagnostics import ERROR, NOTE, Diagnostic, Source, Span, error, has_errors
 from ..diagnostics.registry import READING, Rule
 from ..plugins import PluginFailed
 from ..project import ENDINGS, stdin_of
@@ -13,6 +14,10 @@ from ..xml.markup import RULE as SYNTAX
 from ..xml.markup import Document, MarkupError, parse
 from . import FORMATS, Format, Opened, is_built_in, plugged_diagnostics, published
 from .imported import Imported, ReadOptions
+
+if TYPE_CHECKING:
+    from ..frontend.tree import Map
+    from .format import Joined
 
 RULES = (
     Rule(
@@ -38,7 +43,6 @@ _OTHER_FORMATS = {
     "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),
     "package": ("the package.xml of a ROS package", "name the file of the robot in that package"),
     "launch": ("a launch file", "name the file of the robot that it loads"),
-    "srdf": ("an SRDF of MoveIt", "name the URDF"),
     "mujocoinclude": ("a part of an MJCF, to be included", "name the MJCF that includes it: its root is <mujoco>"),
 }
 
@@ -65,6 +69,9 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
         document = _parsed(source, options)
     except MarkupError as problem:
         return _refused(problem.diagnostic, path, *plugged_diagnostics())
+    other = next((one for one in FORMATS.values() if one.is_other is not None and one.is_other(document)), None)
+    if other is not None:
+        return _refused(_companion(other, document), path)
     format = _format_of(document, path)
     if format is None:
         return _refused(_wrong_root(document), path, *plugged_diagnostics())
@@ -72,6 +79,62 @@ def _read_any(path: Path, options: ReadOptions, asked: Span | None) -> Imported:
         return _refused(_not_on_stdin(format, document), path)
     read = _read(format, Opened(path, options, document, asked))
     return read._replace(diagnostics=[*_mending(source, document), *read.diagnostics])
+
+
+def _companion(format: Format, document: Document) -> Diagnostic:
+    """Return the error about a file that belongs to a robot, and is none."""
+    message = f"this is {format.named}, which belongs to a robot and has none itself"
+    option = f"--{format.name} {document.source.path}"
+    return error("wrong-format", message, document.root.span, f"name the robot; import ROBOT {option} reads both")
+
+
+def join(imported: Imported, name: str, path: Path, options: ReadOptions) -> Imported:
+    """Return a robot with what a file says that belongs to it, of the format ``name``; broken, it has no tree."""
+    format, tree = FORMATS[name], imported.tree
+    if format.join is None or tree is None:
+        return imported
+    try:
+        source = read_source(path)
+        _check_text(source)
+        document = _parsed(source, options)
+        if document.root.tag != "robot":
+            raise MarkupError(_wrong_root(document))
+        joined = format.join(Opened(path, options, document), tree)
+    except MarkupError as problem:
+        return imported._replace(tree=None, diagnostics=[*imported.diagnostics, problem.diagnostic])
+    diagnostics = [*_mending(source, document), *joined.diagnostics]
+    made, told = None, list[Diagnostic]()
+    if not has_errors(diagnostics):
+        made, told = _with(tree, joined, document, options)
+    return imported._replace(
+        tree=made,
+        diagnostics=[*imported.diagnostics, *diagnostics, *told],
+        files=(*imported.files, path),
+        left_out=(*imported.left_out, *joined.left_out),
+    )
+
+
+def _with(tree: Map, joined: Joined, document: Document, options: ReadOptions) -> tuple[Map | None, list[Diagnostic]]:
+    """Return a tree with more sections, held against the rules; an entry that it has stays."""
+    from .checked import accept, copied
+    from .described import as_tree
+
+    made = copied(tree)
+    source = made.get("source")
+    if source is not None and "note" in source:
+        made["source"] = copied(source)
+        made["source"]["note"] = f"{source['note']} and {Path(document.source.path).name}"
+    for key, entries in joined.sections.items():
+        more = as_tree(entries, document.root.span, [key])
+        if key in made:
+            more = copied(more)
+            for name, entry in made[key].items():
+                more.put(name, entry, made[key].key_spans[name], made[key].value_spans[name])
+        made.put(key, more, document.root.span, document.root.span)
+    accepted, told = accept(made, options.lenient) if options.checked else (made, [])
+    return accepted, [
+        one for one in told if one.severity == ERROR or one.span is None or one.span.source is document.source
+    ]
 
 
 def _not_on_stdin(format: Format, document: Document) -> Diagnostic:

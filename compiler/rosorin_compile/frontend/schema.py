@@ -17,6 +17,7 @@ TEMPLATE = "template"
 
 # Sections that are one entry, not many by name.
 ONE_ENTRY = ("drive", "moveit")
+MANY_INSIDE = ("moveit",)  # of them those with entries by name, which several parts and files may add to
 
 Steps = list[str | int]
 

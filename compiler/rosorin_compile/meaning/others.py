@@ -42,6 +42,8 @@ def compare_others(pairing: Pairing, sides: tuple[Side, Side], unsaid: frozenset
         yield from compare_simulation(pairing.a.robot, pairing.b.robot)
     if "drive" not in unsaid:
         yield from _drives(pairing)
+    if all(side.format is YAML for side in sides):
+        yield from _planned(pairing)
     if "contact" not in unsaid:
         yield from _contacts(pairing.a.robot, pairing.b.robot)
     if "urdf_elements" not in unsaid:
@@ -192,6 +194,21 @@ def _drives(pairing: Pairing) -> Iterator[Item]:
     elif a.radius != b.radius:
         said = ["from its shapes" if one is None else f"{one:.6g} m" for one in (a.radius, b.radius)]
         yield Item(OTHER, "drive", "radius", f"drive radius {said[0]} -> {said[1]}", said[0], said[1])
+
+
+def _planned(pairing: Pairing) -> Iterator[Item]:
+    """Yield what differs in what MoveIt has to know; the joints of states are those of poses."""
+    a, b = pairing.a.robot.moveit, pairing.b.robot.moveit
+    if a == b:
+        return
+    from ..model.moveit import said_of
+
+    old, new = said_of(a), said_of(b)
+    for name in dict.fromkeys((*old, *new)):
+        before, after = old.get(name), new.get(name)
+        if before != after:
+            text = f"MoveIt: {name} {before or 'none'} -> {after or 'none'}"
+            yield Item(OTHER, name, "planning", text, before, after)
 
 
 def _contacts(a: Robot, b: Robot) -> Iterator[Item]:

@@ -189,6 +189,7 @@ def renamed(robot: Robot, links: Mapping[str, str], joints: Mapping[str, str]) -
             joints={role: tuple(map(joint, names)) for role, names in robot.drive.joints.items()},
             frame=robot.drive.frame and link(robot.drive.frame),
         ),
+        moveit=robot.moveit and robot.moveit.renamed(link, joint),
     )
 
 

@@ -56,6 +56,12 @@ def different(one: Robot, other: Robot, tolerance: float, carried_by_urdf: bool)
     return [item.text for item in difference.items] + values
 
 
+def differently_said(one: Robot, other: Robot, section: str, tolerance: float) -> list[str]:
+    """Return in which values two robots differ in one field of the model, such as ``moveit``."""
+    comparison = _Comparison(tolerance, _NOT_COMPARED, by_meaning=False)
+    return list(comparison.values(section, getattr(one, section), getattr(other, section)))
+
+
 class _Comparison:
     """One comparison: how exact, and of what."""
 

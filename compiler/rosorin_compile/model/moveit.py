@@ -5,9 +5,10 @@ Which joints a group has is a question about one URDF: ``formats.srdf.planning``
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, field, replace
 
+from .geometry import Vector
 from .link import NO_SOURCE, Source
 
 ADJACENT, DEFAULT, ALWAYS, NEVER, USER = "Adjacent", "Default", "Always", "Never", "User"
@@ -20,6 +21,9 @@ VIRTUAL_JOINT = "virtual_joint"  # its name, where none is given
 TRIALS, SEED, ALWAYS_SHARE, CLEARANCE = 10_000, 1, 0.95, 0.001
 
 Pair = tuple[str, str]
+
+# A name, the path in the description where it stands, and what it is there, in words.
+Mention = tuple[str, tuple["str | int", ...], str]
 
 
 @dataclass(frozen=True)
@@ -56,6 +60,14 @@ class VirtualJoint:
     type: str = ""
     parent: str = ""
     name: str = VIRTUAL_JOINT
+
+
+@dataclass(frozen=True)
+class Ball:
+    """One of the spheres that stand for a link: its middle in the link's frame, and its radius (m)."""
+
+    xyz: Vector
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -104,7 +116,8 @@ class Moveit:
     """What the section ``moveit`` of a description says.
 
     ``urdf`` is the name of an output; empty: the one that robot_state_publisher reads. ``virtual_joint`` is None where
-    there is to be none.
+    there is to be none. ``unchecked_links`` touch nothing but what is named in ``checked``. ``spheres`` stand for a
+    link, by its name; ``joint_properties`` has words that planners read, by joint and by name.
     """
 
     urdf: str = ""
@@ -114,5 +127,97 @@ class Moveit:
     passive_joints: tuple[str, ...] = ()
     disabled: tuple[DisabledCollision, ...] = ()
     checked: tuple[Pair, ...] = ()
+    unchecked_links: tuple[str, ...] = ()
+    spheres: Mapping[str, tuple[Ball, ...]] = field(default_factory=dict)
+    joint_properties: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     search: CollisionSearch = CollisionSearch()
     matrix: CollisionMatrix | None = None
+
+    def renamed(self, link: Callable[[str], str], joint: Callable[[str], str]) -> Moveit:
+        """Return it with other names of links and joints."""
+        return replace(
+            self,
+            groups=tuple(
+                replace(
+                    one,
+                    chain=one.chain and (link(one.chain[0]), link(one.chain[1])),
+                    joints=tuple(map(joint, one.joints)),
+                    links=tuple(map(link, one.links)),
+                )
+                for one in self.groups
+            ),
+            end_effectors=tuple(replace(one, parent=link(one.parent)) for one in self.end_effectors),
+            passive_joints=tuple(map(joint, self.passive_joints)),
+            disabled=tuple(replace(one, links=(link(one.links[0]), link(one.links[1]))) for one in self.disabled),
+            checked=tuple((link(one), link(other)) for one, other in self.checked),
+            unchecked_links=tuple(map(link, self.unchecked_links)),
+            spheres={link(name): balls for name, balls in self.spheres.items()},
+            joint_properties={joint(name): said for name, said in self.joint_properties.items()},
+        )
+
+    def links_named(self) -> Iterator[Mention]:
+        """Yield the links that it names."""
+        for group in self.groups:
+            path: tuple[str | int, ...] = ("moveit", "groups", group.name)
+            for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
+                yield name, (*path, "chain", key), f'the {key} of planning group "{group.name}"'
+            for index, name in enumerate(group.links):
+                yield name, (*path, "links", index), f'in planning group "{group.name}"'
+        for one in self.end_effectors:
+            path = ("moveit", "end_effectors", one.name, "parent")
+            yield one.parent, path, f'which carries end effector "{one.name}"'
+        for index, disabled in enumerate(self.disabled):
+            for side, name in enumerate(disabled.links):
+                yield name, ("moveit", "disabled_collisions", index, "links", side), "of a disabled collision"
+        for index, pair in enumerate(self.checked):
+            for side, name in enumerate(pair):
+                yield name, ("moveit", "checked_collisions", index, side), "of a checked collision"
+        for index, name in enumerate(self.unchecked_links):
+            yield name, ("moveit", "unchecked_links", index), "named as unchecked"
+        for name in self.spheres:
+            yield name, ("moveit", "spheres", name), "whose spheres are given"
+
+    def joints_named(self) -> Iterator[Mention]:
+        """Yield the joints that it names, but for the virtual one, which is not of the robot."""
+        virtual = self.virtual_joint.name if self.virtual_joint is not None else ""
+        for group in self.groups:
+            for index, name in enumerate(group.joints):
+                if name != virtual:
+                    path = ("moveit", "groups", group.name, "joints", index)
+                    yield name, path, f'in planning group "{group.name}"'
+        for index, name in enumerate(self.passive_joints):
+            if name != virtual:
+                yield name, ("moveit", "passive_joints", index), "named as passive"
+        for name in self.joint_properties:
+            if name != virtual:
+                yield name, ("moveit", "joint_properties", name), "whose properties are given"
+
+
+def said_of(moveit: Moveit | None) -> dict[str, str]:
+    """Return what is said for MoveIt, each thing in words; nothing of how the matrix is computed."""
+    if moveit is None:
+        return {}
+    said: dict[str, str] = {}
+    for group in moveit.groups:
+        chain = [f"{group.chain[0]} to {group.chain[1]}"] if group.chain else []
+        said[f"group {group.name}"] = ", ".join([*chain, *group.joints, *group.links, *group.groups])
+        if group.states is not None:
+            said[f"states of {group.name}"] = ", ".join(f"{name} ({pose})" for name, pose in group.states.items())
+    for one in moveit.end_effectors:
+        by = f" by {one.parent_group}" if one.parent_group else ""
+        said[f"end effector {one.name}"] = f"{one.group} on {one.parent}{by}"
+    virtual = moveit.virtual_joint
+    kind = f"{virtual.type or 'as the base is'} {virtual.parent}".strip() if virtual else ""
+    said["virtual joint"] = f"{virtual.name}: {kind}" if virtual else ""
+    said["passive joints"] = ", ".join(sorted(moveit.passive_joints))
+    said["links that are not checked"] = ", ".join(sorted(moveit.unchecked_links))
+    for pair in moveit.checked:
+        said[f"collision of {' and '.join(sorted(pair))}"] = "checked"
+    for off in (*moveit.disabled, *(moveit.matrix.pairs if moveit.matrix else ())):
+        said[f"collision of {' and '.join(sorted(off.links))}"] = f"off ({off.reason})"
+    for link, balls in moveit.spheres.items():
+        numbers = (" ".join(f"{number:g}" for number in (*ball.xyz, ball.radius)) for ball in balls)
+        said[f"spheres of {link}"] = ", ".join(numbers) or "none at all"
+    for joint, properties in moveit.joint_properties.items():
+        said[f"properties of {joint}"] = ", ".join(f"{name} {value}" for name, value in properties.items())
+    return {name: text for name, text in said.items() if text}

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import TYPE_CHECKING
 
 from ..diagnostics import Diagnostic, nearest
 from ..diagnostics.registry import JOINTS, rule
@@ -13,9 +12,6 @@ from ..frontend.tree import Path
 from ..model import Drive, Joint, Robot
 from ..model.drive import MECANUM, TRICYCLE
 from .case import Case, suggest
-
-if TYPE_CHECKING:
-    from ..model.moveit import Moveit
 
 AFTER = ""
 
@@ -54,7 +50,7 @@ def _mentions_of_links(case: Case) -> Iterator[_Mention]:
     if robot.drive is not None and robot.drive.frame:
         yield robot.drive.frame, ("drive", "frame"), "the base frame of the drive"
     if robot.moveit is not None:
-        yield from _links_of_moveit(robot.moveit)
+        yield from robot.moveit.links_named()
     for output in robot.outputs:
         for name in output.options.get("rename", ()):
             yield name, ("outputs", output.name, "rename", name), f'renamed in output "{output.name}"'
@@ -78,34 +74,7 @@ def _mentions_of_joints(robot: Robot) -> Iterator[_Mention]:
         for one in block.joints:
             yield one.name, ("control", block.name, "joints", one.name), f'in hardware block "{block.name}"'
     if robot.moveit is not None:
-        yield from _joints_of_moveit(robot.moveit)
-
-
-def _links_of_moveit(said: Moveit) -> Iterator[_Mention]:
-    for group in said.groups:
-        path: Path = ("moveit", "groups", group.name)
-        for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
-            yield name, (*path, "chain", key), f'the {key} of planning group "{group.name}"'
-        for index, name in enumerate(group.links):
-            yield name, (*path, "links", index), f'in planning group "{group.name}"'
-    for one in said.end_effectors:
-        yield one.parent, ("moveit", "end_effectors", one.name, "parent"), f'which carries end effector "{one.name}"'
-    for index, disabled in enumerate(said.disabled):
-        for side, name in enumerate(disabled.links):
-            yield name, ("moveit", "disabled_collisions", index, "links", side), "of a disabled collision"
-    for index, pair in enumerate(said.checked):
-        for side, name in enumerate(pair):
-            yield name, ("moveit", "checked_collisions", index, side), "of a checked collision"
-
-
-def _joints_of_moveit(said: Moveit) -> Iterator[_Mention]:
-    virtual = said.virtual_joint.name if said.virtual_joint is not None else ""
-    for group in said.groups:
-        for index, name in enumerate(group.joints):
-            if name != virtual:
-                yield name, ("moveit", "groups", group.name, "joints", index), f'in planning group "{group.name}"'
-    for index, name in enumerate(said.passive_joints):
-        yield name, ("moveit", "passive_joints", index), "named as passive"
+        yield from robot.moveit.joints_named()
 
 
 def place_in_drive(drive: Drive, role: str, index: int) -> Path:

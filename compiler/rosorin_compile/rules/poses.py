@@ -80,11 +80,16 @@ def positions(case: Case) -> Iterator[Diagnostic]:
 
 @Check
 def at_zero(case: Case) -> Iterator[Diagnostic]:
-    """Joints that a pose does not name, and that cannot be at zero, where it leaves them."""
+    """Joints that a pose does not name, and that cannot be at zero, where it leaves them.
+
+    A pose that is said to be the state of a planning group is about the joints of that.
+    """
+    moveit = case.robot.moveit
+    states = {pose for group in (moveit.groups if moveit else ()) for pose in (group.states or {}).values()}
     for joint in case.robot.joints:
         if joint.mimic is None and joint.moves and any(joint.name in pose.positions for pose in case.robot.poses):
             for pose in case.robot.poses:
-                if joint.name not in pose.positions:
+                if joint.name not in pose.positions and pose.name not in states:
                     yield from _beyond(case, pose.name, joint, 0.0, ("poses", pose.name), "leaves")
 
 

@@ -212,7 +212,7 @@ def bases(case: Case) -> Iterator[Diagnostic]:
         for output in case.robot.outputs
         if output.backend in case.formats and "base" in case.formats[output.backend].options
     ]
-    if not bases or "free" in bases:
+    if not bases or "free" in bases or case.robot.moveit is not None:  # whose virtual joint it places
         return
     for pose in case.robot.poses:
         if pose.base is not None:

@@ -1,7 +1,8 @@
 """SRDF: what MoveIt has to know of a robot beside its URDF.
 
-``planning`` knows which links and joints it may speak of, and what a group has; ``write`` makes the text, ``facts``
-reads it back, ``checks`` finds what the section ``moveit`` says wrongly, ``matrix`` whether its matrix is of the robot.
+``planning`` knows which links and joints it may speak of, and what a group has; ``write`` makes the text, ``reading``
+reads it for comparison, and what people have beside a URDF. ``checks`` finds what the section ``moveit`` says wrongly,
+``matrix`` whether its matrix is of the robot.
 """
 
 from __future__ import annotations
@@ -9,12 +10,14 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
-from ..format import NUMBER_FORMAT, Facts, Format
+from ..format import NUMBER_FORMAT, Asked, Facts, Format, Joined, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
+    from ...frontend.tree import Map
     from ...model import Output, Robot
     from ...rules.case import Case
+    from ...xml.markup import Document
     from ..templating import Templates
 
 __all__ = ["FORMAT"]
@@ -27,9 +30,9 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
 
 
 def _facts(text: str) -> Facts:
-    from .facts import read
+    from .reading import facts
 
-    return read(text)
+    return facts(text)
 
 
 def _syntax(text: str) -> object:
@@ -44,6 +47,24 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     return check(case, output)
 
 
+def _join(opened: Opened, tree: Map) -> Joined:
+    from .reading import join
+
+    return join(opened, tree)
+
+
+def _is_other(document: Document) -> bool:
+    """Say whether a document has elements of an SRDF, and neither links nor joints."""
+    tags = {child.tag for child in document.root.children}
+    return document.root.tag == "robot" and bool(tags & _OWN) and not tags & {"link", "joint"}
+
+
+def _asked(tree: Map, _: str, name: str) -> Asked | None:
+    return Asked({"file": f"{name}.srdf"}) if "moveit" in tree else None
+
+
+_OWN = {"group", "group_state", "end_effector", "virtual_joint", "disable_collisions", "passive_joint"}
+
 FORMAT = Format(
     name="srdf",
     word="SRDF",
@@ -55,8 +76,13 @@ FORMAT = Format(
     endings=(".srdf",),
     check=_check,
     write=_write,
+    join=_join,
+    joins=("moveit",),
+    is_other=_is_other,
     facts=_facts,
     syntax=_syntax,
     folder="srdf",
     deploys=True,
+    measures=True,
+    asked=_asked,
 )

@@ -49,14 +49,14 @@ RULES = (
     ),
     Rule(
         "moveit-end-effector",
-        "The group of an end effector has the link that carries it; or its parent group does not have that link, or is "
-        "the same group.",
+        "The parent group of an end effector does not have the link that carries it, or is its own group. A warning: "
+        "its own group has that link; MoveIt's setup assistant refuses that.",
         "Correct the groups or the parent.",
         OUTPUTS,
     ),
     Rule(
         "moveit-virtual-joint",
-        "The virtual joint has the name of a joint of the URDF, or its parent frame is a link of the URDF.",
+        "The virtual joint has the name of a joint of the URDF. A warning: its parent frame is a link of the URDF.",
         "Rename it; name a frame of the world, such as odom.",
         OUTPUTS,
     ),
@@ -125,32 +125,13 @@ def _own_joints(planning: Planning, group: Group) -> list[str]:
 
 def _not_in_urdf(case: Case, planning: Planning) -> Iterator[Diagnostic]:
     """Yield names of links and joints that the robot has, and the URDF has not."""
-    for kind, name, path in _names(planning):
-        there, here = (case.robot.link, planning.links) if kind == "link" else (case.robot.joint, planning.joints)
-        if name in there and name not in here:
+    links = [("link", name, path) for name, path, _ in planning.said.links_named() if name in case.robot.link]
+    joints = [("joint", name, path) for name, path, _ in planning.said.joints_named() if name in case.robot.joint]
+    for kind, name, path in (*links, *joints):
+        if name not in (planning.links if kind == "link" else planning.joints):
             what = f'{kind} "{name}" is not in {planning.urdf.file}, which the SRDF belongs to'
             help = "name one that is; or name a URDF that has it: moveit: {urdf: OUTPUT}"
             yield case.problem("moveit-not-in-urdf", what, path, help)
-
-
-def _names(planning: Planning) -> Iterator[tuple[str, str, Path]]:
-    """Yield what is named: whether it is a link or a joint, its name, and where."""
-    for group in planning.said.groups:
-        path: Path = (_TOP, "groups", group.name)
-        for name, key in zip(group.chain or (), ("base", "tip"), strict=False):
-            yield "link", name, (*path, "chain", key)
-        yield from (("link", name, (*path, "links", index)) for index, name in enumerate(group.links))
-        yield from (("joint", name, (*path, "joints", index)) for index, name in enumerate(group.joints))
-    for one in planning.said.end_effectors:
-        yield "link", one.parent, (_TOP, "end_effectors", one.name, "parent")
-    for index, name in enumerate(planning.said.passive_joints):
-        yield "joint", name, (_TOP, "passive_joints", index)
-    for index, disabled in enumerate(planning.said.disabled):
-        for side, name in enumerate(disabled.links):
-            yield "link", name, (_TOP, "disabled_collisions", index, "links", side)
-    for index, pair in enumerate(planning.said.checked):
-        for side, name in enumerate(pair):
-            yield "link", name, (_TOP, "checked_collisions", index, side)
 
 
 def _unknown_group(case: Case, planning: Planning, name: str, path: Path, what: str) -> Iterator[Diagnostic]:
@@ -259,7 +240,8 @@ def _end_effector(case: Case, planning: Planning, one: EndEffector) -> Iterator[
     rule, own = "moveit-end-effector", planning.groups[one.group]
     if one.parent in planning.links_in(own):
         message = f'link "{one.parent}" carries end effector "{one.name}", and is in its group "{one.group}"'
-        yield case.problem(rule, message, (*path, "parent"), "name the link that the group is attached to")
+        help = "name the link that the group is attached to"
+        yield case.problem(rule, message, (*path, "parent"), help, severity=WARNING)
     elif one.parent_group == one.group:
         message = f'the parent group of end effector "{one.name}" is its own group'
         yield case.problem(rule, message, (*path, "parent_group"), "name the group that moves it")
@@ -282,9 +264,8 @@ def _virtual_joint(case: Case, planning: Planning) -> Iterator[Diagnostic]:
         message = (
             f'the virtual joint hangs the root "{planning.root}" on "{virtual.parent}", which is a link of the URDF'
         )
-        yield case.problem(
-            "moveit-virtual-joint", message, (*path, "parent"), "name a frame of the world, such as odom"
-        )
+        help = "name a frame of the world, such as odom"
+        yield case.problem("moveit-virtual-joint", message, (*path, "parent"), help, severity=WARNING)
 
 
 def _passive(case: Case, planning: Planning) -> Iterator[Diagnostic]:

@@ -107,10 +107,14 @@ class Planning:
         if said is None:
             return None
         edge = next((edge for edge in self.robot.edges if edge.child == self.root and edge.moving), None)
-        # A ball or a wheel stays on the ground; what only a node moves may fly.
-        base = PLANAR if self.robot.drive is not None else FIXED if edge is None else FLOATING
-        parent = WORLD if base == FIXED else ODOM
+        base = PLANAR if self.robot.drive is not None else FLOATING if edge is not None or self._floats() else FIXED
+        parent = ODOM if base == PLANAR else WORLD
         return VirtualJoint(said.type or base, said.parent or (edge.parent if edge else parent), said.name)
+
+    def _floats(self) -> bool:
+        """Say whether the base is free in a simulation: of a robot that walks or flies."""
+        free = any(output.options.get("base") == "free" for output in self.robot.outputs)
+        return free or any(pose.base is not None for pose in self.robot.poses)
 
     @property
     def turns_to_go_sideways(self) -> bool:
@@ -119,6 +123,13 @@ class Planning:
         return (
             self.virtual is not None and self.virtual.type == PLANAR and drive is not None and drive.kind not in SLIDING
         )
+
+    def joint_properties(self) -> dict[str, dict[str, str]]:
+        """Return what planners read of joints: what is said, and how a virtual joint moves that cannot go sideways."""
+        found = {joint: dict(said) for joint, said in self.said.joint_properties.items()}
+        if self.virtual is not None and self.turns_to_go_sideways:
+            found.setdefault(self.virtual.name, {}).setdefault("motion_model", "diff_drive")
+        return found
 
     @cached_property
     def solids(self) -> Mapping[str, list[Shape]]:

@@ -5,7 +5,7 @@ Rules of the readers: ``ros-planning/srdfdom`` and ``moveit/moveit2@{humble,jazz
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 from markupsafe import Markup
@@ -13,12 +13,12 @@ from markupsafe import Markup
 from ...diagnostics import NOTE, WARNING, Diagnostic, error
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import counted, first_of
-from ...model import Output, Robot
-from ...model.moveit import REASONS, USER, DisabledCollision, Group
+from ...model import JointPose, Output, Pose, Robot
+from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...numbers import NUMBER_FORMATS
 from ..templating import BUILTIN, Templates, attributes, comment
 from .matrix import changed_meshes, digest
-from .planning import Planning, urdf_of
+from .planning import Planning, ordered, urdf_of
 
 RULES = (
     Rule(
@@ -35,6 +35,8 @@ RULES = (
     ),
 )
 
+NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # what a link has that touches nothing
+
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the SRDF of a robot. Option: ``number_format`` (exact or six)."""
@@ -48,14 +50,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values: dict[str, Any] = {"robot": robot, "urdf": urdf.file, "comment": comment, "attributes": attributes}
     values["groups"] = [_group(group) for group in planning.said.groups]
     values["states"] = [
-        (
-            attributes(name=state, group=group.name),
-            [
-                attributes(name=joint, value=number(pose.positions[joint]))
-                for joint in planning.active(group)
-                if joint in pose.positions
-            ],
-        )
+        (attributes(name=state, group=group.name), _placed(planning, group, pose, number))
         for group in planning.said.groups
         for state, pose in planning.states(group).items()
     ]
@@ -68,13 +63,22 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         )
         for one in planning.said.end_effectors
     ]
-    values["virtual_joints"] = values["properties"] = ()
+    values["virtual_joints"] = ()
     if virtual is not None:
         names = {"parent_frame": virtual.parent, "child_link": planning.root}
         values["virtual_joints"] = [attributes(name=virtual.name, type=virtual.type, **names)]
-    if virtual is not None and planning.turns_to_go_sideways:
-        drive = {"property_name": "motion_model", "value": "diff_drive"}
-        values["properties"] = [attributes(joint_name=virtual.name, **drive)]
+    values["properties"] = [
+        attributes(joint_name=joint, property_name=name, value=value)
+        for joint, said in planning.joint_properties().items()
+        for name, value in said.items()
+    ]
+    values["spheres"] = [
+        (attributes(link=link), [_ball(ball, number) for ball in balls or (NOTHING,)])
+        for link, balls in planning.said.spheres.items()
+    ]
+    values["unchecked"] = [attributes(link=link) for link in planning.said.unchecked_links]
+    pairs = sorted(map(ordered, planning.said.checked))
+    values["checked"] = [attributes(link1=one, link2=other) for one, other in pairs]
     values["passive_joints"] = [attributes(name=name) for name in planning.said.passive_joints]
     others = changed_meshes(planning)
     current = planning.said.matrix is not None and not others and planning.said.matrix.of == digest(planning)
@@ -92,6 +96,29 @@ def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]
     return attributes(name=group.name), chain, [(tag, attributes(name=name)) for tag, names in lists for name in names]
 
 
+def _placed(planning: Planning, group: Group, pose: JointPose, number: Callable[[float], str]) -> list[Markup]:
+    """Return where a state puts the joints of a group, and the base if its virtual joint is in the group."""
+    virtual, placed = planning.virtual, []
+    for joint in planning.joints_in(group):
+        if joint in pose.positions:
+            placed.append(attributes(name=joint, value=number(pose.positions[joint])))
+        elif virtual is not None and joint == virtual.name and pose.base is not None and virtual.type != FIXED:
+            placed.append(attributes(name=joint, value=" ".join(map(number, _of_base(virtual.type, pose.base)))))
+    return placed
+
+
+def _of_base(kind: str, base: Pose) -> tuple[float, ...]:
+    """Return the numbers of a virtual joint, as MoveIt counts them: x y theta, or x y z and a quaternion x y z w."""
+    if kind == PLANAR:
+        return (*base.xyz[:2], base.rpy[2])
+    w, x, y, z = base.transform().quaternion()
+    return (*base.xyz, x, y, z, w)
+
+
+def _ball(ball: Ball, number: Callable[[float], str]) -> Markup:
+    return attributes(center=" ".join(map(number, ball.xyz)), radius=number(ball.radius))
+
+
 def _computed(planning: Planning) -> str:
     """Return how the pairs that need no check were found, in words; empty if nobody computed them."""
     matrix, search = planning.said.matrix, planning.said.search
@@ -104,15 +131,14 @@ def _computed(planning: Planning) -> str:
 
 
 def _disabled(one: DisabledCollision) -> tuple[Markup, str]:
-    """Return a pair as attributes, and a remark: how near they came, or why they need no check."""
-    reason = one.reason if one.reason in REASONS else USER
-    remark = "" if one.reason in REASONS else one.reason
+    """Return a pair as attributes, and a remark: how near they came."""
+    remark = ""
     if one.nearest is not None:
         far = f"{abs(one.nearest) * 1000:.1f} mm"
         remark = f"{far} deep" if one.nearest < 0 else far
     elif one.beyond is not None:
         remark = f"more than {one.beyond * 1000:.4g} mm"
-    return attributes(link1=one.links[0], link2=one.links[1], reason=reason), remark
+    return attributes(link1=one.links[0], link2=one.links[1], reason=one.reason), remark
 
 
 def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:

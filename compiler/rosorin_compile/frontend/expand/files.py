@@ -26,9 +26,10 @@ from ...project import (
 )
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
+from ..schema import MANY_INSIDE
 from ..tree import Instance, Map, Place, Seq, locate
 from .nearby import ADDRESS, address, corrected, outside, outside_of, package_missing
-from .parts import copy, sourced
+from .parts import copy, join_within, sourced
 
 if TYPE_CHECKING:
     from .included_robots import ForeignReader
@@ -342,6 +343,10 @@ class Reader:
                 joined = copy(value) if key in _JOINED or key in _LISTED else value
                 made.put(key, joined, more.key_spans[key], more.value_spans[key])
             elif key in _JOINED and isinstance(value, Map) and isinstance(made[key], Map):
+                if key in MANY_INSIDE:
+                    for inner, name, mine, other in join_within(made[key], value):
+                        self._defined_twice(inner, name, mine, other)
+                    continue
                 self._join_section(key, made[key], value)
             elif key in _LISTED and isinstance(value, Seq) and isinstance(made[key], Seq):
                 for item, span in zip(value, value.value_spans, strict=True):
@@ -361,28 +366,15 @@ class Reader:
 
     def _join_section(self, section: str, made: Map, more: Map) -> None:
         for name, entry in more.items():
-            if name in made and section == "moveit" and self._join_within(made, name, entry):
-                continue
             if name in made:
-                related = [Related("first defined here", made.key_spans[name])]
-                message = f'{section.rstrip("s")} "{name}" is defined twice'
-                self._error("duplicate-name", message, locate(more, (name,), key=True), "rename or remove one", related)
+                self._defined_twice(section, name, made, more)
                 continue
             made.put(name, entry, more.key_spans[name], more.value_spans[name])
 
-    def _join_within(self, made: Map, key: str, more: Any) -> bool:
-        """Add what a second file says of a key of ``moveit`` that has entries by name, or a list; else say no."""
-        both = (made[key], more)
-        if all(isinstance(one, Map) and all(isinstance(entry, Map) for entry in one.values()) for one in both):
-            made[key] = copy(made[key])
-            self._join_section(key, made[key], more)
-            return True
-        if all(isinstance(one, Seq) for one in both):
-            made[key] = copy(made[key])
-            for item, span in zip(more, more.value_spans, strict=True):
-                made[key].put(item, span)
-            return True
-        return False
+    def _defined_twice(self, section: str, name: str, made: Map, more: Map) -> None:
+        related = [Related("first defined here", made.key_spans[name])]
+        message = f'{section.rstrip("s")} "{name}" is defined twice'
+        self._error("duplicate-name", message, locate(more, (name,), key=True), "rename or remove one", related)
 
     def _error(self, rule: str, message: str, place: Place, help: str, related: Sequence[Related] = ()) -> None:
         self.diagnostics.append(error(rule, message, place.span, help, [*related, *place.stack()]))

@@ -17,7 +17,7 @@ from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
-from ..schema import ONE_ENTRY
+from ..schema import MANY_INSIDE, ONE_ENTRY
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
@@ -282,7 +282,11 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
             tree.put(section, joined, more.key_spans[section], more.value_spans[section])
             continue
         have = tree[section]
-        if section in ONE_ENTRY:
+        if section in MANY_INSIDE and isinstance(have, Map) and isinstance(value, Map):
+            for key, name, mine, other in join_within(have, value):
+                failed = True
+                _taken(key, name, mine, other, scope)
+        elif section in ONE_ENTRY:
             failed = True
             _said_twice(section, tree, more, scope)
         elif isinstance(have, Seq) and isinstance(value, Seq):
@@ -297,6 +301,34 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
                     have.put(name, entry, value.key_spans[name], value.value_spans[name])
     if failed:
         raise Failed
+
+
+def join_within(have: Map, more: Map) -> list[tuple[str, str, Map, Map]]:
+    """Add to one entry what another one says: names to tables, items to lists.
+
+    Return what both say: the key, the name, and the two tables.
+    """
+    twice = []
+    for key, value in more.items():
+        mine = have.get(key)
+        if mine is None:
+            have.put(key, copy(value), more.key_spans[key], more.value_spans[key])
+        elif isinstance(mine, Seq) and isinstance(value, Seq):
+            have[key] = joined = copy(mine)
+            for item, span in zip(value, value.value_spans, strict=True):
+                joined.put(item, span)
+        elif all(
+            isinstance(one, Map) and all(isinstance(item, (Map, Seq)) for item in one.values()) for one in (mine, value)
+        ):
+            have[key] = joined = copy(mine)
+            for name, entry in value.items():
+                if name in joined:
+                    twice.append((key, name, joined, value))
+                else:
+                    joined.put(name, entry, value.key_spans[name], value.value_spans[name])
+        else:
+            twice.append((key, key, have, more))
+    return twice
 
 
 def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
@@ -333,7 +365,7 @@ def with_source(tree: Map, owner: Map) -> Map:
     made = Map(tree.span, tree.via)
     for section, entries in tree.items():
         value = entries
-        if isinstance(entries, Map):
+        if isinstance(entries, Map) and section not in MANY_INSIDE:
             value = _with_own_source(entries, owner) if section in ONE_ENTRY else sourced(entries, owner)
         made.put(section, value, tree.key_spans[section], tree.value_spans[section])
     return made

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 from ...model import Pose, Transform, pose_of
@@ -147,8 +147,8 @@ def placed(
     for section, value in fragment.items():
         change = getattr(placer, section, None)
         changed = value
-        if section in ONE_ENTRY:
-            changed = _made_by(placer.drive(value), fragment.via)
+        if section in ONE_ENTRY and change is not None:
+            changed = _made_by(change(value), fragment.via)
         elif change is not None and value:
             changed = each(value, prefix, change, fragment.via)
         if section in XML and value and (kept or section == OF_MJCF):
@@ -193,6 +193,19 @@ def changed_text(text: Any, change: Rename) -> Any:
     if made == text:
         return text
     return Kept(made, text.via) if isinstance(text, Kept) else made
+
+
+def _named_in(value: Any, key: str, texts: Mapping[str, Rename]) -> Any:
+    """Return a value with the texts in it renamed, by the nearest key that says how."""
+    if isinstance(value, str):
+        return texts[key](value) if key in texts else value
+    if isinstance(value, Seq):
+        return each(value, "", lambda one: _named_in(one, key, texts))
+    if isinstance(value, Map):
+        return _with(
+            value, {name: _named_in(one, name if name in texts else key, texts) for name, one in value.items()}
+        )
+    return value
 
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
@@ -360,6 +373,37 @@ class _Placer:
                 changes[kind] = made
         if isinstance(entry.get("frame"), str):
             changes["frame"] = self.frame(entry["frame"])
+        return _with(entry, changes)
+
+    def moveit(self, entry: Any) -> Any:
+        """Return what is said for MoveIt: groups and end effectors have names, which get the prefix."""
+        if not isinstance(entry, Map):
+            return entry
+        own = frozenset(entry.get("groups") or ())
+
+        def grouped(name: str) -> str:
+            return self.prefix + name if name in own else name
+
+        texts: dict[str, Rename] = {
+            **dict.fromkeys(("base", "tip", "links", "parent", "unchecked_links", "checked_collisions"), self.frame),
+            **dict.fromkeys(("joints", "passive_joints", "states"), self.rename),
+            **dict.fromkeys(("groups", "group", "parent_group"), grouped),
+        }
+        changes: dict[str, Any] = {}
+        for key in ("passive_joints", "unchecked_links", "checked_collisions", "disabled_collisions"):
+            if key in entry:
+                changes[key] = _named_in(entry[key], key, texts)
+        for key, prefix in (("groups", self.prefix), ("end_effectors", self.prefix)):
+            if isinstance(entry.get(key), Map):
+                changes[key] = each(entry[key], prefix, lambda one: _named_in(one, "", texts))
+        for key, rename in (("spheres", self.frame), ("joint_properties", self.rename)):
+            table = entry.get(key)
+            if isinstance(table, Map):
+                made = Map(table.span, table.via)
+                for name, value in table.items():
+                    balls = each(value, "", self._mark) if isinstance(value, Seq) else value
+                    made.put(rename(name), balls, table.key_spans[name], table.value_spans[name])
+                changes[key] = made
         return _with(entry, changes)
 
     def _joints(self, names: Any) -> Any:

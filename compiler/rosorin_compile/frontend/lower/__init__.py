@@ -13,7 +13,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -50,12 +50,10 @@ from .entries import (
     actuator_of,
     attribute_of,
     calibration_of,
-    drive_of,
     dynamics_of,
     limit_of,
     material_of,
     mimic_of,
-    moveit_of,
     node_of,
     pose_of_entry,
     pose_of_joints,
@@ -70,6 +68,10 @@ from .sdf import Frames, lower_gazebo
 from .shapes import RULES as _OF_SHAPES
 from .shapes import ShapeProblem, lower_inertial, lower_shape
 from .simulation import SIMULATED, lower_simulation, marked_of
+
+if TYPE_CHECKING:
+    from ...model import Drive
+    from ...model.moveit import Moveit
 
 RULES = (
     Rule(
@@ -189,9 +191,9 @@ class _Lowering:
             materials=tuple(material_of(name, entry) for name, entry in sorted(self.section("materials").items())),
             urdf_elements=self.top_elements(),
             simulation=lower_simulation(tree) if any(key in tree for key in SIMULATED) else NO_SIMULATION,
-            drive=drive_of(tree.get("drive"), self.problem),
+            drive=self.drive(),
             **self.of_ros2_control(),
-            moveit=moveit_of(self.section("moveit")) if self.section("moveit") else None,
+            moveit=self.moveit(),
         )
 
     def of_ros2_control(self) -> dict[str, Any]:
@@ -201,6 +203,23 @@ class _Lowering:
         from .control import lower_control, lower_controllers
 
         return {"control": lower_control(self.tree), "controllers": lower_controllers(self.tree)}
+
+    def drive(self) -> Drive | None:
+        """Return what moves the base."""
+        if self.tree.get("drive") is None:
+            return None
+        from .commanded import drive_of
+
+        return drive_of(self.tree["drive"], self.problem)
+
+    def moveit(self) -> Moveit | None:
+        """Return what is said for MoveIt."""
+        entry = self.section("moveit")
+        if not entry:
+            return None
+        from .commanded import moveit_of
+
+        return moveit_of(entry)
 
     def top_elements(self) -> tuple[str, ...]:
         """Return the elements of XML at the top of the robot, those of its sensors behind its own."""

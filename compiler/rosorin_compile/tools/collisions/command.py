@@ -14,9 +14,9 @@ from ...diagnostics.progress import step
 from ...diagnostics.registry import WRITING, Rule
 from ...diagnostics.wording import counted, listed
 from ...formats.srdf.matrix import digest, digests, meshes_of
-from ...formats.srdf.planning import Planning, urdf_of
+from ...formats.srdf.planning import Planning, ordered, urdf_of
 from ...frontend.yaml_text import scalar
-from ...model.moveit import REASONS, DisabledCollision
+from ...model.moveit import NEVER, REASONS, DisabledCollision
 from ...project import ON_STDIN, Description
 from ..given import Given, given_arguments
 from ..options import argument_options, one_robot, package_option, place, quiet_option
@@ -135,11 +135,15 @@ def _searched(
         console.show(meshes.told)
         _refused(console, "without all meshes nobody knows what never touches", "--package NAME=PATH names a package")
         return None, 0
-    search = Search(planning, meshes, lambda done, total: step("trying states", done, total))
+    search = Search(planning, meshes, step)
     pairs = search.run()
     if search.by_hulls:
         names = listed([" and ".join(pair) for pair in sorted(search.by_hulls)], 3)
         console.say(f"checked all the same: {names}, whose hulls touch, and not the meshes")
+    wrong = [one.links for one in planning.said.disabled if one.reason == NEVER and ordered(one.links) in search.hit]
+    if wrong:
+        names = listed([" and ".join(pair) for pair in wrong], 3)
+        console.warn(f"disabled_collisions says Never of {names}, which do collide")
     return pairs, search.tried
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from importlib import import_module
+from itertools import product
 from typing import TYPE_CHECKING, Any
 
 from ...formats.srdf.planning import Planning, ordered
@@ -16,9 +17,14 @@ from ...model.moveit import Pair
 from ..physics.scene import Overlap, Scene, solids_of
 
 if TYPE_CHECKING:
-    from ..physics.files import Meshes
+    import numpy as np
+    from numpy.typing import NDArray
 
-MARGIN = 0.02  # m: how near parts are seen that do not touch
+    from ..physics.files import Floats, Loaded, Meshes
+
+    Numbers = NDArray[np.int_]
+
+FAR = 0.02  # m: links that stay farther apart than this are said to do so, without the distance
 TOUCH = 1e-6  # m: faces that lie on each other touch, whatever the rounding of the poses made of it
 
 
@@ -26,6 +32,7 @@ class Contacts(Scene):
     """The collision shapes of the links of a URDF; pairs of ``left_out`` are not looked at."""
 
     def __init__(self, planning: Planning, meshes: Meshes, left_out: Iterable[Pair] = ()) -> None:
+        self.planning, self.meshes = planning, meshes
         self.robot = planning.robot
         self.tops = sorted(planning.solids)
         self.order = {name: number for number, name in enumerate(self.tops)}
@@ -40,8 +47,13 @@ class Contacts(Scene):
             self.of_link.setdefault(solid.link, []).append(solid)
         self.mujoco: Any = import_module("mujoco")
         self.model, self.data = self._made()
-        self.model.geom_margin[:] = MARGIN
+        self.model.geom_margin[:] = TOUCH
         self._points = {}
+        self._between: dict[Pair, list[tuple[int, int]]] = {}
+
+    def corners(self, mesh: Loaded) -> Floats:
+        """Return all corners (n, 3) of the hull of a mesh: what never touches is said of the whole of it."""
+        return mesh.outline
 
     def excluded(self) -> Iterable[tuple[int, int]]:
         """Yield the bodies that MuJoCo is not to look at together, by their numbers."""
@@ -50,18 +62,19 @@ class Contacts(Scene):
             if one in self.body_of and other in self.body_of:
                 yield self.body_of[one], self.body_of[other]
 
-    def place(self, positions: Mapping[str, float]) -> None:
-        """Put the links where joint positions (rad or m) have them, and let MuJoCo look for contacts."""
+    def place(self, positions: Mapping[str, float], look: bool = True) -> None:
+        """Put the links where joint positions (rad or m) have them, and let MuJoCo ``look`` for contacts."""
         placed = self.robot.poses_in_root(positions)
         numbers: list[float] = []
         for top in self.tops:
             numbers += [*placed[top].xyz, *placed[top].quaternion()]
         self.data.qpos[:] = numbers
         self.mujoco.mj_kinematics(self.model, self.data)
-        self.mujoco.mj_collision(self.model, self.data)
+        if look:
+            self.mujoco.mj_collision(self.model, self.data)
 
-    def distances(self, positions: Mapping[str, float]) -> dict[Pair, float]:
-        """Return how near (m) pairs of links are at joint positions, of those nearer than MARGIN; below zero deep."""
+    def touching(self, positions: Mapping[str, float]) -> dict[Pair, float]:
+        """Return the pairs of links that touch at joint positions, and the distance (m), below zero deep."""
         if len(self.tops) < 2:
             return {}
         self.place(positions)
@@ -69,21 +82,37 @@ class Contacts(Scene):
         found: dict[Pair, float] = {}
         for (one, other), far in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
             pair = ordered((self.solids[one].link, self.solids[other].link))
-            if far < found.get(pair, MARGIN):
+            if far <= min(TOUCH, found.get(pair, TOUCH)):
                 found[pair] = far
         return found
 
-    def exact(self, pair: Pair, positions: Mapping[str, float]) -> float:
-        """Return the distance (m) of a pair that is near each other: that of contacts is less where edges are apart."""
-        self.place(positions)
-        contact = self.data.contact
-        nearest = MARGIN
-        for (one, other), far in zip(contact.geom.tolist(), contact.dist.tolist(), strict=True):
-            if ordered((self.solids[one].link, self.solids[other].link)) == pair:
-                if far > TOUCH:
-                    far = float(self.mujoco.mj_geomDistance(self.model, self.data, one, other, MARGIN, None))
-                nearest = min(nearest, far)
-        return nearest
+    def apart_at_least(self, one: Numbers, other: Numbers) -> Floats:
+        """Return how near (m) the spheres around pairs of shapes are, where the links were placed last.
+
+        ``one`` and ``other`` have the numbers of the shapes, which are not nearer themselves.
+        """
+        import numpy as np
+
+        places, radii = self.data.geom_xpos, self.model.geom_rbound
+        made: Floats = np.linalg.norm(places[one] - places[other], axis=1) - radii[one] - radii[other]
+        return made
+
+    def between(self, pair: Pair) -> list[tuple[int, int]]:
+        """Return the shapes of two links, each of one with each of the other, by their numbers."""
+        if pair not in self._between:
+            one, other = ([n for n, solid in enumerate(self.solids) if solid.link == name] for name in pair)
+            self._between[pair] = list(product(one, other))
+        return self._between[pair]
+
+    def exact(self, pair: Pair, positions: Mapping[str, float], most: float) -> float:
+        """Return the distance (m) of a pair, ``most`` at most; below zero deep.
+
+        It is asked for, because contacts do not say it: with a margin of centimetres MuJoCo 4.0 misses some of them.
+        """
+        self.place(positions, look=False)
+        ask = self.mujoco.mj_geomDistance
+        found = (float(ask(self.model, self.data, one, other, most, None)) for one, other in self.between(pair))
+        return min(found, default=most)
 
     def touches_at(self, pair: Pair, positions: Mapping[str, float]) -> bool:
         """Say whether a pair whose hulls touch does so by the meshes themselves."""

@@ -10,9 +10,9 @@ compute_default_collisions.cpp``. A pair keeps its first reason:
 
 Here the states follow from the seed alone: one after another, from Python's Mersenne twister, whatever the machine or
 the number of its cores. And Never takes more than luck: a pair that came nearer than the clearance is none; from the
-nearest state of a pair that came near, joints are turned to bring it nearer still; and a pair with a joint between that
-has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no reason
-to leave a pair out where the meshes themselves do not.
+nearest states that were seen of a pair, joints are turned to bring it nearer still; and a pair with a joint between
+that has no bounds is none. What no joint moves against each other is measured once. Hulls of meshes that touch are no
+reason to leave a pair out where the meshes themselves do not.
 """
 
 from __future__ import annotations
@@ -21,16 +21,20 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import combinations
 from random import Random
+from typing import Any
 
 from ...formats.srdf.planning import Planning, ordered
 from ...model import Joint
 from ...model.moveit import ADJACENT, ALWAYS, DEFAULT, NEVER, DisabledCollision, Pair
 from ..physics.files import Meshes
-from .contacts import MARGIN, TOUCH, Contacts
+from .contacts import FAR, TOUCH, Contacts
 
 ROUND = 200
 _MOST_ROUNDS = 50
 _HALVINGS, _FIRST_STEP = 8, 0.1  # of the descent: how often a step is halved that brings no pair nearer, and its begin
+_NEAREST, _STARTS = 24, 3  # states of a pair that are looked at closely, and from which it is brought nearer
+_AT_ONCE = 1000  # states whose distances are held
+_FARTHEST = 10.0  # m: nothing of a robot is farther from its other parts
 _ASKED = 5  # states in which the meshes of a pair are asked, beside the hulls
 
 Positions = dict[str, float]
@@ -39,7 +43,7 @@ Positions = dict[str, float]
 class Search:
     """One search: what is known of each pair so far. ``found`` has the pairs that need no check."""
 
-    def __init__(self, planning: Planning, meshes: Meshes, tick: Callable[[int, int], None]) -> None:
+    def __init__(self, planning: Planning, meshes: Meshes, tick: Callable[[str, int, int], None]) -> None:
         self.planning = planning
         self.meshes = meshes
         self.tick = tick
@@ -49,9 +53,9 @@ class Search:
         self.bounds = bounds_of(planning)
         self.tried = 0
         self.hit: set[Pair] = set()
-        self.nearest: dict[Pair, tuple[float, Positions]] = {}
         self.by_hulls: set[Pair] = set()
         self.contacts = Contacts(planning, meshes)
+        self.bounding = Bounding(self.contacts, ())
 
     def run(self) -> list[DisabledCollision]:
         """Return the pairs that need no check, sorted by name."""
@@ -60,15 +64,17 @@ class Search:
         for pair in adjacent(self.planning):
             self.found[pair] = DisabledCollision(pair, ADJACENT)
         start = default_state(self.planning)
-        for pair, far in self.contacts.distances(start).items():
-            if far <= TOUCH and pair not in self.found and self._is_real(pair, [start]):
+        for pair, far in self.contacts.touching(start).items():
+            if pair not in self.found and self._is_real(pair, [start]):
                 self.found[pair] = DisabledCollision(pair, DEFAULT, _rounded(far))
         rigid = [pair for pair in pairs if pair not in self.found and not self.between(pair)]
         self._measure(rigid, start)
         self._rounds()
         self._try(self.how.trials)
-        for pair in pairs:
-            if pair not in self.found and pair not in self.hit and not self._is_unbounded(pair):
+        left = [pair for pair in pairs if pair not in self.found and pair not in self.hit]
+        for number, pair in enumerate(left):
+            self.tick("bringing links near each other", number, len(left))
+            if not self._is_unbounded(pair):
                 self._never(pair)
         return [self.found[pair] for pair in sorted(self.found)]
 
@@ -93,14 +99,14 @@ class Search:
 
     def _measure(self, rigid: Sequence[Pair], state: Positions) -> None:
         """Call pairs that no joint moves against each other Never, with the distance that they have."""
-        near = self.contacts.distances(state)
         for pair in rigid:
-            if near.get(pair, MARGIN) > TOUCH:
-                self.found[pair] = self._far(pair, self.contacts.exact(pair, state))
+            nearest = self.contacts.exact(pair, state, FAR)
+            if nearest > TOUCH:
+                self.found[pair] = self._far(pair, nearest)
 
     def _far(self, pair: Pair, nearest: float) -> DisabledCollision:
-        if nearest >= MARGIN:
-            return DisabledCollision(pair, NEVER, beyond=MARGIN)
+        if nearest >= FAR:
+            return DisabledCollision(pair, NEVER, beyond=FAR)
         return DisabledCollision(pair, NEVER, _rounded(nearest))
 
     def _rounds(self) -> None:
@@ -110,11 +116,10 @@ class Search:
             self.contacts = Contacts(self.planning, self.meshes, self.found)
             hits: dict[Pair, list[Positions]] = {}
             deepest: dict[Pair, float] = {}
-            for state, near in self._states(ROUND):
-                for pair, far in near.items():
-                    if far <= TOUCH:
-                        hits.setdefault(pair, []).append(state)
-                        deepest[pair] = min(far, deepest.get(pair, far))
+            for state, touching in self._states(ROUND):
+                for pair, far in touching.items():
+                    hits.setdefault(pair, []).append(state)
+                    deepest[pair] = min(far, deepest.get(pair, far))
             always = [pair for pair, states in hits.items() if len(states) > most and pair not in self.by_hulls]
             always = [pair for pair in always if self._is_real(pair, hits[pair][:_ASKED])]
             for pair in always:
@@ -123,55 +128,110 @@ class Search:
                 return
 
     def _try(self, trials: int) -> None:
+        known = {*self.found, *self.hit}
+        others = [pair for pair in combinations(sorted(self.planning.solids), 2) if pair not in known]
+        self.bounding = Bounding(self.contacts, others)
         for _ in self._states(trials):
             pass
 
     def _states(self, count: int) -> Iterator[tuple[Positions, Mapping[Pair, float]]]:
-        """Yield random states and the pairs that are near each other there, and keep what is worth knowing of them."""
+        """Yield random states and the pairs that touch there, and keep what is worth knowing of them."""
         for index in range(count):
             state = {name: low + self.random.random() * (high - low) for name, (low, high) in self.bounds.items()}
-            near = self.contacts.distances(state)
+            touching = self.contacts.touching(state)
             self.tried += 1
-            for pair, far in near.items():
-                if far <= TOUCH:
-                    self.hit.add(pair)
-                if far < self.nearest.get(pair, (math.inf, state))[0]:
-                    self.nearest[pair] = (far, state)
+            self.bounding.take(state, self.contacts)
+            self.hit.update(touching)
             if index % 20 == 0:
-                self.tick(self.tried, max(self.how.trials + ROUND, self.tried))
-            yield state, near
+                self.tick("trying states", self.tried, max(self.how.trials + ROUND, self.tried))
+            yield state, touching
 
     def _never(self, pair: Pair) -> None:
         """Call a pair Never, unless it comes too near when its joints are turned to that end."""
-        if pair not in self.nearest:
-            self.found[pair] = DisabledCollision(pair, NEVER, beyond=MARGIN)
-            return
-        nearest, _ = self._descend(pair, self.nearest[pair][1])
+        seen = [(self.contacts.exact(pair, state, _FARTHEST), state) for state in self.bounding.nearest(pair)]
+        starts = sorted(seen, key=lambda one: one[0])[:_STARTS]
+        nearest = min((self._descend(pair, *start) for start in starts), default=math.inf)
         if nearest > max(self.how.clearance, TOUCH):
             self.found[pair] = self._far(pair, nearest)
 
-    def _descend(self, pair: Pair, state: Positions) -> tuple[float, Positions]:
-        """Return how near (m) a pair comes where joints between are turned one by one, and the state there."""
+    def _descend(self, pair: Pair, best: float, state: Positions) -> float:
+        """Return how near (m) a pair comes where joints between are turned, one by one and together."""
         names = list(dict.fromkeys(joint.name for joint in map(self._leader, self.between(pair))))
-        best, share = self.contacts.exact(pair, state), _FIRST_STEP
+        share = _FIRST_STEP
         for _ in range(_HALVINGS):
             moved = True
             while moved and best > TOUCH:
                 moved = False
-                for name in names:
-                    for turned in _turned(state, name, self.bounds[name], share):
-                        far = self.contacts.exact(pair, turned)
-                        if far < best - TOUCH:
-                            best, state, moved = far, turned, True
+                for step in self._steps(names):
+                    turned = self._turned(state, step, share)
+                    far = self.contacts.exact(pair, turned, _FARTHEST)
+                    if far < best - TOUCH:
+                        best, state, moved = far, turned, True
             share /= 2
-        return best, state
+        return best
+
+    def _steps(self, names: Sequence[str]) -> Iterator[Mapping[str, float]]:
+        """Yield in which direction joints are turned: each one back and on, then several at a time."""
+        for name in names:
+            yield {name: -1.0}
+            yield {name: 1.0}
+        if len(names) > 1:
+            for _ in names:
+                step = {name: self.random.uniform(-1, 1) for name in names}
+                yield step
+                yield {name: -turn for name, turn in step.items()}
+
+    def _turned(self, state: Positions, step: Mapping[str, float], share: float) -> Positions:
+        """Return a state with joints turned by a share of their range, as far as they go."""
+        made = dict(state)
+        for name, turn in step.items():
+            low, high = self.bounds[name]
+            made[name] = min(high, max(low, state[name] + turn * share * (high - low)))
+        return made
 
 
-def _turned(state: Positions, name: str, bounds: tuple[float, float], share: float) -> Iterator[Positions]:
-    """Yield a state with one joint turned back and on by a share of its range."""
-    low, high = bounds
-    for step in (-share, share):
-        yield {**state, name: min(high, max(low, state[name] + step * (high - low)))}
+class Bounding:
+    """The states in which the spheres around the shapes of two links were nearest to each other, for some pairs."""
+
+    def __init__(self, contacts: Contacts, pairs: Sequence[Pair]) -> None:
+        import numpy as np
+
+        between = [contacts.between(pair) for pair in pairs]
+        self.number = {pair: number for number, pair in enumerate(pairs)}
+        self.sides = np.array([shapes for several in between for shapes in several], dtype=int).reshape(-1, 2).T
+        self.begins = np.cumsum([0, *map(len, between)])[:-1]
+        self.least = np.zeros((0, len(pairs)))
+        self.when = np.zeros((0, len(pairs)), dtype=int)
+        self.rows: list[Any] = []
+        self.states: list[Positions] = []
+
+    def take(self, state: Positions, contacts: Contacts) -> None:
+        """Take down a state in which the links have just been placed."""
+        import numpy as np
+
+        if self.number:
+            self.rows.append(np.minimum.reduceat(contacts.apart_at_least(*self.sides), self.begins))
+            self.states.append(state)
+            if len(self.rows) == _AT_ONCE:
+                self._settle()
+
+    def _settle(self) -> None:
+        """Keep of the states so far those that are nearest."""
+        import numpy as np
+
+        if not self.rows:
+            return
+        numbers = np.arange(len(self.states) - len(self.rows), len(self.states))
+        least = np.vstack([self.least, self.rows])
+        when = np.vstack([self.when, np.repeat(numbers[:, None], len(self.number), axis=1)])
+        order = np.argsort(least, axis=0, kind="stable")[:_NEAREST]
+        self.least, self.when = (np.take_along_axis(table, order, 0) for table in (least, when))
+        self.rows = []
+
+    def nearest(self, pair: Pair) -> list[Positions]:
+        """Return the states in which a pair was nearest, as far as spheres can tell."""
+        self._settle()
+        return [self.states[when] for when in self.when[:, self.number[pair]].tolist()]
 
 
 def bounds_of(planning: Planning) -> dict[str, tuple[float, float]]:

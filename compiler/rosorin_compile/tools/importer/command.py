@@ -20,6 +20,7 @@ from ..usage import FINE, PROBLEMS, WrongUsage
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
+    from ...formats import Format
     from ...formats.imported import Imported
     from ...frontend.tree import Map
     from ...output import Written
@@ -46,15 +47,24 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="FOLDER",
         help="put before relative names of meshes: a folder as seen from the artifacts, or package://NAME",
     )
+    for format in _companions():
+        command.add_argument(f"--{format.name}", type=place, metavar="FILE", help=f"read its {format.word} as well")
     package_option(command)
     format_options(command)
     argument_options(command)
 
 
+def _companions() -> list[Format]:
+    """Return the formats of files that say more about a robot of another file."""
+    from ...formats import FORMATS
+
+    return [one for one in FORMATS.values() if one.join is not None]
+
+
 def run(options: argparse.Namespace) -> int:
     """Read the source, check the description that is made of it, and write it."""
     from ...formats.imported import ReadOptions
-    from ...formats.reading import read_robot
+    from ...formats.reading import join, read_robot
 
     source, arguments = _source(options)
     packages = packages_of(options)
@@ -68,6 +78,14 @@ def run(options: argparse.Namespace) -> int:
     imported = read_robot(source, how)
     if arguments and not imported.takes_arguments and imported.tree is not None:
         raise WrongUsage(f"{source} takes no arguments: only a xacro does")
+    for format in _companions():
+        beside = getattr(options, format.name)
+        if beside is not None:
+            if _kind(Path(beside)) != "file":
+                raise WrongUsage(
+                    f"{beside} is {'a folder' if _kind(Path(beside)) else 'not there'}{_alike(Path(beside))}"
+                )
+            imported = join(imported, format.name, Path(beside), how)
     if options.strict:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)

@@ -22,9 +22,10 @@ from .layout import Expression, Verbatim, angle_of, layout, number, placed
 
 MAX_LINES = 150  # a longer description is split into files
 LINKS, JOINTS, SIMULATION, EXTENSIONS = "links.yaml", "joints.yaml", "simulation.yaml", "extensions.yaml"
+MOVEIT = "moveit.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
-_TAIL = ("poses", "control", "controllers", "disabled_contacts", "accept", "outputs")
+_TAIL = ("poses", "control", "controllers", "moveit", "disabled_contacts", "accept", "outputs")
 _FILES = {
     LINKS: ("materials", "links"),
     JOINTS: ("joints",),
@@ -33,12 +34,14 @@ _FILES = {
         "mjcf_elements",
     ),
     EXTENSIONS: ("urdf_elements",),
+    MOVEIT: ("moveit",),
 }
 _ABOUT = {
     LINKS: "The links: masses, what they look like, what they collide with.",
     JOINTS: "The joints: how the links hang together.",
     SIMULATION: "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
     EXTENSIONS: "What the language has no word for, as it stood in the source.",
+    MOVEIT: "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
 }
 # Sections in an entry whose keys are names: of a pose, a tendon, a link.
 _NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "cameras", "lights")
@@ -99,10 +102,12 @@ def outputs(imported: Imported, why: str = "") -> Outputs:
     for format in FORMATS.values():
         if format.asked is None:
             continue
+        asked = format.asked(tree, imported.version, safe(tree["robot"]))
+        if asked is None:
+            continue
         if format.optional and why:
             made.left_out[format.name] = why
             continue
-        asked = format.asked(tree, imported.version, safe(tree["robot"]))
         made.entries[format.name] = asked.entry
         if asked.remark:
             made.remarks[format.name] = asked.remark

@@ -12,12 +12,12 @@ from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_
 from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted, listed
-from ...formats import FORMATS, published
+from ...formats import FORMATS, Format, published
 from ...formats.imported import Imported, Proof, ReadOptions
-from ...formats.reading import read_robot
+from ...formats.reading import join, read_robot
 from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
-from ...meaning.sameness import different
+from ...meaning.sameness import different, differently_said
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
 from ...project import ROOT_FILE
@@ -104,10 +104,12 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
 def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = tree_of(imported), published()
-    source = lower(tree).robot
-    file = stage / f"compiled{format.endings[0]}"
-    file.write_text(next(one.text for one in compiled.artifacts if one.backend == format.name), "utf-8")
-    back = read_robot(file, ReadOptions(lenient=True, checked=False))
+    source, said = lower(tree).robot, {one.backend: one.text for one in compiled.artifacts}
+    how = ReadOptions(lenient=True, checked=False)
+    back = read_robot(_saved(stage, format, said), how)
+    beside = [one for one in FORMATS.values() if one.join is not None and one.name in said]
+    for companion in beside:
+        back = join(back, companion.name, _saved(stage, companion, said), how)
     if back.tree is not None and "accept" in tree:  # what a source may break, its copy may
         back.tree.put("accept", tree["accept"], back.tree.span, back.tree.span)
     again = lower(back.tree).robot if back.tree is not None else None
@@ -118,12 +120,23 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
     what = f"compiled {format.word}"
     found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
+    for companion in beside:
+        for section in companion.joins:
+            lines = differently_said(source, again, section, TOLERANCE)
+            found += [f"compiled {companion.word}: {text}" for text in lines]
     largest = 0.0 if found else largest_difference(source, again)
     if largest > POSE_TOLERANCE:
         found.append(f"{what}: frames differ by {largest:.2g}")
     if found:
         return trip._replace(diagnostics=[_failed("the description would not be the same robot", found)])
     return trip._replace(frames=len(source.links), states=STATES, largest=largest)
+
+
+def _saved(stage: Path, format: Format, said: Mapping[str, str]) -> Path:
+    """Return the file of a compiled artifact."""
+    file = stage / f"compiled{format.endings[0]}"
+    file.write_text(said[format.name], "utf-8")
+    return file
 
 
 def in_engine(imported: Imported, text: str) -> Proof:

@@ -58,12 +58,25 @@ class Loaded:
         from scipy.spatial import ConvexHull, QhullError  # type: ignore[import-untyped,unused-ignore]
 
         try:
-            made = ConvexHull(self.triangles.reshape(-1, 3))
+            made = ConvexHull(self.outline)
             if len(made.vertices) > MOST_CORNERS:
                 made = ConvexHull(_standing_out(made.points[made.vertices]))
         except (QhullError, ValueError):
             return None
         return Hull(made.points[made.vertices], made.equations, float(made.volume))
+
+    @cached_property
+    def outline(self) -> Floats:
+        """The corners (n, 3) of the convex hull, all of them; those of a flat mesh itself."""
+        from scipy.spatial import ConvexHull, QhullError
+
+        corners: Floats = self.triangles.reshape(-1, 3)
+        try:
+            made = ConvexHull(corners)
+        except (QhullError, ValueError):
+            return corners
+        whole: Floats = made.points[made.vertices]
+        return whole
 
     @cached_property
     def surface(self) -> Any:

@@ -122,8 +122,8 @@ class Scene:
         for number, solid in enumerate(self.solids):
             geometry = solid.shape.geometry
             values: dict[str, Any] = {"pos": solid.place.xyz, "quat": solid.place.quaternion()}
-            if solid.hull is not None:
-                spec.add_mesh(name=str(number), uservert=solid.hull.corners.ravel())
+            if solid.mesh is not None:
+                spec.add_mesh(name=str(number), uservert=self.corners(solid.mesh).ravel())
                 values |= {"type": mujoco.mjtGeom.mjGEOM_MESH, "meshname": str(number)}
             else:
                 kind, size = _primitive(geometry)
@@ -136,6 +136,12 @@ class Scene:
         order = sorted(range(len(self.solids)), key=lambda number: self.body_of[self.solids[number].link])
         self.solids = [self.solids[number] for number in order]
         return model, mujoco.MjData(model)
+
+    def corners(self, mesh: Loaded) -> Floats:
+        """Return the corners (n, 3) whose hull stands for a mesh, which is not flat."""
+        if mesh.hull is None:
+            raise ValueError("a flat mesh has no hull")
+        return mesh.hull.corners
 
     def excluded(self) -> Iterable[tuple[int, int]]:
         """Return the bodies that MuJoCo is not to look at together, by their numbers."""

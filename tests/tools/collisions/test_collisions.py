@@ -1,0 +1,236 @@
+"""rosorin-compile collisions: which pairs need no check, and what becomes of the matrix when the robot changes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics.progress import hide, show
+from support.commands import Shown, ask
+
+pytest.importorskip("mujoco", minversion="4")
+trimesh = pytest.importorskip("trimesh")
+pytest.importorskip("scipy")
+
+pytestmark = pytest.mark.slow  # MuJoCo, and thousands of states
+
+ROBOT = """\
+robot: reach
+links:
+  base: {collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
+  mast: {collision: [{xyz: [0, 0, 0.3], box: {size: [0.04, 0.04, 0.5]}}]}
+  frame: {}
+  arm: {collision: [{xyz: [0.16, 0, 0], box: {size: [0.2, 0.02, 0.02]}}]}
+  tip: {collision: [{sphere: {radius: 2 mm}}]}
+  needle: {collision: [{sphere: {radius: 5 mm}}]}
+  shelf: {collision: [{box: {size: [0.1, 0.3, 0.02]}}]}
+  sleeve: {collision: [{box: {size: [0.06, 0.06, 0.02]}}]}
+  bolt: {collision: [{sphere: {radius: 0.01}}]}
+  wheel: {collision: [{cylinder: {radius: 0.05, length: 0.02}}]}
+joints:
+  base_mast: {type: fixed, parent: base, child: mast}
+  hoist:
+    {type: prismatic, parent: mast, child: frame, xyz: [0.03, 0, 0.2], axis: [0, 0, 1],
+     limit: {lower: 0, upper: 0.5, effort: 1, velocity: 1}}
+  pan:
+    {type: revolute, parent: frame, child: arm, axis: [0, 0, 1],
+     limit: {lower: -1.5, upper: 1.5, effort: 1, velocity: 1}}
+  slide:
+    {type: prismatic, parent: arm, child: tip, xyz: [0.3, 0, 0], axis: [1, 0, 0],
+     limit: {lower: 0, upper: 0.4, effort: 1, velocity: 1}}
+  base_needle: {type: fixed, parent: base, child: needle, xyz: [0.31234, 0.25678, 0.5]}
+  base_shelf: {type: fixed, parent: base, child: shelf, xyz: [0.5, -0.3, 0.5]}
+  lift:
+    {type: prismatic, parent: base, child: sleeve, xyz: [0, 0, 0.565], axis: [0, 0, -1],
+     limit: {lower: 0, upper: 0.45, effort: 1, velocity: 1}}
+  base_bolt: {type: fixed, parent: base, child: bolt, xyz: [0, 0, 0.1]}
+  axle: {type: continuous, parent: base, child: wheel, xyz: [0, 0.15, 0], rpy: [90 deg, 0, 0], axis: [0, 0, 1]}
+outputs:
+  urdf: {file: reach.urdf}
+  srdf: {file: reach.srdf}
+"""
+PROJECT = {"descriptions/reach/robot.yaml": ROBOT}
+MATRIX = Path("descriptions/reach/collisions.yaml")
+SOURCE = Path("descriptions/reach/robot.yaml")
+
+
+@pytest.fixture
+def reach(home: Path) -> Path:
+    """Return a project with a robot and its matrix."""
+    for name, text in PROJECT.items():
+        (home / name).parent.mkdir(parents=True)
+        (home / name).write_text(text, "utf-8")
+    return home
+
+
+def pairs() -> dict[str, dict[str, object]]:
+    """Return the pairs of the matrix by their names."""
+    found = yaml.safe_load(MATRIX.read_text("utf-8"))["moveit"]["collision_matrix"]["pairs"]
+    return {" ".join(pair["links"]): pair for pair in found}
+
+
+def included(text: str = ROBOT) -> None:
+    SOURCE.write_text(text.replace("robot: reach\n", "robot: reach\ninclude: [collisions.yaml]\n"), "utf-8")
+
+
+@pytest.mark.usefixtures("reach")
+def test_each_reason_is_what_moveit_calls_it(capsys: Shown) -> None:
+    said = ask(capsys, "collisions", "reach").splitlines()
+    assert said[0].startswith("descriptions/reach/collisions.yaml: 36 pairs of links, need no check: ")
+    assert said[1:] == [
+        "tried: 10,400 random states, seed 1",
+        "next: include: [collisions.yaml] in descriptions/reach/robot.yaml, then rosorin-compile all",
+    ]
+    found = {names: pair["reason"] for names, pair in pairs().items()}
+    assert found["arm mast"] == "Adjacent"  # over a link without shapes
+    assert found["base mast"] == found["arm tip"] == found["base wheel"] == "Adjacent"
+    assert found["bolt mast"] == "Default"
+    assert found["mast sleeve"] == "Always"  # not at zero, in nearly every other state
+    assert found["needle shelf"] == found["arm wheel"] == "Never"
+    assert not {"needle tip", "shelf tip"} & set(found)
+
+
+@pytest.mark.usefixtures("reach")
+def test_distances_are_those_that_were_seen(capsys: Shown) -> None:
+    ask(capsys, "collisions", "reach")
+    found = pairs()
+    assert found["bolt mast"]["nearest"] == "-30 mm"
+    assert found["needle shelf"]["beyond"] == "20 mm"  # no joint between: measured once
+    assert all("nearest" in pair or "beyond" in pair for pair in found.values() if pair["reason"] != "Adjacent")
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3, 4])
+@pytest.mark.usefixtures("reach")
+def test_never_is_not_said_of_what_samples_miss(seed: int, capsys: Shown) -> None:
+    """The tip meets the needle in seven millionths of its states: a thousand states are not to find it."""
+    how = f"moveit: {{collisions: {{trials: 1000, seed: {seed}}}}}\n"
+    SOURCE.write_text(ROBOT + how, "utf-8")
+    ask(capsys, "collisions", "reach")
+    assert "needle tip" not in pairs()
+
+
+@pytest.mark.usefixtures("reach")
+def test_the_same_seed_gives_the_same_bytes(capsys: Shown) -> None:
+    ask(capsys, "collisions", "reach")
+    first = MATRIX.read_bytes()
+    ask(capsys, "collisions", "reach", "--force")
+    assert MATRIX.read_bytes() == first
+
+
+@pytest.mark.usefixtures("reach")
+def test_a_matrix_is_of_one_robot(capsys: Shown) -> None:
+    ask(capsys, "collisions", "reach")
+    included()
+    assert ask(capsys, "collisions", "reach") == (
+        "reach: the collision matrix is that of reach.urdf; --force computes it\n"
+    )
+    ask(capsys, "all", "reach")
+    srdf = Path("outputs/reach/reach.srdf").read_text("utf-8")
+    assert '<disable_collisions link1="mast" link2="sleeve" reason="Always"/> <!--' in srdf
+    assert "10,400 random states, seed 1" in srdf
+    for old, new in (
+        ("radius: 5 mm", "radius: 6 mm"),  # a shape
+        ("xyz: [0.31234,", "xyz: [0.312,"),  # a joint
+        ("lower: -1.5, upper: 1.5", "lower: -1.5, upper: 1.6"),  # a limit
+        ("outputs:", "moveit: {collisions: {trials: 2000}}\noutputs:"),  # how it is searched
+    ):
+        assert old in ROBOT
+        included(ROBOT.replace(old, new))
+        assert main(["all", "reach"]) == 0
+        said = capsys.readouterr().err
+        assert "warning[collisions-stale]: the collision matrix was computed of other shapes" in said
+        assert "rosorin-compile collisions computes it anew" in said
+        assert "disable_collisions" not in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    included(ROBOT.replace("robot: reach\n", "# a comment\nrobot: reach\n"))
+    assert main(["all", "reach"]) == 0
+    assert "collisions-stale" not in capsys.readouterr().err
+    assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
+
+
+STONES = """\
+robot: reach
+links: {base: {collision: [{mesh: {file: stone.stl}}]}, arm: {collision: [{mesh: {file: stone.stl}}]}}
+joints:
+  j: {type: prismatic, parent: base, child: arm, xyz: [1, 0, 0], axis: [0, 1, 0],
+      limit: {lower: -1, upper: 1, effort: 1, velocity: 1}}
+outputs: {urdf: {file: reach.urdf}, srdf: {file: reach.srdf}}
+"""
+
+
+def test_another_mesh_makes_a_matrix_stale(reach: Path, capsys: Shown) -> None:
+    mesh = trimesh.creation.box((0.1, 0.2, 0.3))
+    mesh.export(reach / "descriptions" / "reach" / "stone.stl")
+    SOURCE.write_text(STONES, "utf-8")
+    ask(capsys, "collisions", "reach")
+    assert pairs() == {"arm base": {"links": ["arm", "base"], "reason": "Adjacent"}}
+    included(STONES)
+    ask(capsys, "all", "reach")
+    assert "disable_collisions" in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    mesh.apply_scale(1.1).export(reach / "descriptions" / "reach" / "stone.stl")
+    assert main(["all", "reach"]) == 0
+    said = capsys.readouterr().err
+    assert "warning[collisions-stale]: the collision matrix was computed of another stone.stl" in said
+    assert "disable_collisions" not in Path("outputs/reach/reach.srdf").read_text("utf-8")
+    ask(capsys, "collisions", "reach")
+    assert main(["all", "reach"]) == 0
+    assert not capsys.readouterr().err
+
+
+def test_without_a_mesh_there_is_no_matrix(reach: Path, capsys: Shown) -> None:
+    SOURCE.write_text(STONES, "utf-8")
+    assert not (reach / "descriptions" / "reach" / "stone.stl").exists()
+    assert main(["collisions", "reach"]) == 1
+    said = capsys.readouterr().err
+    assert "error[collisions-refused]: without all meshes nobody knows what never touches" in said
+    assert not MATRIX.exists()
+
+
+@pytest.mark.usefixtures("reach")
+def test_what_is_no_matrix_is_not_replaced(capsys: Shown) -> None:
+    MATRIX.write_text("links: {}\n", "utf-8")
+    said = ask(capsys, "collisions", "reach", code=1)
+    assert "error[collisions-refused]" in said
+    assert "is there, and rosorin-compile has not written it" in " ".join(said.split())
+    assert MATRIX.read_text("utf-8") == "links: {}\n"
+
+
+@pytest.mark.usefixtures("reach")
+def test_a_never_of_others_that_is_wrong_is_told(capsys: Shown) -> None:
+    never = (
+        "moveit: {disabled_collisions: [{links: [tip, shelf], reason: Never}, {links: [arm, wheel], reason: Never}]}\n"
+    )
+    SOURCE.write_text(ROBOT + never, "utf-8")
+    assert main(["collisions", "reach"]) == 0
+    assert "disabled_collisions says Never of tip and shelf, which do collide\n" in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("reach")
+def test_without_a_urdf_there_is_no_matrix(capsys: Shown) -> None:
+    SOURCE.write_text(ROBOT.replace("  urdf: {file: reach.urdf}\n  srdf: {file: reach.srdf}", "  frames: {file: f.md}"))
+    said = ask(capsys, "collisions", "reach", code=1)
+    assert "error[collisions-refused]: reach has no URDF among its outputs" in said
+
+
+def test_a_terminal_shows_how_far_it_is(reach: Path, capsys: Shown) -> None:
+    class Terminal:
+        text = ""
+
+        def write(self, text: str) -> None:
+            self.text += text
+
+        def flush(self) -> None:
+            pass
+
+    assert reach
+    terminal, seconds = Terminal(), iter(range(10**9))
+    show(terminal, lambda: float(next(seconds)))  # type: ignore[arg-type]
+    try:
+        assert main(["collisions", "reach"]) == 0
+    finally:
+        hide()
+    assert "trying states 5,0" in terminal.text
+    assert "bringing links near each other" in terminal.text
+    assert "trying" not in capsys.readouterr().out

@@ -1,0 +1,154 @@
+"""What MuJoCo says of the links of a URDF, held against coal: who touches, and how far apart the others are."""
+
+from __future__ import annotations
+
+import os
+import random
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from rosorin_compile.diagnostics.console import Console
+from rosorin_compile.formats.mesh_files import Places, files_of
+from rosorin_compile.formats.srdf.planning import Planning, urdf_of
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.project import Description
+from rosorin_compile.tools.collisions.contacts import FAR, Contacts
+from rosorin_compile.tools.collisions.search import Search, bounds_of
+from rosorin_compile.tools.given import Given
+from rosorin_compile.tools.physics.files import Meshes, named_meshes
+from rosorin_compile.tools.understanding import understood
+from support.coal import Coal
+from support.paths import ROOT, ROSORIN
+
+pytest.importorskip("mujoco", minversion="4")
+pytest.importorskip("pinocchio")
+pytest.importorskip("coal")
+trimesh = pytest.importorskip("trimesh")
+
+pytestmark = pytest.mark.slow  # two engines, hundreds of states
+
+STATES = 300
+MOST_NEAR = 400  # distances that are compared of each robot
+ROUNDING = 1e-4  # m: how near to touching the two may differ, by the end of their searches
+SHAPES = {
+    "box": "{box: {size: [0.08, 0.05, 0.12]}}",
+    "sphere": "{sphere: {radius: 0.05}}",
+    "cylinder": "{xyz: [0, 0.01, 0], rpy: [0.3, 0, 0.7], cylinder: {radius: 0.03, length: 0.14}}",
+    "mesh": "{rpy: [0, 0.4, 0], mesh: {file: stone.stl, scale: [1, 1.5, 1]}}",
+}
+
+
+def described(folder: Path, seed: int) -> Path:
+    """Write a robot whose links are often in each other: a tree of all shapes, with all joints that have a position."""
+    chance = random.Random(seed)  # noqa: S311
+    points = np.random.default_rng(seed).normal(size=(30, 3)) * 0.04
+    trimesh.convex.convex_hull(points).export(folder / "stone.stl")
+    links, joints = ["  base: {collision: [{box: {size: [0.1, 0.1, 0.1]}}]}"], []
+    names = ["base"]
+    for number in range(9):
+        name, kind = f"part{number}", list(SHAPES)[number % len(SHAPES)]
+        more = f", {SHAPES[chance.choice(list(SHAPES))]}" if number % 3 == 0 else ""
+        links.append(f"  {name}: {{collision: [{SHAPES[kind]}{more}]}}")
+        axis = ", ".join(f"{chance.choice((-1, 1)) * float(number % 3 == place):g}" for place in range(3))
+        xyz = ", ".join(f"{chance.uniform(-0.12, 0.12):.4f}" for _ in range(3))
+        joint = chance.choice(("revolute", "continuous", "prismatic", "revolute"))
+        limit = ", limit: {lower: -0.1, upper: 0.2, effort: 1, velocity: 1}" if joint != "continuous" else ""
+        parent = chance.choice(names)
+        joints.append(
+            f"  j{number}: {{type: {joint}, parent: {parent}, child: {name}, xyz: [{xyz}], axis: [{axis}]{limit}}}"
+        )
+        names.append(name)
+    made = folder / "robot.yaml"
+    parts = ["robot: stones", "links:", *links, "joints:", *joints, "outputs: {urdf: {file: stones.urdf}}"]
+    made.write_text("\n".join([*parts, ""]), "utf-8")
+    return made
+
+
+def both(path: Path, outputs: Path) -> tuple[Contacts, Coal, dict[str, tuple[float, float]]]:
+    """Return a robot as the two engines have it, and where its joints can be."""
+    description = Description("judged", path, outputs)
+    known = understood(Given({}, ()), description, Console("json"))
+    assert known is not None
+    urdf = urdf_of(known.robot)
+    assert urdf is not None
+    planning = Planning(known.robot, urdf)
+    files = files_of(known.case.tree, known.robot.outputs, Places(path, outputs, {}, os.environ))
+    meshes = Meshes(known.case, files)
+    for named in named_meshes(known.case):
+        assert meshes.read(named) is not None
+    (text,) = (one.text for one in compile_robot(path).artifacts if one.output == urdf.name)
+    for name, file in files.items():
+        text = text.replace(f'"{name}"', f'"{file.absolute()}"')
+    return Contacts(planning, meshes), Coal(text), bounds_of(planning)
+
+
+def judged(contacts: Contacts, coal: Coal, bounds: dict[str, tuple[float, float]]) -> tuple[int, int]:
+    """Hold the engines against each other; return how many contacts and how many short distances agreed."""
+    chance, touching, near = random.Random(7), 0, 0  # noqa: S311
+    for _ in range(STATES):
+        state = {name: chance.uniform(*ends) for name, ends in bounds.items()}
+        ours, theirs = contacts.touching(state), coal.distances(state)
+        assert set(ours) <= set(theirs)
+        for pair, far in theirs.items():
+            if abs(far) > ROUNDING:
+                assert (pair in ours) == (far < 0), (pair, ours.get(pair), far, state)
+                touching += far < 0
+            if ROUNDING < far < FAR and near < MOST_NEAR:
+                assert contacts.exact(pair, state, 2 * FAR) == pytest.approx(far, abs=ROUNDING), (pair, state)
+                near += 1
+    return touching, near
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_all_shapes(tmp_path: Path, seed: int) -> None:
+    path = described(tmp_path, seed)
+    touching, near = judged(*both(path, tmp_path))
+    assert touching > 500
+    assert near > 100
+
+
+FOLDING = """\
+robot: folding
+links:
+  base: {collision: [{box: {size: [0.2, 0.2, 0.1]}}]}
+  upper: {collision: [{xyz: [0, 0, 0.15], box: {size: [0.05, 0.05, 0.26]}}]}
+  lower: {collision: [{xyz: [0, 0, 0.12], box: {size: [0.04, 0.04, 0.2]}}]}
+  finger: {collision: [{xyz: [0, 0, 0.04], box: {size: [0.01, 0.01, 0.05]}}]}
+let: {turn: {lower: -150 deg, upper: 150 deg, effort: 10, velocity: 2}}
+joints:
+  shoulder: {type: revolute, parent: base, child: upper, xyz: [0, 0, 0.05], axis: [0, 1, 0], limit: "${turn}"}
+  elbow: {type: revolute, parent: upper, child: lower, xyz: [0, 0, 0.3], axis: [0, 1, 0], limit: "${turn}"}
+  wrist: {type: fixed, parent: lower, child: finger, xyz: [0, 0, 0.24]}
+outputs: {urdf: {file: folding.urdf}}
+"""
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_state_of_a_fine_grid_is_nearer_than_what_was_found(tmp_path: Path, seed: int) -> None:
+    """The finger comes nearest to the base at a limit, between two valleys: 3.6 mm, and 8.4 mm in the next."""
+    path = tmp_path / "robot.yaml"
+    path.write_text(f"{FOLDING}moveit: {{collisions: {{trials: 1000, seed: {seed}}}}}\n", "utf-8")
+    contacts, _, bounds = both(path, tmp_path)
+    pair = ("base", "finger")
+    axes = [np.linspace(*bounds[name], 150) for name in ("shoulder", "elbow")]
+    states = ({"shoulder": float(one), "elbow": float(other)} for one in axes[0] for other in axes[1])
+    least = min(contacts.exact(pair, state, 1.0) for state in states)
+    search = Search(contacts.planning, contacts.meshes, lambda *_: None)
+    (found,) = (one for one in search.run() if one.links == pair)
+    assert found.nearest == pytest.approx(0.0036, abs=1e-9)
+    assert least == pytest.approx(found.nearest, abs=ROUNDING)
+
+
+ROBOTS = {
+    "rosorin": (ROSORIN, ROOT / "outputs" / "rosorin"),
+    **{name: (ROOT / "examples" / name / "robot.yaml", ROOT / "examples" / name) for name in ("ur5e", "unitree_a1")},
+}
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_robots_that_exist(name: str) -> None:
+    touching, near = judged(*both(*ROBOTS[name]))
+    assert touching > 500
+    assert near > 100

@@ -1,0 +1,106 @@
+"""SDF: the robot for Gazebo and Drake.
+
+Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps for
+Gazebo (``kept``); ``facts`` reads such a file back for comparison. Foreign files are read by ``robot``, after ``scopes``
+has found all models of a file and what its names stand for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
+
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Fact, Facts, Format
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...model import Output, Robot, Shape
+    from ...rules.case import Case
+    from ..templating import Templates
+
+__all__ = ["FORMAT"]
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _facts(text: str) -> Facts:
+    from .facts import read
+
+    return read(text)
+
+
+def _syntax(text: str) -> object:
+    from ...xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .names import check
+
+    return check(case, output)
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
+    form = str(output.options.get("height_maps", "rows"))
+    return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is of a link whose inertial says no mass: the least stands for it."""
+    from .bodies import has_mass
+
+    return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
+
+
+FORMAT = Format(
+    name="sdf",
+    word="SDF",
+    article="an",
+    about="the model for Gazebo and Drake",
+    rank=20,
+    options={
+        "number_format": NUMBER_FORMAT,
+        "version": {
+            "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
+            "description": "Version of the format; default: 1.9, and 1.11 if a joint follows another one. Fortress reads"
+            " up to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
+        },
+        "height_maps": {
+            "enum": FORMS_OF_BOXES,
+            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+        },
+        "visuals": {
+            "enum": ["from_collision"],
+            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+        },
+        "gazebo": {
+            "enum": [True, False, "harmonic", "fortress"],
+            "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"
+            " messages in its word, which Drake refuses; false: none. Default: sensors in the words of SDF alone.",
+        },
+    },
+    file="{}.sdf",
+    endings=(".sdf",),
+    roots=("sdf",),
+    check=_check,
+    write=_write,
+    facts=_facts,
+    syntax=_syntax,
+    frames=lambda robot: [joint.child for joint in robot.joints],
+    solids=_solids,
+    all_solids=True,
+    cannot_say=_cannot_say,
+    complete=True,
+    lacks=frozenset(
+        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
+        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
+    ),
+    folder="sdf",
+    deploys=True,
+    meshes=True,
+)

@@ -1,8 +1,7 @@
 """SDF: the robot for Gazebo and Drake.
 
-Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps for
-Gazebo (``kept``); ``facts`` reads such a file back for comparison. Foreign files are read by ``robot``, after ``scopes``
-has found all models of a file and what its names stand for.
+Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
+for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
 """
 
 from __future__ import annotations
@@ -67,8 +66,8 @@ FORMAT = Format(
         "number_format": NUMBER_FORMAT,
         "version": {
             "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
-            "description": "Version of the format; default: 1.9, and 1.11 if a joint follows another one. Fortress reads"
-            " up to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
+            "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
+            " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
         },
         "height_maps": {
             "enum": FORMS_OF_BOXES,

@@ -5,8 +5,8 @@ to. A shape belongs to the frame that its pose is relative to. Beside those term
 "friction", "spring_stiffness" and "spring_reference"; of a shape its "name" and its colour ("visual 1 red"), and the
 "file" of a mesh; and the elements that no other artifact has, by their number and tag, as the text that they come to.
 
-The importer reads an SDF, too, but not for this: a proof that the artifacts are right had better not go through the code
-that reads those of others.
+The importer reads an SDF, too, but not for this: a proof that the artifacts are right had better not go through the
+code that reads those of others.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Kept: what a description has for Gazebo in ``urdf_elements``, as the SDF has it.
 
 Gazebo takes a ``<gazebo>`` of a URDF apart in the same way: what stands in it goes into the model, or into the link or
-joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). Words that mean something to that reader alone
-(mu1, kp, material, ...) have no place here.
+joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). Words that mean something to that reader
+alone (mu1, kp, material, ...) have no place here.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Kept(NamedTuple):
 
 
 def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
-    """Return what a robot has for Gazebo; ``carrier`` has the link of SDF that carries a link, ``joints`` its joints."""
+    """Return what a robot has for Gazebo; ``carrier`` says who carries each link in the SDF, ``joints`` are its own."""
     model: list[str] = []
     links: dict[str, list[str]] = {}
     of_joints: dict[str, list[str]] = {}

@@ -36,7 +36,9 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
         why = _why(name)
         if why:
             message = f'no {kind} of {output.file} can be called "{name}": {why}'
-            help = "rename it; a root that is nothing but the world may have this name" if name == WORLD else "rename it"
+            help = (
+                "rename it; a root that is nothing but the world may have this name" if name == WORLD else "rename it"
+            )
             yield case.problem("sdf-name", message, path, help, key=True)
 
 

@@ -1,6 +1,6 @@
 """The SDF of a robot, as text.
 
-Every frame of the description is in it: what has mass is a ``<link>``, the others a ``<frame attached_to>`` (``bodies``).
+Every frame of the description is in it: what has mass is a ``<link>``, the rest ``<frame attached_to>`` (``bodies``).
 Each pose is relative to the frame that the description has it in, so that its numbers are those of the description: a
 joint sits in its parent, the child at the joint, a shape in its own frame.
 Rules of the readers: the specification files of libsdformat 12, and what Drake 1.51 refuses.
@@ -170,7 +170,9 @@ class _Writer:
         if attached:
             return attributes(name=name, attached_to=attached), pose, True, [], [], [], []
         carried = [one for one in self.robot.links if bodies.carrier.get(one.name) == name]
-        shapes = ([self._shape(one, s, p) for one in carried for s in self.shapes[p].get(one.name, ())] for p in _SHAPES)
+        shapes = (
+            [self._shape(one, s, p) for one in carried for s in self.shapes[p].get(one.name, ())] for p in _SHAPES
+        )
         kept = [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
         return attributes(name=name), pose, False, self._inertial(bodies.inertials[name]), *shapes, kept
 
@@ -205,7 +207,7 @@ class _Writer:
         return attributes(name=self.names[joint.name], type=joint.type), pose, *ends, axis, kept
 
     def _axis(self, joint: Joint) -> tuple[Any, ...]:
-        """Return what is said of an axis: its direction, the pairs of its limit and of its dynamics, what it follows."""
+        """Return what is said of an axis: direction, pairs of limit and of dynamics, what it follows."""
         number, limit, dynamics, mimic = self.form.number, joint.limit, joint.dynamics, joint.mimic
         keys = ("effort", "velocity") if joint.type == "continuous" else ("lower", "upper", "effort", "velocity")
         known = [(key, limit.known(key)) for key in keys] if limit else []
@@ -272,9 +274,15 @@ class _Writer:
     def _joints_told(self) -> Iterator[Diagnostic]:
         planar = [joint.name for joint in self.robot.joints if joint.type == "planar"]
         if planar:
-            what = f'joint "{planar[0]}"' if len(planar) == 1 else f"{counted(len(planar), 'joint')} ({first_of(planar, 3)})"
+            what = (
+                f'joint "{planar[0]}"'
+                if len(planar) == 1
+                else f"{counted(len(planar), 'joint')} ({first_of(planar, 3)})"
+            )
             message = f"SDF has no planar joint: without {what} the link is free to move every way"
-            yield Diagnostic("sdf-cannot-say", WARNING, message, help="or make it two prismatic joints and a continuous")
+            yield Diagnostic(
+                "sdf-cannot-say", WARNING, message, help="or make it two prismatic joints and a continuous"
+            )
         for name, other in self.names.items():
             if name != other and self.bodies.says(self.robot.joint[name]):
                 message = f'joint "{name}" is called "{other}" in the SDF, where a link or a frame has that name'

@@ -8,7 +8,6 @@ from __future__ import annotations
 import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -254,11 +253,11 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     robot, meshes = lowered.robot, None
     named = {output.name: output for output in robot.outputs}
     outputs = tuple(named[name] for name in dict.fromkeys(wanted)) if wanted else robot.outputs
-    if search is not None and any(map(_has_mesh, robot.links)):
+    if search is not None and (any(map(_has_file, robot.links)) or any(one.texture for one in robot.materials)):
         # An artifact that opens meshes finds the same ones, whether the others are made or not.
         opening = any(FORMATS[output.backend].opens is not None for output in outputs)
         meshes = search(expanded.tree, robot.outputs if opening else outputs)
-        robot = replace(robot, missing_meshes=meshes.missing, mesh_files=meshes.by_name)
+        robot = meshes.told_to(robot)
     artifacts, said, templates = _emit(robot, outputs, expanded.tree, path)
     may = acceptable() if meshes is None else {**acceptable(), **meshes.acceptable}
     said, more = settled(expanded.tree, [*(meshes.diagnostics if meshes else ()), *said], may)
@@ -271,8 +270,9 @@ def emitted(understood: Understood, path: Path, search: Search | None = None, wa
     return Compiled(robot, artifacts, arrange([*diagnostics, *said]), inputs, led, meshes)
 
 
-def _has_mesh(link: Link) -> bool:
-    return any(isinstance(shape.geometry, Mesh) for shape in (*link.visual, *link.collision))
+def _has_file(link: Link) -> bool:
+    """Say whether a link has a mesh or a texture."""
+    return any(isinstance(shape.geometry, Mesh) or shape.texture for shape in (*link.visual, *link.collision))
 
 
 def _emit(

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import struct
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
@@ -25,6 +26,11 @@ TETRAHEDRON = [
     (0, 0, 0, 0, 0, 1, 0, 1, 0),
     (1, 0, 0, 0, 1, 0, 0, 0, 1),
 ]
+
+# CI has the libraries: there it is no reason.
+needs_screen = pytest.mark.skipif(
+    not BACK_END and not os.environ.get("CI"), reason="MuJoCo draws off screen with libEGL or libOSMesa"
+)
 
 LEG = """\
 robot: hopper
@@ -141,7 +147,7 @@ def test_a_package_has_the_scene_beside_its_robot(home: Path, capsys: pytest.Cap
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(not BACK_END, reason="MuJoCo draws off screen with libEGL or libOSMesa")
+@needs_screen
 @pytest.mark.parametrize("name", ROBOTS)
 def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path) -> None:
     for artifact in compiled(ROBOTS[name]).artifacts:
@@ -149,6 +155,13 @@ def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path
     shown = seen(tmp_path / "scene.xml", tmp_path)
     assert 0.02 < shown.robot.mean() < 0.6
     assert shown.floor.mean() > 0.2
+    sky = ~(shown.robot | shown.floor)
+    assert 0.02 < sky.mean() < 0.5
+    assert sky[0].all(), "the sky is not above all else"
+    red, _, blue = shown.pixels[sky].mean(axis=0)
+    assert blue > red + 20, "the sky is not blue"
+    assert len(np.unique(shown.pixels[sky], axis=0)) > 3, "the sky is of one colour"
+    assert len(np.unique(shown.pixels[shown.floor] // 32, axis=0)) >= 4, "the floor has no pattern"
     border = np.ones_like(shown.robot)
     border[1:-1, 1:-1] = False
     assert not shown.robot[border].any(), "the robot is not all in the picture"
@@ -156,3 +169,17 @@ def test_the_camera_sees_the_robot_in_light_on_a_floor(name: str, tmp_path: Path
     assert colours.max(axis=1).mean() > 90, "the robot is in the dark"
     assert colours.max(axis=1).std() > 10, "the light has no direction"
     assert len(np.unique(colours // 32, axis=0)) >= 8, "the robot is of one colour"
+
+
+@pytest.mark.slow
+@needs_screen
+@pytest.mark.parametrize("name", ROBOTS)
+def test_the_floor_has_no_specks(name: str, tmp_path: Path) -> None:
+    """At the end of what the map of shadows has, MuJoCo draws dots where there is no shadow."""
+    for artifact in compiled(ROBOTS[name]).artifacts:
+        (tmp_path / artifact.file).write_text(artifact.text, "utf-8")
+    shown = seen(tmp_path / "scene.xml", tmp_path)
+    corner = shown.pixels[-40:, -80:].astype(int).sum(axis=2)
+    assert shown.floor[-40:, -80:].all()
+    around = np.median(np.lib.stride_tricks.sliding_window_view(corner, (5, 5)), axis=(2, 3))
+    assert int((around - corner[2:-2, 2:-2] > 40).sum()) <= 8

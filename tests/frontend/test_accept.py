@@ -286,7 +286,7 @@ joints:
 accept:
   - {rule: ignored-key, reason: it was in the drawing}
   - {rule: %s}
-materials: {wood: {texture: wood.png}}
+materials: {wood: {texture: wood.jpg}}
 outputs: {urdf: {file: a.urdf}, mjcf: {file: a.xml, number_format: six}}
 """
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
@@ -17,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from rosorin_compile.meaning.golden import compare
+from rosorin_compile.model import HeightMap
 from support.paths import ROSORIN
 from support.robots import compiled, copy_of_rosorin
 
@@ -196,6 +198,14 @@ def carried_by_joint(leaf: Leaf, axis: str) -> Carried:
     return Carried(SIMULATED, [f"{joint} mimic multiplier "])
 
 
+@cache
+def _height_map() -> HeightMap:
+    robot = compiled().robot
+    assert robot is not None
+    (found,) = [s.geometry for link in robot.links for s in link.collision if isinstance(s.geometry, HeightMap)]
+    return found
+
+
 def carried_by_height_map(leaf: Leaf, value: float) -> Carried:
     quantity = leaf.path[5]
     if quantity == "step":
@@ -207,7 +217,7 @@ def carried_by_height_map(leaf: Leaf, value: float) -> Carried:
     # Boxes are rounded up to whole centimetres.
     before, after = (math.ceil(round(height * 100, 6)) for height in (leaf.value, value))
     row, column = leaf.path[-2:]
-    bottom = 8 if (0 < row < 10 or 17 < row < 27) and (column < 3 or column > 17) else 1
+    bottom = round(_height_map().bottom_of(int(row), int(column)) * 100, 6)
     outputs = {"robot_model"} | ({"urdf"} if before != after else set())
     outputs |= SIMULATED if max(before, bottom) != max(after, bottom) else set()
     return Carried(outputs, ["base_footprint height map: 1 cell changed, by "])

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from rosorin_compile.formats.mjcf import write as mjcf
+from rosorin_compile.formats.mjcf.unsaid import position_range
 from rosorin_compile.formats.templating import Templates
 from rosorin_compile.model import Output, Robot, Root, Transform
 from support.robots import compiled
@@ -58,7 +59,7 @@ def random_states(robot: Robot, count: int) -> Iterator[dict[str, float]]:
         state = {}
         for joint in robot.joints:
             if joint.moves and not joint.mimic:
-                ends = mjcf.position_range(joint) or (-3.0, 3.0)
+                ends = position_range(joint) or (-3.0, 3.0)
                 state[joint.name] = float(generator.uniform(*ends))
         yield state
 

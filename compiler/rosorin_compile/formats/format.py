@@ -192,6 +192,7 @@ class Format:
     - ``frames``: the frames that it has to carry, as ``facts`` names them.
     - ``solids``: the collision shapes that a link has in it, None where they cannot be compared; the last argument are
       the frames that the artifact speaks of. ``all_solids``: links for which it has no shape are meant to have none.
+    - ``engine_reads``: its engine reads the sources, so that what this passes over in XML is taken as it is.
     - ``inertials``: what its links weigh where that is not what the robot's do, because they carry others. Raises
       ValueError where that is no number.
     - ``cannot_say``: facts that it has no word for, though ``facts`` reads them.
@@ -247,6 +248,7 @@ class Format:
     frames: Callable[[Robot], Collection[str]] | None = None
     solids: Callable[[Robot, str, Output, frozenset[str]], Sequence[Shape] | None] | None = None
     all_solids: bool = False
+    engine_reads: bool = False
     inertials: Callable[[Robot, Output], Mapping[str, Inertial]] | None = None
     cannot_say: Callable[[Robot, Fact], bool] | None = None
     disagreements: Callable[[Robot, Output, str], Iterator[str]] | None = None

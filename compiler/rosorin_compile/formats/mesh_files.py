@@ -1,6 +1,7 @@
 """Mesh files: each mesh that a description names is looked for, and what is not found is told with its place.
 
-A mesh is looked for where the artifact that opens it will (``Format.opens``), and where its description can mean it:
+So is each texture that an artifact opens, or that is embedded. A file is looked for where the artifact that opens it
+will (``Format.opens``), and where its description can mean it:
 
 - a relative name: beside the file of the description that names it, beside its first file, as seen from that artifact;
 - ``package://NAME/...``: in the folder that ``packages`` finds for NAME (see there), from the file that names it on;
@@ -18,6 +19,7 @@ import os
 import posixpath
 import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
@@ -30,15 +32,16 @@ from ..diagnostics.wording import first_of
 from ..frontend.accepting import EVERYTHING
 from ..frontend.packages import Packages
 from ..frontend.tree import Map, Seq
-from ..model import Output
+from ..model import Output, Robot
 from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
 from . import FORMATS as RECORDS
 
 RULES = (
     Rule(
         "mesh-not-found",
-        "A mesh is not found. An error where a relative name leads nowhere and the MJCF needs it, a warning where it "
-        "is left out of the MJCF, a note where the URDF alone names it: its readers may find it on their machine.",
+        "A mesh or a texture is not found. An error where the relative name of a mesh leads nowhere and the MJCF needs "
+        "it, a warning where it is left out of the MJCF, a note where the URDF alone names it: its readers may find it "
+        "on their machine.",
         "Correct the name, put the file there, or say where the package is: `--package NAME=FOLDER`.",
         FORMATS,
         accept="robot",
@@ -47,7 +50,7 @@ RULES = (
     ),
     Rule(
         "mesh-not-a-file",
-        "A mesh is a folder, a pipe or a device.",
+        "A mesh or a texture is a folder, a pipe or a device.",
         "Name a regular file.",
         FORMATS,
         asked="meshes",
@@ -62,6 +65,9 @@ RULES = (
     ),
 )
 
+MESH, TEXTURE = "mesh", "texture"
+_SEVERAL = {MESH: "meshes", TEXTURE: "textures"}
+
 # The errors about meshes that a description may accept, such as one that was imported away from its meshes.
 ACCEPTABLE = {rule.id: rule for rule in RULES if rule.accept}
 
@@ -71,10 +77,11 @@ _HERE, _NOT_THERE, _ODD = range(3)
 
 
 class Named(NamedTuple):
-    """A mesh as a description names it, and the places where it does."""
+    """A mesh as a description names it, and the places where it does; ``kind`` says whether it is one or a texture."""
 
     name: str
     spans: list[Span]
+    kind: str = MESH
 
 
 class Found(NamedTuple):
@@ -106,6 +113,12 @@ class Searched(NamedTuple):
     files: Mapping[str, bytes] = MappingProxyType({})
     acceptable: Mapping[str, Rule] = ACCEPTABLE
 
+    def told_to(self, robot: Robot) -> Robot:
+        """Return a robot that knows what became of its meshes."""
+        opened = {one.named.name: one.places[0] for one in self.found if one.places and one.places[0] in self.files}
+        contents = {name: (self.files[place], Path(place).suffix.lower()) for name, place in opened.items()}
+        return replace(robot, missing_meshes=self.missing, mesh_files=self.by_name, mesh_contents=contents)
+
 
 class Places(NamedTuple):
     """Where to look: the first file of the description, the folder of its artifacts, folders of packages by name."""
@@ -117,11 +130,13 @@ class Places(NamedTuple):
 
 
 def search(tree: Map, outputs: Sequence[Output], places: Places) -> Searched:
-    """Look for all meshes that a description names, for the artifacts that are made of it."""
+    """Look for all meshes that a description names, and textures, for the artifacts that are made of it."""
     opening = [output for output in outputs if RECORDS[output.backend].opens is not None]
     naming = [output for output in outputs if RECORDS[output.backend].meshes]
     embedding = any(RECORDS[output.backend].embeds for output in outputs)
     named = list(named_meshes(tree))
+    textures = named_textures(tree)
+    named += [one for one in textures if any(opened_by(output, one.name) for output in opening)]
     images = textures_of(tree, places) if embedding else {}
     if not (named or images) or not (opening or naming or embedding):
         return Searched((), frozenset(), [])
@@ -141,11 +156,16 @@ def files_of(tree: Map, outputs: Sequence[Output], places: Places) -> Mapping[st
 
 def textures_of(tree: Map, places: Places) -> Mapping[str, Path]:
     """Return the files of all images that are found, by their names in a description."""
+    return _Search(places, [], []).run(named_textures(tree)).by_name
+
+
+def named_textures(tree: Map) -> list[Named]:
+    """Return the textures of a description, each name once."""
     found: dict[str, list[Span]] = {}
     for node in _maps(tree):
         if isinstance(node.get("texture"), str) and node["texture"]:
             found.setdefault(node["texture"], []).append(node.value_spans["texture"])
-    return _Search(places, [], []).run([Named(name, spans) for name, spans in found.items()]).by_name
+    return [Named(name, list(dict.fromkeys(spans)), TEXTURE) for name, spans in found.items()]
 
 
 def named_meshes(tree: Map) -> Iterator[Named]:
@@ -159,13 +179,13 @@ def named_meshes(tree: Map) -> Iterator[Named]:
 
 
 def _maps(tree: Map) -> Iterator[Map]:
-    """Yield the entries of a description, but for its outputs, in their order."""
+    """Yield the entries of a description, but for its outputs and what is for MuJoCo alone, in their order."""
     waiting: list[Any] = [value for key, value in tree.items() if key != "outputs"][::-1]
     while waiting:
         node = waiting.pop()
         if isinstance(node, Map):
             yield node
-            waiting += list(node.values())[::-1]
+            waiting += [value for key, value in node.items() if key != "mjcf"][::-1]
         elif isinstance(node, Seq):
             waiting += list(node)[::-1]
 
@@ -183,12 +203,13 @@ class _Search:
         self.resolved: dict[Resolved, None] = {}
         self.missing: list[str] = []
         self.diagnostics: list[Diagnostic] = []
-        self.absent: dict[tuple[str, str, str], list[Named]] = {}  # by the message, the way out and the severity
+        # By the message, the way out, the severity and the kind.
+        self.absent: dict[tuple[str, str, str, str], list[Named]] = {}
 
     def run(self, named: Sequence[Named]) -> Searched:
         for one in named:
             self._look(one)
-        for (what, help, severity), many in self.absent.items():
+        for (what, help, severity, _), many in self.absent.items():
             self.diagnostics.append(told("mesh-not-found", what, help, severity, many))
         missing, led = frozenset(self.missing), tuple(self.resolved)
         return Searched(tuple(self.found), missing, self.diagnostics, self.by_name, tuple(self.inputs), led)
@@ -224,8 +245,8 @@ class _Search:
             if self._differ(file, other):
                 span = next(span for span in one.spans if Path(span.source.path).parent == folder)
                 made = ", ".join(output.file for output in self.opening or self.naming)
-                what = f"mesh {one.name} would be two files beside {made}" if self.opening else ""
-                what = what or f"mesh {one.name} is two files, and one name in {made}"
+                what = f"{one.kind} {one.name} would be two files beside {made}" if self.opening else ""
+                what = what or f"{one.kind} {one.name} is two files, and one name in {made}"
                 self._ambiguous(f"{what}: {shown(other)} here, {shown(file)} elsewhere", span, one)
                 return
 
@@ -234,8 +255,8 @@ class _Search:
         first, other = self.taken.setdefault(place, (one, file))
         beside = self.places.outputs / place
         if _plain(beside) not in (_plain(file), _plain(other)) and self._differ(other, file):
-            what = f"meshes {first.name} and {one.name} would both be {place} beside the artifacts, and differ"
-            self._ambiguous(what, one.spans[0], first)
+            what = f"{_SEVERAL[one.kind]} {first.name} and {one.name} would both be {place} beside the artifacts"
+            self._ambiguous(f"{what}, and differ", one.spans[0], first)
 
     def _differ(self, one: Path, other: Path) -> bool:
         """Say whether two files are not the same, by their bytes; from now on both count."""
@@ -317,7 +338,7 @@ class _Search:
         """Say that a mesh is not found, or is no file."""
         severity = WARNING if self.opening else NOTE
         if odd is not None:
-            message, help = f"mesh {one.name} is no regular file: {shown(odd)}", "name a file"
+            message, help = f"{one.kind} {one.name} is no regular file: {shown(odd)}", "name a file"
             self.diagnostics.append(Diagnostic("mesh-not-a-file", ERROR, message, one.spans[0], (), help))
         elif scheme in ("package", "model"):
             name = rest.partition("/")[0]
@@ -333,6 +354,9 @@ class _Search:
             what = "not there, neither as seen from the artifacts nor beside the description"
             what = "not there, as seen from the artifacts" if outside and self.opening else what
             help = "put the file there, or correct the name" if outside else _PUT
+            if one.kind == TEXTURE:  # without which it is the robot all the same
+                self._absent(one, what + self._left(), help, WARNING)
+                return
             help += ", or take mjcf out of outputs" if self.opening else ""
             self._absent(one, what, help, ERROR if self.opening else WARNING)
 
@@ -342,13 +366,14 @@ class _Search:
         return f", and left out of {files}" if files else ""
 
     def _absent(self, one: Named, what: str, help: str, severity: str) -> None:
-        self.absent.setdefault((what, help, severity), []).append(one)
+        self.absent.setdefault((what, help, severity, one.kind), []).append(one)
 
 
 def told(rule: str, what: str, help: str, severity: str, many: Sequence[Named]) -> Diagnostic:
-    """Return what there is to say of meshes for one reason, with the places of all of them."""
-    names, spans = [one.name for one in many], [span for one in many for span in one.spans]
-    which = f"mesh {names[0]} is" if len(names) == 1 else f"{len(names)} meshes ({first_of(names, _SHOWN)}) are"
+    """Return what there is to say of files of one kind for one reason, with the places of all of them."""
+    names, spans, kind = [one.name for one in many], [span for one in many for span in one.spans], many[0].kind
+    which = f"{len(names)} {_SEVERAL[kind]} ({first_of(names, _SHOWN)}) are"
+    which = f"{kind} {names[0]} is" if len(names) == 1 else which
     return Diagnostic(rule, severity, f"{which} {what}", spans[0], and_here(spans[1:]), help, (EVERYTHING,))
 
 

@@ -125,12 +125,15 @@ def _parsed(source: Source, options: ReadOptions) -> Document:
     try:
         return parse(source)
     except MarkupError as problem:
-        if not options.lenient or problem.diagnostic.rule != SYNTAX:
+        if problem.diagnostic.rule != SYNTAX:
             raise
         try:
-            return parse(mended(source))
+            document = parse(mended(source))
         except MarkupError:
             raise problem from None
+        if options.lenient or any(one.engine_reads for one in _readable() if document.root.tag in one.roots):
+            return document
+        raise
 
 
 def _mending(source: Source, document: Document) -> list[Diagnostic]:

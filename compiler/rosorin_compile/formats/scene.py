@@ -21,13 +21,14 @@ from xml.sax.saxutils import unescape
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import FORMATS, Rule
 from ..diagnostics.wording import listed
-from ..model import Output, Pose, Robot, Vector
+from ..model import Link, Mesh, Output, Pose, Robot, Vector
 from ..model.bounds import Bounds
 from ..model.geometry import unit
 from ..model.standing import home_of, reach, stands_at
 from ..numbers import six, vector
 from ..rules.case import Case
 from .format import Format
+from .mesh_vertices import clouds_of
 from .templating import BUILTIN, Templates, comment
 
 RULES = (
@@ -117,14 +118,16 @@ def _included(robot: Robot, output: Output) -> tuple[Output | None, tuple[str, N
 def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     """Return the box around the robot at home, as it stands in the world, and whether that is all of it.
 
-    The size of meshes is not known: with them it is the box around what else is there, and all frames.
+    Meshes that collide are measured; those that are seen take no more room where the link collides with anything.
+    Where the size of one is not known, it is the box around what else is there, and all frames.
     """
-    home = home_of(robot)
+    home, clouds = home_of(robot), clouds_of(robot)
     free = of.options.get("base", "fixed") == "free"
-    at: Pose = stands_at(robot, home) if free else robot.simulation.root.pose
-    found = [reach(robot, home.positions, purpose, at) for purpose in ("collision", "visual")]
-    boxes = [one.bounds for one in found if one.bounds is not None]
-    known = not any(one.meshes for one in found)
+    at: Pose = stands_at(robot, home, clouds) if free else robot.simulation.root.pose
+    solid = reach(robot, home.positions, "collision", at, clouds)
+    seen = reach(robot, home.positions, "visual", at)
+    boxes = [one.bounds for one in (solid, seen) if one.bounds is not None]
+    known = not solid.meshes and not any(link.visual and not link.collision and _has_mesh(link) for link in robot.links)
     if not boxes or not known:
         world = at.transform()
         places = (world.then(place).xyz for place in robot.poses_in_root(dict(home.positions)).values())
@@ -133,6 +136,10 @@ def _bounds(robot: Robot, of: Output) -> tuple[Bounds, bool]:
     for box in boxes[1:]:
         whole = whole.join(box)
     return whole, known
+
+
+def _has_mesh(link: Link) -> bool:
+    return any(isinstance(shape.geometry, Mesh) for shape in link.visual)
 
 
 def _camera(centre: Vector, extent: float) -> _Camera:

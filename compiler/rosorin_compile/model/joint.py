@@ -44,7 +44,8 @@ class Limit:
 class Mimic:
     """A joint that follows another: position = multiplier * leader + offset.
 
-    ``solref`` and ``solimp`` are what MuJoCo's solver is told of the coupling; empty: its own.
+    ``solref`` and ``solimp`` are what MuJoCo's solver is told of the coupling; empty: its own. ``name`` is what MuJoCo
+    calls it; empty: as the joint.
     """
 
     joint: str
@@ -52,6 +53,7 @@ class Mimic:
     offset: float = 0.0
     solref: tuple[float, ...] = field(default=(), compare=False)
     solimp: tuple[float, ...] = field(default=(), compare=False)
+    name: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

@@ -133,7 +133,8 @@ class Robot:
     """A whole robot. Links, joints and sensors stand in the order of the description.
 
     ``missing_meshes`` are the names of mesh files that were looked for and are not there, ``mesh_files`` has the file
-    of each that is, and of each image.
+    of each that is, and of each image. ``mesh_contents`` are the bytes of those that artifacts open, as they open them,
+    each with the ending of its name.
     """
 
     name: str
@@ -154,6 +155,7 @@ class Robot:
     drive: Drive | None = None
     missing_meshes: frozenset[str] = field(default=frozenset(), compare=False)
     mesh_files: Mapping[str, Path] = field(default_factory=dict, compare=False)
+    mesh_contents: Mapping[str, tuple[bytes, str]] = field(default_factory=dict, compare=False)
 
     def __repr__(self) -> str:
         """Return the name and what there is how often: a robot in full is pages long."""

@@ -67,12 +67,14 @@ class Ellipsoid:
 class Mesh:
     """A mesh file by reference, in the units of the file times ``scale``.
 
-    ``inertia`` is what MuJoCo takes it for (shell, ...); empty is MuJoCo's own choice.
+    ``inertia`` is what MuJoCo takes it for (shell, ...); empty is MuJoCo's own choice. ``mjcf`` are attributes of
+    MuJoCo's that the language has no word for.
     """
 
     file: str
     scale: Vector = (1.0, 1.0, 1.0)
     inertia: str = field(default="", compare=False)
+    mjcf: Values = field(default_factory=dict, compare=False)
 
 
 # How a height map is cut into boxes; each fills the same space.

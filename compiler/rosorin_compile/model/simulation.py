@@ -13,7 +13,7 @@ from .simulated import Attribute
 
 Values = Mapping[str, Attribute]
 
-POSITION, VELOCITY, MOTOR = "position", "velocity", "motor"
+POSITION, VELOCITY, MOTOR, GENERAL = "position", "velocity", "motor", "general"
 
 # The layer of shapes that say no other.
 SHARED_LAYER = "default"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
 from .bounds import Bounds
@@ -17,11 +17,27 @@ _DIGITS = 9  # of a height in metres: what is left of rounding is no millimetre
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
 
 
+class Cloud(NamedTuple):
+    """The vertices of a mesh file, and the box around them, in the units of the file."""
+
+    points: Sequence[Vector]
+    lower: Vector
+    upper: Vector
+
+
+Clouds = Callable[[Mesh], Cloud | None]
+"""What says where the vertices of a mesh are; None where nobody knows."""
+
+
 class Reach(NamedTuple):
     """The box around shapes (m), None where there is none, and how many meshes are not in it: their size is unknown."""
 
     bounds: Bounds | None
     meshes: int
+
+
+def _unknown(mesh: Mesh) -> Cloud | None:  # noqa: ARG001 - whoever has read no mesh
+    return None
 
 
 def home_of(robot: Robot) -> JointPose:
@@ -39,41 +55,79 @@ def home_of(robot: Robot) -> JointPose:
     return JointPose(HOME, positions)
 
 
-def stands_at(robot: Robot, pose: JointPose) -> Pose:
+def stands_at(robot: Robot, pose: JointPose, clouds: Clouds = _unknown) -> Pose:
     """Return where the root of a free robot is in the world in a pose.
 
     As the pose says it, else as the description says of the root; else straight up, so high that the lowest collision
-    shape touches z = 0. A robot that collides with meshes stays at zero: their size is not known here.
+    shape touches z = 0. A robot that collides with meshes of which nobody knows where they end stays at zero.
     """
     if pose.base is not None:
         return pose.base
     root = robot.simulation.root
     if root.placed:
         return root.pose
-    bounds, meshes = reach(robot, pose.positions)
+    bounds, meshes = reach(robot, pose.positions, clouds=clouds)
     if bounds is None or meshes:
         return IDENTITY
     return Pose((0.0, 0.0, 0.0 - round(bounds.lower[2], _DIGITS)))
 
 
-def reach(robot: Robot, positions: Mapping[str, float], purpose: str = "collision", at: Pose = IDENTITY) -> Reach:
+def reach(
+    robot: Robot,
+    positions: Mapping[str, float],
+    purpose: str = "collision",
+    at: Pose = IDENTITY,
+    clouds: Clouds = _unknown,
+) -> Reach:
     """Return the space that the shapes of a robot take at joint positions (rad or m), its root ``at`` a place."""
     lower, upper, meshes = [math.inf] * 3, [-math.inf] * 3, 0
+    measured: list[tuple[Cloud, Shape, Transform]] = []
     world = at.transform()
     for name, place in robot.poses_in_root(dict(positions)).items():
         solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids()]
         there = world.then(place) if solids else place
         for solid in solids:
             if isinstance(solid.geometry, Mesh):
-                meshes += 1
+                cloud = clouds(solid.geometry)
+                meshes += cloud is None
+                if cloud is not None and cloud.points:
+                    measured.append((cloud, solid, there))
                 continue
             for axis, direction in enumerate(_AXES):
-                lower[axis] = min(lower[axis], -_along(solid, there, (-direction[0], -direction[1], -direction[2])))
+                lower[axis] = min(lower[axis], -_along(solid, there, _opposite(direction)))
                 upper[axis] = max(upper[axis], _along(solid, there, direction))
+    for axis, direction in enumerate(_AXES):
+        lower[axis] = -_farthest(measured, _opposite(direction), -lower[axis])
+        upper[axis] = _farthest(measured, direction, upper[axis])
     if lower[0] > upper[0]:
         return Reach(None, meshes)
     (a, b, c), (d, e, f) = lower, upper
     return Reach(Bounds((a, b, c), (d, e, f)), meshes)
+
+
+def _opposite(direction: Vector) -> Vector:
+    x, y, z = direction
+    return (-x, -y, -z)
+
+
+def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vector, known: float) -> float:
+    """Return how far meshes reach along a unit vector (m), at least as far as is ``known``.
+
+    The box around a mesh says how far it reaches at most: only those are gone through that may be the farthest.
+    """
+    most: list[tuple[float, float, Vector, Cloud]] = []
+    for cloud, solid, place in measured:
+        there = place.then(solid.pose.transform())
+        away, inside = dot(there.xyz, direction), there.inverse().rotate(direction)
+        scale = solid.geometry.scale if isinstance(solid.geometry, Mesh) else (1.0, 1.0, 1.0)
+        x, y, z = (part * factor for part, factor in zip(inside, scale, strict=True))
+        sides = zip((x, y, z), cloud.lower, cloud.upper, strict=True)
+        most.append((away + sum(max(part * low, part * high) for part, low, high in sides), away, (x, y, z), cloud))
+    for end, away, (x, y, z), cloud in sorted(most, key=lambda one: -one[0]):
+        if end <= known:
+            break
+        known = max(known, away + max(x * a + y * b + z * c for a, b, c in cloud.points))
+    return known
 
 
 def _along(solid: Shape, place: Transform, direction: Vector) -> float:

@@ -33,10 +33,18 @@ def marks(case: Case) -> Iterator[Diagnostic]:
                 yield case.problem("mark-value", f'{mark.tag} "{mark.name}" {message}', path, help, key=True)
 
 
+# How many sizes a site of a form has; what stands behind them means nothing.
+_SIZES = {"sphere": 1, "capsule": 2, "cylinder": 2, "ellipsoid": 3, "box": 3}
+
+
 def _site(mark: Marked) -> Iterator[tuple[str, str, str]]:
     size = mark.values.get("size")
-    if isinstance(size, tuple) and not all(float(value) > 0 for value in size):
-        yield "size", f"has a size of {number(min(float(value) for value in size))}", "write sizes above zero"
+    count = _SIZES.get(str(mark.values.get("type", "sphere")), 0)
+    if "fromto" in mark.values:  # which says the length
+        count = 1
+    own = [float(value) for value in size[:count]] if isinstance(size, tuple) else []
+    if not all(value > 0 for value in own):
+        yield "size", f"has a size of {number(min(own))}", "write sizes above zero"
 
 
 def _light(mark: Marked) -> Iterator[tuple[str, str, str]]:

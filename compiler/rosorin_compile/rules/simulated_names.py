@@ -91,7 +91,9 @@ class Names:
         for named in self.given:
             known.setdefault(named.kind, set()).add(named.name)
         known.setdefault(MATERIAL, set()).update(one.name for one in robot.materials if one.rgba or one.mjcf)
-        known.setdefault(EQUALITY, set()).update(joint.name for joint in robot.joints if joint.mimic)
+        known.setdefault(EQUALITY, set()).update(
+            joint.mimic.name or joint.name for joint in robot.joints if joint.mimic
+        )
         known.setdefault(ACTUATOR, set()).update(
             joint.actuator.name or joint.name for joint in robot.joints if joint.actuator and joint.moves
         )
@@ -104,19 +106,20 @@ class Names:
         What collides goes before what is seen under the same name.
         """
         counts: dict[str, int] = {}
+        plain: dict[str, int] = {}
         for purpose in ("collision", "visual"):
             before = frozenset(counts)
             for link in self.robot.links:
                 solids = (solid for shape in getattr(link, purpose) for solid in shape.solids())
                 for index, solid in enumerate(solids, start=1):
                     made = f"{link.name}_{purpose}_{index}"
-                    counts[made] = 1
-                    if solid.name and solid.name != made and solid.name not in before:
+                    plain[made] = 1
+                    if solid.name and solid.name not in before:
                         counts[solid.name] = counts.get(solid.name, 0) + 1
         for named in self.given:
             if named.kind == GEOM:
                 counts[named.name] = 1
-        return counts
+        return plain | counts
 
     def has(self, kind: str, name: str) -> bool:
         """Say whether there is something of a kind under a name, or may be."""
@@ -337,7 +340,7 @@ def _taken(case: Case) -> dict[tuple[str, str], Path]:
         taken.setdefault((SITE, edge.child), case.edge(index, "child"))
     for joint in case.robot.joints:
         if joint.mimic is not None:
-            taken[EQUALITY, joint.name] = case.joint(joint, "mimic")
+            taken.setdefault((EQUALITY, joint.mimic.name or joint.name), case.joint(joint, "mimic"))
         if joint.actuator is not None and joint.moves:
             taken.setdefault((ACTUATOR, joint.actuator.name or joint.name), case.joint(joint, "actuator"))
     return taken

@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Any
 
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
-from ..diagnostics.wording import counted
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
 from .robots import Run, check_depfile, for_each, no_stdin
@@ -225,11 +224,12 @@ def put_aside(folder: Path, written: Written) -> list[Diagnostic]:
 
 def what_changed(written: Written, meshes: Collection[str] = ()) -> str:
     """Return in words what writing a set of artifacts did; ``meshes`` of it are counted."""
+    from .compiling import counted_files
+
     if not written.written and not written.removed:
         return "unchanged"
     names = [name for name in written.written if name not in meshes]
-    copied = len(written.written) - len(names)
-    names += [counted(copied, "mesh file")] if copied else []
+    names += counted_files([name for name in written.written if name in meshes])
     parts = [f"written: {', '.join(names)}"] if names else []
     parts += [f"removed: {', '.join(written.removed)}"] if written.removed else []
     return "; ".join(parts)

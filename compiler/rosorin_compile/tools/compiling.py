@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Callable, Mapping, Sequence, Sized
+from collections.abc import Callable, Collection, Mapping, Sequence, Sized
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..diagnostics import TRUSTED
 from ..diagnostics.console import Console
-from ..diagnostics.wording import counted
+from ..diagnostics.wording import counted, listed
 from ..project import Description, stdin_of
 from .given import Given, given_arguments
 from .options import console_of
@@ -146,7 +146,13 @@ def nothing_written(console: Console, name: str, diagnostics: Sequence[Diagnosti
     return PROBLEMS
 
 
-def count(artifacts: Sized, meshes: Sized = ()) -> str:
-    """Return the number of artifacts in words, and that of the mesh files with them."""
-    more = f" and {counted(len(meshes), 'mesh file')}" if meshes else ""
-    return counted(len(artifacts), "artifact") + more
+def count(artifacts: Sized, beside: Collection[str] = ()) -> str:
+    """Return the number of artifacts in words, and that of the meshes and textures with them, by their names."""
+    return listed([counted(len(artifacts), "artifact"), *counted_files(beside)])
+
+
+def counted_files(names: Collection[str]) -> list[str]:
+    """Return how many meshes and textures there are, each in words; what there is none of is left out."""
+    textures = sum(name.lower().endswith(".png") for name in names)
+    counts = {"mesh file": len(names) - textures, "texture": textures}
+    return [counted(number, word) for word, number in counts.items() if number]

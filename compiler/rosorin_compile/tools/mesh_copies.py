@@ -1,14 +1,16 @@
 """Mesh copies: what was found elsewhere gets into the folder of the artifacts, as bytes that MuJoCo reads.
 
-STL, OBJ and MSH are copied as they are. DAE, glTF and GLB become OBJ, and an STL of letters, which MuJoCo does not
-read, one of bytes: trimesh reads them. What is written says of which bytes it was made (SHA-256), so that nothing is
-converted twice, and a machine without trimesh takes what is there. The numbers do not depend on the machine.
+STL, OBJ and MSH are copied as they are, and so are textures, which are PNG. DAE, glTF and GLB become OBJ, and an STL of
+letters, which MuJoCo does not read, one of bytes: trimesh reads them. What is written says of which bytes it was made
+(SHA-256), so that nothing is converted twice, and a machine without trimesh takes what is there. The numbers do not
+depend on the machine.
 """
 
 from __future__ import annotations
 
 import hashlib
 import struct
+import zlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
@@ -33,7 +35,7 @@ RULES = (
     ),
     Rule(
         "mesh-not-read",
-        "A warning: a mesh cannot be read, or not by MuJoCo; it is left out of the MJCF.",
+        "A warning: a mesh or a texture cannot be read, or not by MuJoCo; it is left out of the MJCF.",
         "As the message says.",
         FORMATS,
         asked="meshes",
@@ -43,6 +45,7 @@ RULES = (
 MOST_FACES = 200_000  # of an STL, in MuJoCo 4.0.0
 MAX_BYTES = 500_000_000
 _HEAD = 84  # bytes of an STL before its triangles, of which each has 50
+_PNG = b"\x89PNG\r\n\x1a\n"
 _MARK = "made by rosorin-compile of SHA-256 "
 
 
@@ -61,13 +64,13 @@ def brought(searched: Searched, outputs: Path) -> Searched:
     files: dict[str, bytes] = {}
     missing = set(searched.missing)
     converted: list[Named] = []
-    failed: dict[tuple[str, str], list[Named]] = {}
+    failed: dict[tuple[str, str, str], list[Named]] = {}
     for number, found in enumerate(searched.found):
         step("reading meshes", number, len(searched.found))
         try:
             made, is_new = _files(found, outputs)
         except _NotRead as problem:
-            failed.setdefault((str(problem), problem.help), []).append(found.named)
+            failed.setdefault((str(problem), problem.help, found.named.kind), []).append(found.named)
             missing.add(found.named.name)
             continue
         files |= made
@@ -78,9 +81,10 @@ def brought(searched: Searched, outputs: Path) -> Searched:
     )
 
 
-def _said(failed: Mapping[tuple[str, str], Sequence[Named]], converted: Sequence[Named]) -> list[Diagnostic]:
+def _said(failed: Mapping[tuple[str, str, str], Sequence[Named]], converted: Sequence[Named]) -> list[Diagnostic]:
     said = [
-        told("mesh-not-read", f"left out of the MJCF: {what}", help, WARNING, f) for (what, help), f in failed.items()
+        told("mesh-not-read", f"left out of the MJCF: {what}", help, WARNING, f)
+        for (what, help, _), f in failed.items()
     ]
     if converted:
         what = "converted for the MJCF: MuJoCo reads binary STL, OBJ and MSH"
@@ -141,6 +145,8 @@ def _check(data: bytes, ending: str) -> None:
     """Raise _NotRead for what MuJoCo does not read."""
     if not data:
         raise _NotRead("the file is empty", "export it anew")
+    if ending == ".png" and not _is_png(data):
+        raise _NotRead("it is no PNG that is whole", "export it anew, as PNG")
     if ending != ".stl":
         return
     if _is_text(data):
@@ -151,6 +157,21 @@ def _check(data: bytes, ending: str) -> None:
     if not 1 <= count <= MOST_FACES:
         help = "reduce the number of triangles, or export it as OBJ"
         raise _NotRead(f"it has {count:,} triangles, and MuJoCo takes 1 to {MOST_FACES:,} of an STL", help)
+
+
+def _is_png(data: bytes) -> bool:
+    """Say whether an image is a PNG from its first piece to its last; each says its length, and a sum of its bytes."""
+    if not data.startswith(_PNG):
+        return False
+    start, kind = len(_PNG), b""
+    while start + 12 <= len(data) and kind != b"IEND":
+        (length,) = struct.unpack_from(">I", data, start)
+        end = start + 8 + length
+        kind = data[start + 4 : start + 8]
+        if data[end : end + 4] != struct.pack(">I", zlib.crc32(data[start + 4 : end])):
+            return False
+        start = end + 4
+    return kind == b"IEND"
 
 
 def _there(path: Path) -> bytes:

@@ -1,7 +1,6 @@
 """Files of other programs, read as text in the encoding that they declare.
 
-``mended`` and ``without_late_declaration`` are for texts that are no XML although it is plain what is meant; no letter
-is moved.
+``mended`` and ``without_late_declaration`` are for texts that are no XML although it is plain what is meant.
 """
 
 from __future__ import annotations
@@ -126,6 +125,8 @@ def _encoding(data: bytes, name: str) -> tuple[str, int]:
 
 
 _COMMENT = re.compile("<!--(.*?)-->", re.DOTALL)
+_TAG = re.compile(r"""<!--.*?-->|<!\[CDATA\[.*?\]\]>|(<[A-Za-z_](?:[^<>"']|"[^"]*"|'[^']*')*>)""", re.DOTALL)
+_ATTRIBUTE = re.compile(r"""(=\s*(?:"[^"]*"|'[^']*'))(?=[A-Za-z_])""")
 _MISC = re.compile(r"\s+|<!--.*?-->", re.DOTALL)
 _DECLARATION = re.compile(r"<\?xml\s[^>]*\?>")
 
@@ -144,11 +145,15 @@ def without_late_declaration(source: Source) -> Source:
 
 
 def mended(source: Source) -> Source:
-    """Return a source with what other readers pass over blanked out: ``--`` inside comments, zero bytes at the end."""
+    """Return a source without what other readers pass over: ``--`` inside comments, zero bytes at the end.
+
+    Also with a space between attributes that have none; all else keeps its place.
+    """
     text = source.text
     bare = text.rstrip("\0 \r\n\t")
     text = bare + text[len(bare) :].replace("\0", " ")
-    return Source(source.path, _COMMENT.sub(_without_dashes, text))
+    text = _COMMENT.sub(_without_dashes, text)
+    return Source(source.path, _TAG.sub(lambda tag: tag[0] if tag[1] is None else _ATTRIBUTE.sub(r"\1 ", tag[0]), text))
 
 
 def _without_dashes(comment: re.Match[str]) -> str:

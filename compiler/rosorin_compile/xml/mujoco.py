@@ -7,6 +7,7 @@ tags of an element are those that lead to it from there.
 from __future__ import annotations
 
 import posixpath
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 from .elements import Found, found_in
@@ -32,6 +33,7 @@ _ATTRIBUTES: Mapping[str, str] = {
     **dict.fromkeys(("class", "childclass"), CLASS),
     **{kind: kind for kind in (CAMERA, ACTUATOR, MATERIAL, TEXTURE, MESH, HEIGHTS, "flex", "instance")},
 }
+_OF_MANY = ("flex", "flexcomp")  # elements whose attributes name several things, space between
 _KINDS = {"xbody": BODY, "mesh": MESH, "hfield": HEIGHTS, "numeric": "numeric", "text": "text", "tuple": "tuple"}
 # What the elements of a section are, where it is not said by their tag.
 _OF_SECTION = {"actuator": ACTUATOR, "sensor": SENSOR, "equality": EQUALITY, "tendon": TENDON}
@@ -71,8 +73,9 @@ def used(found: Found, top: bool) -> Iterator[Reference]:
         kind = _kind_of_name(attribute, attributes)
         if not kind or (attribute == "class" and kind_of(found, top) == CLASS) or tag in ("attach", "config"):
             continue
-        for name in value.split():
-            yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
+        for name in value.split() if tag in _OF_MANY else [value.strip()]:
+            if name:
+                yield Reference(name, kind, attribute, f"the {attribute} of <{tag}>{inside}")
 
 
 def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
@@ -81,6 +84,24 @@ def _kind_of_name(attribute: str, attributes: Mapping[str, str]) -> str:
         kind = attributes.get(f"{attribute[:3]}type", "")
         return _KINDS.get(kind, kind)
     return _ATTRIBUTES.get(attribute, "")
+
+
+_FILE = re.compile(r"""(\sfile\w*\s*=\s*)("[^"<]*"|'[^'<]*')""")
+
+
+def files_in(text: str) -> list[str]:
+    """Return the files that some elements name: meshes, textures, height fields, skins."""
+    return [quoted[1:-1] for _, quoted in _FILE.findall(text) if quoted[1:-1].strip()]
+
+
+def with_files(text: str, rename: Callable[[str], str]) -> str:
+    """Return elements in which each file is what ``rename`` makes of it; all else is as it was."""
+
+    def one(found: re.Match[str]) -> str:
+        name, quote = found[2][1:-1], found[2][0]
+        return f"{found[1]}{quote}{rename(name) if name.strip() else name}{quote}"
+
+    return _FILE.sub(one, text)
 
 
 def names_given(text: str, top: bool) -> Iterator[str]:

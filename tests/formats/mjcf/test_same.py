@@ -379,6 +379,9 @@ def test_a_difference_in_any_array_is_told(everything: Any, field: str, each: bo
     array = getattr(everything, field)
     data = np.asarray(array if not isinstance(array, bytes) else np.frombuffer(array, np.uint8))
     rows = range(len(data)) if not each else {0, len(data) - 1} if data.size else ()
+    if field in ("tendon_width", "tendon_rgba"):  # a tendon of joints is not drawn
+        rows = [row for row in rows if everything.wrap_type[everything.tendon_adr[row]] != same.JOINED]
+        assert rows
     seen = False
     for row in rows:
         for planted in _planted(everything, field, row):

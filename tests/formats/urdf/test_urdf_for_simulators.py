@@ -205,7 +205,7 @@ def test_gazebo_drops_no_mass_of_the_reference_robot(tmp_path: Path) -> None:
     assert {link.get("name") for link in model.iter("link")} == {"base_link", *moving}  # what is fixed is one link
     assert sum(float(one.text or "") for one in model.iter("mass")) == pytest.approx(MASS, rel=1e-12)
     seen, solid = (len(list(model.iter(what))) for what in ("visual", "collision"))
-    assert solid == 112 + 9 + 4 * (1 + 9 * 3)
+    assert solid == 35 + 9 + 4 * (1 + 9 * 3)
     assert seen == solid - 4 * 9 * 2  # a roller is three spheres that look like one cylinder
     empty, _ = sdformat.as_sdf(texts(compiled())["rosorin.urdf"], tmp_path)
     assert list(empty.iter("link")) == []

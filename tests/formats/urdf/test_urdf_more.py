@@ -13,6 +13,7 @@ from rosorin_compile.formats import FORMATS, Fact
 from rosorin_compile.meaning.golden import compare, lines
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.xml.elements import damage, indented
+from support.images import png
 from support.robots import compiled_text, sound
 
 mujoco = pytest.importorskip("mujoco", minversion="4")
@@ -147,11 +148,15 @@ GOLDEN = """\
 
 def test_mujoco_has_the_colours_and_the_names(tmp_path):
     _, artifacts, _ = sound(compiled_text(tmp_path, ROBOT + OUTPUTS))
-    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"])
+    images = {"meshes/carrier/wood.png": png(1), "a.png": png(2)}
+    model = mujoco.MjModel.from_xml_string(artifacts["mjcf"], images)
     geoms = [model.geom(name) for name in ("top", *(f"base link_visual_{n}" for n in range(2, 6)))]
     colours = [(model.mat_rgba[g.matid[0]] if g.matid[0] >= 0 else g.rgba).tolist() for g in geoms]
-    grey, unsaid = [pytest.approx(c, abs=1e-6) for c in ([0.7, 0.7, 0.7, 1], [0.5, 0.5, 0.5, 1])]
-    assert colours == [grey, unsaid, [1, 0, 0, 1], [0, 1, 0, 1], [0, 1, 0, 1]]
+    grey, white, green = [pytest.approx(c, abs=1e-6) for c in ([0.7, 0.7, 0.7, 1], [1, 1, 1, 1], [0, 1, 0, 1])]
+    assert colours == [grey, white, white, green, green]
+    assert geoms[2].rgba.tolist() == [1, 0, 0, 1]
+    textures = [int(model.mat_texid[geom.matid[0]][mujoco.mjtTextureRole.mjTEXROLE_RGB]) for geom in geoms[1:3]]
+    assert [model.tex_data[model.tex_adr[texture] + 2] for texture in textures] == [1, 2]
     assert model.joint("joint 1/a").range == pytest.approx([-0.17453292519943295, 1])
     assert model.site("ns/arm").bodyid == model.body("ns/arm").id
     assert model.key("at rest").qpos == pytest.approx([0.3])

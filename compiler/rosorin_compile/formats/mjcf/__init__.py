@@ -1,8 +1,9 @@
 """MJCF: the robot for MuJoCo.
 
-Written by ``write`` and ``write_sensors``, after ``unsaid`` and ``masses`` have told what MuJoCo would refuse;
-``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether it loads it. ``bodies`` is what
-both sides know: names and welded links; ``contacts`` who may touch whom, ``height_fields`` what height maps become.
+Written by ``write`` with ``write_joints``, ``write_simulation`` and ``write_sensors``, after ``unsaid`` and ``masses``
+have told what MuJoCo would refuse; ``facts`` reads such a file back for comparison, and ``process`` asks MuJoCo whether
+it loads it. ``bodies`` is what both sides know: names and welded links; ``contacts`` who may touch whom,
+``height_fields`` what height maps become.
 
 Foreign files are read by MuJoCo itself in a child process; the text is read for the places. In this order: ``robot``
 (the file as a whole), ``process`` and ``engine`` (MuJoCo is asked), ``broken`` (what it refuses), ``source`` and
@@ -116,9 +117,9 @@ def _adds(robot: Robot, name: str, described: Robot) -> bool:
 
 
 def _opens(file: str) -> str:
-    from .unsaid import mesh_path
+    from .unsaid import mesh_path, texture_path
 
-    return mesh_path(file)
+    return mesh_path(file) or texture_path(file)
 
 
 _FILE = re.compile(r'<(?:mesh|texture|hfield)\b[^<>]*?\bfile="([^"]*)"')
@@ -259,6 +260,7 @@ FORMAT = Format(
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,
+    engine_reads=True,
     cannot_say=_cannot_say,
     complete=True,
     lacks=frozenset(

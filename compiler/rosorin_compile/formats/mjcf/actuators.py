@@ -60,12 +60,18 @@ def drives_of(reading: Reading) -> dict[int, Drive]:
         elements = [reading.markup.named("actuator", fact["name"]) or reading.markup.root for fact in facts]
     drives: dict[int, Drive] = {}
     others, beside = Map(reading.markup.root.span), []
+    kept: Element | None = None
     for number, (fact, node, element) in enumerate(zip(facts, nodes, elements, strict=True)):
         index = _joint(reading, fact, node)
         before = drives.get(index) if index is not None else None
-        if "plugin" in node["attributes"] or node["inner"]:
+        if {"plugin", "instance"} & node["attributes"].keys() or node["inner"]:
             _keep(reading, node, element)
+            kept = kept or element
             continue
+        if kept is not None and kept not in reading.told:
+            reading.told.add(kept)
+            what = f"the actuator <{kept.tag}> stands behind those that the language has words for"
+            reading.changed(f"{what}: its control is not where it was", kept.span)
         entry = None
         if index is not None and (before is None or before.entry is None):
             entry = _beside(reading, index, fact, node, element)
@@ -172,7 +178,9 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
     """Return the kind of an actuator by its numbers."""
     gain, bias = floats(said, "gainprm", [1, 0, 0]), floats(said, "biasprm", [0, 0, 0])
     gains, dynamics = said.get("gaintype", "fixed"), said.get("dyntype", "none")
+    said = {key: text for key, text in said.items() if key != "inheritrange" or float(text)}  # 0 is none
     plain = {key: text for key, text in said.items() if key not in _OF_KIND}
+    asked = {key: text for key, text in plain.items() if key != "inheritrange"}  # what holds no position has a range
     if gains == "fixed" and dynamics in ("none", "filterexact") and not any(gain[1:]) and not any(bias[3:]):
         affine, kp = said.get("biastype", "none") == "affine", gain[0]
         filtered = {"timeconst": said.get("dynprm", "1").split()[0]} if dynamics == "filterexact" else {}
@@ -180,11 +188,11 @@ def _kind(said: Mapping[str, str], shift: float) -> _Kind:
             word = "kv" if bias[2] <= 0 else "damping_ratio"
             return _Kind("position", {"kp": kp} | ({word: abs(bias[2])} if bias[2] else {}), plain | filtered)
         if affine and kp > 0 and bias[:3] == [0, 0, -kp] and not filtered:
-            return _Kind("velocity", {"kv": kp}, plain)
+            return _Kind("velocity", {"kv": kp}, asked)
         if said.get("biastype", "none") == "none" and "body" in said and not filtered:
-            return _Kind("adhesion", {}, plain | ({"gain": repr(kp)} if kp != 1 else {}))
+            return _Kind("adhesion", {}, asked | ({"gain": repr(kp)} if kp != 1 else {}))
         if said.get("biastype", "none") == "none" and kp == 1 and not filtered:
-            return _Kind("motor", {}, plain)
+            return _Kind("motor", {}, asked)
     rest = dict(said)
     if shift:  # the control stays what it is
         rest.pop("inheritrange", None)
@@ -208,7 +216,7 @@ def _limits(
     moved = shift if kind == "position" else 0.0
     cut = tidy if joint is None or joint["type"] == SLIDE or kind != "position" else tidy_position
     asked = [cut(value - moved) for value in fact["control"]]
-    if "inheritrange" in said and not (shift and kind != "position"):
+    if "inheritrange" in said and (kind == "position" or (kind == "general" and not shift)):
         pass
     elif fact["controlled"] or "ctrlrange" in said:
         if kind != "position" or not fact["controlled"] or not _has_range_of(joint, fact):

@@ -14,7 +14,7 @@ from ...frontend.tree import Map
 from ...model import Transform
 from ...xml.markup import Element
 from .reading import Reading, numbers, put, put_number, put_pose, tidy, transform
-from .shapes import keep_materials
+from .shapes import is_scene, keep_assets, whole_geom
 from .worded import Node, floats, forms_of, listing, put_words, text_of
 
 _BODY, _SITE, _GEOM, _JOINT, _TENDON = "body", "site", "geom", "joint", "tendon"
@@ -38,18 +38,22 @@ class _Gone(Exception):
 def called(reading: Reading, attribute: str, name: str) -> str:
     """Return the name that the description has for what an attribute names. Raises _Gone if it has none."""
     kind = _KINDS.get(attribute, "")
-    if kind in (_SITE, _GEOM) and not reading.ground:
+    if kind in (_SITE, _GEOM):
         _keep_of_scene(reading, kind, name)
     return reading.called(kind, name)
 
 
 def _keep_of_scene(reading: Reading, kind: str, name: str) -> None:
-    """Keep a site or geom of the world that something of the robot names."""
+    """Keep a site or geom of the world that something of the robot names, where the tree does not have it."""
     for index, thing in enumerate(reading.facts[f"{kind}s"]):
+        if reading.ground and not (kind == _GEOM and is_scene(thing)):
+            continue
         if thing["name"] == name and thing["body"] == 0 and (kind, name) not in reading.of_scene:
             reading.of_scene.add((kind, name))
-            whole = {"tag": "worldbody", "attributes": {}, "inner": [thing["element"]]}
-            reading.kept(whole, f"{kind} of the world", reading.places.of(f"{kind}s", index).span)
+            span = reading.places.of(f"{kind}s", index).span
+            node = whole_geom(reading, thing) if kind == _GEOM else thing["element"]
+            whole = {"tag": "worldbody", "attributes": {}, "inner": [node]}
+            reading.kept(whole, f"{kind} of the world", span)
 
 
 def _elements(reading: Reading, section: str, nodes: Sequence[Node], tag: str = "") -> list[Element]:
@@ -249,7 +253,6 @@ def add_whole(reading: Reading) -> None:
     for node in reading.facts["elements"]["whole"]:
         found = reading.markup.sections(node["tag"])
         span = (found[0] if found else reading.markup.root).span
-        keep_materials(reading, node, span)
         reading.kept(_with_files(reading, node), node["tag"], span)
 
 
@@ -277,6 +280,8 @@ def put_elements(reading: Reading) -> None:
     """Set what is kept as it is, in the links and at the top, and list it."""
     from ...diagnostics.wording import counted
 
+    for one in reading.elements:  # which grow: assets name others
+        keep_assets(reading, one.node, one.span)
     by_link: dict[str, list[str]] = {}
     by_tag: dict[str, list[Span]] = {}
     for one in reading.elements:

@@ -30,6 +30,8 @@ _SIZES = {"ball": 4, "free": _FREE}
 _TOP = "the world of MuJoCo"
 _COLOUR = ("red", "green", "blue", "alpha")
 _NO_TURN = (1.0, 0.0, 0.0, 0.0)
+# The attributes of a joint that follows another, in their order.
+_FOLLOWS = ("name", "joint1", "joint2", "polycoef", "solref", "solimp")
 # What a body has beside what sensors are made of.
 _PLAIN = ("body", "joint", "freejoint", "inertial", "geom")
 # The attributes of a sensor that name what it measures at.
@@ -53,7 +55,7 @@ def read(text: str) -> Facts:
         for sensor in section:
             _sensor(sheet, sensor, owners)
     for constraint in sheet.root.iterfind("equality/*"):
-        if constraint.tag == "joint" and constraint.get("name", constraint.get("joint1")) == constraint.get("joint1"):
+        if _follows(constraint):
             _mimic(sheet, constraint, joints)
         else:
             _entry(sheet, "constraint", constraint)
@@ -294,6 +296,12 @@ def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, El
         return (sheet.number(geom, "size"),)
     radius, half = sheet.vector(geom, "size", 2, (0.0, 0.0))
     return (radius, 2 * half)
+
+
+def _follows(constraint: Element) -> bool:
+    """Say whether a constraint is one joint that follows another: as it, or as a mimic with a name of its own."""
+    joint = constraint.get("joint1")
+    return constraint.tag == "joint" and (constraint.get("name", joint) == joint or (*constraint.attrib,) == _FOLLOWS)
 
 
 def _mimic(sheet: FactSheet, follower: Element, joints: dict[str, Element]) -> None:

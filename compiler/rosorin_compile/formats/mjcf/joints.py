@@ -25,6 +25,7 @@ from ...model.geometry import Vector
 from ...units import parse_quantity
 from ...xml.markup import Element
 from .actuators import Drive
+from .masses import LEAST
 from .reading import (
     BALL,
     FREE,
@@ -330,6 +331,23 @@ def _effort(reading: Reading, index: int, drive: Drive) -> float | None:
         return None if drive.effort is None else tidy(drive.effort)
     low, high = joint["force"]
     return tidy(max(abs(low), abs(high)))
+
+
+def tell_of_light_bodies(reading: Reading) -> None:
+    """Say where the mass that MuJoCo asks for between several joints of a body can be felt, so little it weighs."""
+    felt = [
+        index
+        for index, body in enumerate(reading.facts["bodies"])
+        if len(reading.joints_in.get(index, ())) > 1 and 0 < min(body["inertia"]) < LEAST * _UNFELT
+    ]
+    if felt:
+        names = first_of([reading.link_of[index] for index in felt], 3)
+        message = f"{names}: next to no inertia, and several joints; in ours links stand between those"
+        message += f", for which MuJoCo asks for {LEAST:g} kg*m^2: such small parts move a little otherwise"
+        reading.changed(message, reading.places.body(felt[0]).span)
+
+
+_UNFELT = 1e6  # times the inertia of a link without mass
 
 
 def tell_of_zeros(reading: Reading) -> None:

@@ -8,7 +8,9 @@ from typing import Any
 from ...diagnostics.wording import counted, first_of
 from ...frontend.tree import Map
 from ...model import Transform
+from ...model.geometry import Rows
 from ...xml.markup import Element
+from .masses import LEAST_EIGENVALUE
 from .reading import (
     Reading,
     full_inertia,
@@ -105,7 +107,7 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     if said and said["full"] is not None:
         written = dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), said["full"], strict=True))
         moments = written if _agree(written, moments) else moments
-    elif said and full_inertia((1.0, 2.0, 3.0), rows) != full_inertia((1.0, 2.0, 3.0), _UNIT_ROWS):
+    elif _is_turned(rows) and (said or min(body["inertia"]) < LEAST_EIGENVALUE):
         moments = full_inertia(body["inertia"], _UNIT_ROWS)
         pose = Transform(rows, place)
     put_pose(entry, pose, element)
@@ -113,6 +115,11 @@ def _inertial(body: Mapping[str, Any], element: Element) -> Map:
     if not said:
         source(entry, "calculated", "by MuJoCo from the geoms")
     return entry
+
+
+def _is_turned(rows: Rows) -> bool:
+    """Say whether the principal axes of an inertia are not the axes of its body."""
+    return full_inertia((1.0, 2.0, 3.0), rows) != full_inertia((1.0, 2.0, 3.0), _UNIT_ROWS)
 
 
 def _agree(written: Mapping[str, float], compiled: Mapping[str, float]) -> bool:

@@ -37,6 +37,11 @@ def has_mass(inertial: Inertial) -> bool:
     return any((i.mass, i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz))
 
 
+def has_products(inertial: Inertial) -> bool:
+    """Say whether an inertia has products in its own frame, whose axes are no principal ones then."""
+    return any((inertial.ixy, inertial.ixz, inertial.iyz))
+
+
 def along_link_of(inertial: Inertial) -> Six:
     """Return the inertia of an inertial along the axes of its link: xx yy zz xy xz yz."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
@@ -106,7 +111,7 @@ def _impossible(robot: Robot) -> Iterator[Diagnostic]:
         if link.inertial is None or not has_mass(link.inertial):
             continue
         low, middle, high = principal_moments(link.inertial)
-        products = any(along_link_of(link.inertial)[3:])
+        products = has_products(link.inertial) and any(along_link_of(link.inertial)[3:])
         if link.inertial.mass < 0 or (low < 0 and not products):
             message = f'MuJoCo takes the negative mass or moments of link "{link.name}" for zero'
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="correct them")

@@ -17,14 +17,23 @@ Told = Mapping[str, Mapping[int, str]]
 """The names that the import gave, by kind of object and its index in the source."""
 
 HINGE, SLIDE, BALL, FREE = 3, 2, 1, 0
-HFIELD, MESH, SDF = 1, 7, 8
+HFIELD, SPHERE, CAPSULE, CYLINDER, MESH, SDF = 1, 2, 3, 5, 7, 8
 
 
 class Model:
-    """A compiled model: the arrays of MuJoCo, names, and the frames of its bodies at the first pose."""
+    """A compiled model: the arrays of MuJoCo, names, and the frames of its bodies at the first pose.
 
-    def __init__(self, mujoco: Any, model: Any) -> None:
+    ``references`` is where the vertices of a mesh, scaled, are counted from (position, rotation), where ``refpos`` or
+    ``refquat`` say it.
+    """
+
+    def __init__(self, mujoco: Any, model: Any, spec: Any = None) -> None:
         self.mujoco, self.mj = mujoco, model
+        self.references = {
+            mesh.id: (np.asarray(mesh.refpos) * mesh.scale, rotation(mesh.refquat))
+            for mesh in (spec.meshes if spec is not None else ())
+            if any(mesh.refpos) or any(mesh.refquat[1:])
+        }
         self.names = {
             kind: [self._name(entry.obj, index) for index in range(getattr(model, entry.total))]
             for kind, entry in KINDS.items()
@@ -94,13 +103,16 @@ def match(source: Model, ours: Model, told: Told) -> Maps:
         for index, name in enumerate(source.names[kind]):
             wanted = told.get(kind, {}).get(index, "") or name
             found = by_name.get(wanted)
-            if found is None and kind == "material":  # ours begin with the name of the robot
-                found = next((at for own, at in by_name.items() if own.endswith(f"_{wanted}")), None)
+            if found is None and kind in ("material", "texture"):  # ours begin with the name of the robot
+                ends = [own for own in by_name if own.endswith(f"_{wanted}")]
+                found = by_name[min(ends, key=len)] if ends else None
             if found is not None and found not in made.values():
                 made[index] = found
         _in_order(source, ours, kind, maps)
         if kind == "geom":
             _by_geoms(source, ours, maps)
+        if kind == "material":
+            _by_materials(source, ours, maps)
     return maps
 
 
@@ -125,7 +137,7 @@ def _bodies(source: Model, ours: Model, told: Mapping[int, str]) -> dict[int, in
 
 
 def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
-    """Match what has no counterpart by name with what is of the same sort at the same place, in order."""
+    """Match what has no counterpart by name with what is of the same sort, the nearest one, in order."""
     made = maps[kind]
     sort: Sort = _SORTS.get(kind, _any)
     taken = set(made.values())
@@ -135,7 +147,25 @@ def _in_order(source: Model, ours: Model, kind: str, maps: Maps) -> None:
             waiting.setdefault(sort(ours, index, None), []).append(index)
     for index in range(len(source.names[kind])):
         if index not in made and (same := waiting.get(sort(source, index, maps))):
-            made[index] = same.pop(0)
+            place = _place(source, kind, index)
+            nearest = min(same, key=lambda other: _apart(place, _place(ours, kind, other)))
+            same.remove(nearest)
+            made[index] = nearest
+
+
+def _place(model: Model, kind: str, index: int) -> Any:
+    """Return where something stands at the first pose, and its sizes; nothing of what stands nowhere."""
+    if kind not in ("geom", "site", "camera", "light"):
+        return np.zeros(0)
+    mj, prefix = model.mj, KINDS[kind].prefix
+    body, pos = int(getattr(mj, f"{prefix}_bodyid")[index]), getattr(mj, f"{prefix}_pos")[index]
+    sizes = mj.geom_size[index] if kind == "geom" else ()
+    return np.concatenate([model.at[body] + model.turn[body] @ pos, sizes])
+
+
+def _apart(one: Any, other: Any) -> float:
+    """Return how far two places are apart, a nanometre being nothing."""
+    return round(float(np.abs(one - other).max(initial=0)), 9)
 
 
 def _by_geoms(source: Model, ours: Model, maps: Maps) -> None:
@@ -146,6 +176,14 @@ def _by_geoms(source: Model, ours: Model, maps: Maps) -> None:
             if source.mj.geom_type[one] in types and ours.mj.geom_type[other] in types:
                 found.setdefault(int(source.mj.geom_dataid[one]), int(ours.mj.geom_dataid[other]))
         maps[kind] = maps[kind] | found
+
+
+def _by_materials(source: Model, ours: Model, maps: Maps) -> None:
+    """Let textures be those of the materials that have them: those of files have other names in ours."""
+    for one, other in maps["material"].items():
+        for theirs, own in zip(source.mj.mat_texid[one], ours.mj.mat_texid[other], strict=True):
+            if theirs >= 0 and own >= 0:
+                maps["texture"].setdefault(int(theirs), int(own))
 
 
 Sort = Callable[[Model, int, "Maps | None"], Any]
@@ -166,6 +204,12 @@ def _by_what_has_it(_model: Model, _index: int, maps: Maps | None) -> Any:
     return "of the source" if maps else "ours"
 
 
+def _texture(model: Model, index: int, maps: Maps | None) -> Any:
+    if maps is not None and model.names["texture"][index]:
+        return "of the source"
+    return tuple(int(getattr(model.mj, f"tex_{field}")[index]) for field in ("type", "height", "width"))
+
+
 def _tendon(model: Model, index: int, _maps: Maps | None) -> Any:
     return (int(model.mj.tendon_type[index]), int(model.mj.tendon_num[index]))
 
@@ -180,7 +224,9 @@ def _on_body(prefix: str, *fields: str) -> Sort:
 
 def _geom(model: Model, index: int, maps: Maps | None) -> Any:
     collides = bool(model.mj.geom_contype[index] or model.mj.geom_conaffinity[index])
-    return (*_on_body("geom", "type")(model, index, maps), collides)
+    mesh = int(model.mj.geom_dataid[index]) if model.mj.geom_type[index] in (MESH, SDF) else -1
+    sizes = (int(model.mj.mesh_vertnum[mesh]), int(model.mj.mesh_facenum[mesh])) if mesh >= 0 else ()
+    return (*_on_body("geom", "type")(model, index, maps), collides, *sizes)
 
 
 def _pair(model: Model, index: int, maps: Maps | None) -> Any:
@@ -211,6 +257,8 @@ _SORTS: Mapping[str, Sort] = {
     "camera": _on_body("cam", "mode"),
     "light": _on_body("light", "mode"),
     "mesh": _by_what_has_it,
+    "texture": _texture,
+    "material": _by_what_has_it,
     "height field": _by_what_has_it,
     "pair": _pair,
     "equality": _equality,

@@ -1,15 +1,15 @@
 """Moves: half a second of two compiled models under the same moving controls, with contact, from the same state.
 
-Where they part, the source is run once more with every mass, inertia and position moved by one unit in the last place.
-If that alone makes it part from itself, nearly as far, the motion is chaotic, and says nothing; then both are run
-without contact. It runs in the child process.
+Where they part, the source is run once more with every mass, inertia and position moved by one unit in the last place,
+or by as much as rounding may. If that alone makes it part from itself, nearly as far, the motion is chaotic, and says
+nothing; then both are run without contact. It runs in the child process.
 """
 
 from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,9 +24,9 @@ MOST_STEPS = 2000
 TOLERANCE = 1e-6  # m, or an entry of a rotation
 LOOKS = 25  # how often the two are compared on the way
 
-# Source and ours differ by rounding: of degrees, of quaternions, of principal axes. That is more than the one unit that
-# the source is moved by, at most by this factor (1e-12 against 1e-16).
-ROUNDING = 1e4
+# Source and ours differ by rounding: of degrees, of quaternions, of principal axes, at most by 1e-12. By how much of
+# itself the source is moved (0: one unit in the last place, 1e-16), and how much farther ours may be for that.
+NUDGES = ((0.0, 1e4), (1e-13, 1e1), (-1e-13, 1e1), (1e-12, 1e1), (-1e-12, 1e1))
 
 NO_CONTACT = 1 << 4  # mjDSBL_CONTACT; a test holds it against MuJoCo's
 _MOVED = ("body_mass", "body_inertia", "body_pos", "body_ipos", "geom_pos", "jnt_pos", "qpos0")
@@ -47,7 +47,8 @@ class Apart(NamedTuple):
 class Motion(NamedTuple):
     """How two models moved: apart by how much and where, the source from itself, and both without contact.
 
-    ``verdict`` is same, chaotic, differs or unstable, ``contacts`` the most that there were in the source.
+    ``verdict`` is same, chaotic, differs or unstable, ``contacts`` the most that there were in the source. ``scene``
+    is how many geoms of the source, which ours does not have, touched nothing.
     """
 
     verdict: str
@@ -57,21 +58,24 @@ class Motion(NamedTuple):
     contacts: int
     itself: float = 0.0
     without_contact: float = 0.0
+    scene: int = 0
 
 
 def run(mujoco: Any, comparison: Comparison) -> Motion:
     """Return how the two models of a comparison move."""
     steps = min(MOST_STEPS, max(1, round(SECONDS / float(comparison.source.mj.opt.timestep))))
     source, ours = comparison.source.mj, comparison.ours.mj
+    scene = [geom for geom in range(source.ngeom) if geom not in comparison.maps["geom"]]
+    source = _untouched(source, scene)
     found = _apart(mujoco, comparison, source, ours, steps)
-    motion = Motion("same", steps, found.largest, found.body, found.touching)
+    motion = Motion("same", steps, found.largest, found.body, found.touching, scene=len(scene))
     if found.fell:
         return motion._replace(verdict="unstable")
     if found.largest <= TOLERANCE:
         return motion
-    again = _apart(mujoco, comparison, source, _nudged(source), steps, itself=True)
-    motion = motion._replace(itself=again.largest)
-    if found.largest > again.largest * ROUNDING:
+    itself, is_chaotic = _from_itself(mujoco, comparison, source, steps, found.largest)
+    motion = motion._replace(itself=itself)
+    if not is_chaotic:
         return motion._replace(verdict="differs")
     bare = [copy.copy(model) for model in (source, ours)]
     for model in bare:
@@ -80,16 +84,35 @@ def run(mujoco: Any, comparison: Comparison) -> Motion:
     motion = motion._replace(verdict="chaotic", without_contact=alone.largest)
     if alone.largest <= TOLERANCE:
         return motion
-    again = _apart(mujoco, comparison, bare[0], _nudged(bare[0]), steps, itself=True)
-    return motion if alone.largest <= again.largest * ROUNDING else motion._replace(verdict="differs", body=alone.body)
+    _, is_chaotic = _from_itself(mujoco, comparison, bare[0], steps, alone.largest)
+    return motion if is_chaotic else motion._replace(verdict="differs", body=alone.body)
 
 
-def _nudged(model: Any) -> Any:
-    """Return a model whose numbers are one unit in the last place larger."""
+def _from_itself(mujoco: Any, comparison: Comparison, source: Any, steps: int, largest: float) -> tuple[float, bool]:
+    """Return how far the source parts from itself by rounding, and whether ours parts from it no farther than so."""
+    most = 0.0
+    for share, factor in NUDGES:
+        again = _apart(mujoco, comparison, source, _nudged(source, share), steps, itself=True).largest
+        most = max(most, again)
+        if largest <= again * factor:
+            return most, True
+    return most, False
+
+
+def _untouched(model: Any, geoms: Sequence[int]) -> Any:
+    """Return a model of which some geoms touch nothing."""
+    made = copy.copy(model) if geoms else model
+    for geom in geoms:
+        made.geom_contype[geom] = made.geom_conaffinity[geom] = 0
+    return made
+
+
+def _nudged(model: Any, share: float) -> Any:
+    """Return a model whose numbers are larger by a share of them; by one unit in the last place, if that is 0."""
     made = copy.copy(model)
     for field in _MOVED:
         array = getattr(made, field)
-        array[array != 0] = np.nextafter(array[array != 0], np.inf)
+        array[array != 0] = array[array != 0] * (1 + share) if share else np.nextafter(array[array != 0], np.inf)
     return made
 
 

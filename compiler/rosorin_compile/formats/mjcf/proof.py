@@ -7,65 +7,55 @@ ignored or changed differs as it said; all else that differs is a fault.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...diagnostics.wording import counted, listed
 from ..imported import Imported, Proof
 from .process import prove as ask
 
-LISTED_AS: Mapping[str, tuple[str, ...]] = {
-    "options": ("of options",),
-    "sizes": ("settings of the simulation",),
-    "settings of the viewer": ("settings of the viewer",),
-    "names": ("the name of an equality", "the names of", "becomes the link", "what MuJoCo has for mass"),
-    "places of bodies": ("the body stands at",),
-    "motion capture": ("motion capture", "motion of bodies"),
-    "sleep": ("sleep policy",),
-    "gravity compensation": ("compensation of gravity",),
-    "types of joints": ("the ball joint",),
-    "forces of joints": ("which has one size both ways", "no effort limit", "actuator"),
-    "springs": ("springs of joints", "springs", "the ball joint"),
-    "tuning of joints": ("the tuning of limits and friction", "the ball joint"),
-    "ranges of joints": ("no range limit", "the ball joint"),
-    "damping": ("of the free joint", '"damping', "the ball joint"),
-    "armature": ("of the free joint", "the ball joint"),
-    "friction loss": ("of the free joint", "the ball joint"),
-    "groups": ("groups of geoms", '"group"'),
-    "shapes": ("that no geom has", "a geom of link", "geoms (", "of the world: the scene"),
-    "masks": ("which geoms collide with which others",),
-    "touching": (
-        "neighbours that may touch",
-        "which geoms collide with which others",
-        "contact pairs",
-        "a contact with the world",
+_GONE = r": is not in ours$"
+_RENAMED = r": is called "
+
+
+class Listed(NamedTuple):
+    """What a message of an import has in it, the features that may differ then, and how, as a regular expression."""
+
+    words: str
+    features: tuple[str, ...]
+    how: str = ""
+
+
+_OF_JOINTS = (
+    *("types of joints", "forces of joints", "springs", "tuning of joints", "ranges of joints", "damping", "armature"),
+    *("friction loss", "gravity compensation", "groups", "user data"),
+)
+LISTED: tuple[Listed, ...] = (
+    Listed(
         "of the world: the scene",
+        ("shapes", "shine", "textures", "sites", "cameras", "lights", "touching", "user data"),
+        rf"{_GONE}|^body world and .* may touch in the source alone$",
     ),
-    "contact": ("friction and the tuning of contacts",),
-    "drag": ("the drag of fluids",),
-    "shine": (
-        "of the world: the scene",
-        "shine and texture mapping",
-    ),
-    "textures": ("of the world: the scene", "shine and texture mapping", "texture"),
-    "looks of sites": ("how sites look", "without a name: nobody can ask"),
-    "sites": ("without a name: nobody can ask", "of the world: the scene"),
-    "cameras": ("the optics of cameras", "the camera ", "of the world: the scene"),
-    "lights": ("of the world: the scene", "lights"),
-    "contact pairs": ("contact pairs",),
-    "equalities": ("the equality <", "equalities <", "of equality"),
-    "tuning of equalities": ("the equality <", "equalities <"),
-    "tendons": ("tendons",),
-    "actuators": ("the actuator <", "actuators <"),
-    "sensors": ("sensors",),
-    "numbers and texts": ("numbers and texts for other programs",),
-    "keys": ("time, speeds and activations", "the controls of", "where the keyframes put", "the ball joint", "key"),
-    "flexible bodies": ("flexible bodies",),
-    "skins": ("skins",),
-    "plugins": ("plugins",),
-    "user data": ('"user"', '"nuser'),
-}
-"""The words by which the import lists a feature as left out, as ignored or as changed; without an entry: never."""
+    Listed("that no geom has", ("shapes",), _GONE),
+    Listed("becomes the link", ("names",), _RENAMED),
+    Listed('is called "', ("names",), _RENAMED),
+    Listed("no range limit", ("ranges of joints",)),
+    Listed(" of the free joint ", _OF_JOINTS),
+    Listed(" of the joint ", _OF_JOINTS),
+    Listed(" of a geom ", ("shapes", "contact", "drag", "looks", "groups", "user data")),
+    Listed(" of the body ", ("gravity compensation", "motion capture", "sleep", "user data")),
+    Listed(" of the material ", ("shine", "textures")),
+    Listed(" of the actuator ", ("actuators", "groups", "user data")),
+    Listed("its control is not where it was", ("order", "keys")),
+    Listed(" of a key ", ("keys",)),
+    Listed("move a little otherwise", ("motion",)),
+    Listed("the setting ", ("options",)),
+    Listed("the tendon ", ("tendons",), _GONE),
+    Listed("the equality ", ("equalities",), _GONE),
+    Listed("the sensor ", ("sensors",), _GONE),
+)
+"""What an import says of what it leaves out, ignores or changes; all that differs otherwise is a fault."""
 
 STILL = (
     "names",
@@ -97,20 +87,26 @@ def prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
     if isinstance(answer, str):
         return Proof(unknown=answer)
     by_feature: dict[str, list[str]] = {}
+    motion = answer.get("motion")
+    if motion and motion["verdict"] == "differs":
+        by_feature["motion"] = [_moved(motion)]
     for feature, what in answer["differences"]:
         by_feature.setdefault(feature, []).append(what)
     said = [d.message for d in imported.diagnostics if d.rule in _LISTS]
-    known = {feature: texts for feature, texts in by_feature.items() if is_listed(feature, said)}
-    wrong = {feature: texts for feature, texts in by_feature.items() if feature not in known}
-    motion = answer.get("motion")
-    if motion and motion["verdict"] == "differs":
-        wrong["motion"] = [_moved(motion)]
+    known: dict[str, list[str]] = {}
+    wrong: dict[str, list[str]] = {}
+    for feature, texts in by_feature.items():
+        told = [text for text in texts if is_listed(feature, text, said)]
+        rest = [text for text in texts if text not in told]
+        known |= {feature: told} if told else {}
+        wrong |= {feature: rest} if rest else {}
     return Proof(wrong, known, _in_words(wrong, known, motion), counts=answer.get("counts", {}))
 
 
-def is_listed(feature: str, said: Sequence[str]) -> bool:
-    """Say whether the messages of an import have that a feature is not carried as it is."""
-    return any(words in message for words in LISTED_AS.get(feature, ()) for message in said)
+def is_listed(feature: str, difference: str, said: Sequence[str]) -> bool:
+    """Say whether a message of an import says that something of a feature differs in this way."""
+    ways = (one for one in LISTED if feature in one.features and any(one.words in message for message in said))
+    return any(re.search(one.how, difference) for one in ways)
 
 
 def _moved(motion: Mapping[str, Any]) -> str:
@@ -134,12 +130,15 @@ def _in_words(wrong: Mapping[str, Any], known: Mapping[str, Any], motion: Mappin
 
 def _how_it_moved(motion: Mapping[str, Any]) -> str:
     steps, touching = counted(motion["steps"], "step"), counted(motion["contacts"], "contact")
+    steps += " without the scene" if motion.get("scene") else ""
     if motion["verdict"] == "unstable":
         return "the source does not come through a simulation with moving controls"
+    if motion["verdict"] == "differs":
+        return f"{steps} with moving controls: apart by {motion['largest']:.2g}"
     if motion["verdict"] == "same":
         return f"{steps} with moving controls and up to {touching}: largest difference {motion['largest']:.2g}"
     return (
-        f"{steps} with moving controls are chaotic: apart by {motion['largest']:.2g}, where the source, moved by one"
-        f" unit in the last place, is apart from itself by {motion['itself']:.2g}; without contact by"
+        f"{steps} with moving controls are chaotic: apart by {motion['largest']:.2g}, where the source, moved by no"
+        f" more than rounding, is apart from itself by {motion['itself']:.2g}; without contact by"
         f" {motion['without_contact']:.2g}"
     )

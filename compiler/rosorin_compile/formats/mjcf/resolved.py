@@ -8,6 +8,7 @@ nothing of the package.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 from xml.etree import ElementTree
@@ -45,6 +46,11 @@ def name_all(spec: Any) -> None:
 def is_named(name: str) -> bool:
     """Say whether a name is the file's own."""
     return bool(name) and not name.startswith(_NO_NAME)
+
+
+def without_made_up(message: str) -> str:
+    """Return a message of MuJoCo's without the names that nameless objects have while it writes."""
+    return re.sub(rf"{_NO_NAME}\d+", "", message)
 
 
 def resolved(spec: Any) -> dict[str, Any]:

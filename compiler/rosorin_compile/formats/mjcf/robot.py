@@ -96,6 +96,7 @@ def _read(reading: Reading, path: Path) -> None:
     entries.put_elements(reading)
     joints.tell_of_stand_ins(reading)
     joints.tell_of_zeros(reading)
+    joints.tell_of_light_bodies(reading)
 
 
 def _names(reading: Reading) -> dict[str, dict[int, str]]:

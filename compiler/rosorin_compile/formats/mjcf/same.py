@@ -16,11 +16,14 @@ import numpy as np
 
 from .matched import (
     BALL,
+    CAPSULE,
+    CYLINDER,
     FREE,
     HFIELD,
     MESH,
     SDF,
     SLIDE,
+    SPHERE,
     Model,
     Told,
     kind_of_joined,
@@ -45,6 +48,7 @@ from .same_values import (
     padded,
     plugin,
     public,
+    same_material,
     same_solid,
     shape_frame,
     sleep_policy,
@@ -81,7 +85,9 @@ LOST = {
 }
 
 
-_NAMES_OF_FILES = ("mesh", "height field", "material")  # nobody asks for those by name; what has them is compared
+# Nobody asks for those by name; what has them is compared.
+_NAMES_OF_FILES = ("mesh", "height field", "texture", "material")
+SIZES = {SPHERE: 1, CAPSULE: 2, CYLINDER: 2}  # how many a geom has; what stands behind them means nothing
 GROUPS = ("global_", "headlight", "map", "quality", "rgba", "scale")  # of the settings of the viewer
 WRAPPED = {1: "joint", 3: "site", 4: "geom", 5: "geom"}  # what a tendon goes along, by mjtWrap
 
@@ -276,8 +282,8 @@ class Comparison:
         if one < 0 or not kind:
             return bool(one == other)
         expected = self.maps[kind].get(int(one))
-        if expected is None and kind in ("material", "texture"):
-            return True  # it is told that it is not there
+        if expected is None and kind == "material" and self._is_colour(int(one)):
+            return True
         if kind == "body" and expected is not None and other >= 0 and self.ours.is_rigid(expected, int(other)):
             pos, turn = self.ours.seen_from(expected, int(other), np.zeros(3), np.eye(3))
             return near(pos, np.zeros(3)) and near(turn, np.eye(3))
@@ -391,21 +397,25 @@ class Comparison:
         theirs, own = self.source.mj, self.ours.mj
         twins = self._twins()
         for one, other in self.maps["geom"].items():
-            if theirs.geom_type[one] != own.geom_type[other]:
+            kind = int(theirs.geom_type[one])
+            if kind != own.geom_type[other]:
                 continue
             poses = [shape_frame(model, geom) for model, geom in ((self.source, one), (self.ours, other))]
             self._in_body("shapes", "geom", one, other, poses)
-            if theirs.geom_type[one] not in (MESH, SDF, HFIELD):
-                self.numbers("shapes", "geom", one, "size", theirs.geom_size[one], own.geom_size[other])
+            sizes = (mj.geom_size[geom][: SIZES.get(kind, 3)] for mj, geom in ((theirs, one), (own, other)))
+            if kind not in (MESH, SDF, HFIELD):
+                self.numbers("shapes", "geom", one, "size", *sizes)
             collides = bool(theirs.geom_contype[one] or theirs.geom_conaffinity[one])
             by_right = (0, 3) if collides else (1, 2)
             if own.geom_group[other] not in (theirs.geom_group[one], *by_right):
                 self.numbers("groups", "geom", one, "group", theirs.geom_group[one], own.geom_group[other])
-            material = int(theirs.geom_matid[one])
-            if material in self.maps["material"] and own.geom_matid[other] != self.maps["material"][material]:
+            material, seen = int(theirs.geom_matid[one]), twins.get(other, other)
+            mine = self.maps["material"].get(material, -1)
+            says_more = mine >= 0 and not self._is_colour(material)
+            if says_more and not any(same_material(own, int(own.geom_matid[at]), mine) for at in (other, seen)):
                 self.tell("shine", "geom", one, f"has not {self.source.called('material', material)} in ours")
-            seen = twins.get(other, other)
-            self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
+            if not close(colour(theirs, one), colour(own, other)):
+                self.numbers("colours", "geom", one, "colour", colour(theirs, one), colour(own, seen))
 
     def _twins(self) -> dict[int, int]:
         """Return the visual that ours has for a shape that collides, where it is seen too."""
@@ -437,12 +447,12 @@ class Comparison:
     def _meshes(self) -> None:
         pairs = {(one, other) for one, other in self.maps["mesh"].items() if other >= 0}
         for one, other in sorted(pairs):
-            theirs, own = vertices(self.source.mj, one), vertices(self.ours.mj, other)
+            theirs, own = vertices(self.source, one), vertices(self.ours, other)
             for word, a, b in zip(("vertices", "normals"), theirs, own, strict=True):
                 if a.shape != b.shape or np.abs(a - b).max(initial=0) > 1e-5 * max(1e-3, np.abs(a).max(initial=0)):
                     self.tell("shapes", "mesh", one, f"{word} differ")
             hulls = hull(self.source.mj, one), hull(self.ours.mj, other)
-            if hulls[0] != hulls[1]:
+            if hulls[0] and hulls[0] != hulls[1]:  # a mesh has a hull where something that collides is of it
                 self.tell("shapes", "mesh", one, f"vertices of the hull {both(*hulls)}")
 
     def _placed(self) -> None:

@@ -16,6 +16,7 @@ from .same_values import activation, both, close, near, near_pose, slice_of, val
 if TYPE_CHECKING:
     from .same import Comparison
 
+FOUND = 1e-6  # between two lengths (m or rad) that simulations have found
 SOLIDS_OF_TENDONS = (4, 5)  # mjtWrap: sphere and cylinder
 
 
@@ -48,6 +49,9 @@ def actuators(comparison: Comparison) -> None:
         biases = theirs.actuator_biasprm[one].copy(), own.actuator_biasprm[other]
         biases[0][0] = biases[1][0] if control else biases[0][0] + biases[0][1] * _shift_of_length(comparison, one)
         comparison.numbers("actuators", "actuator", one, "biasprm", *biases)
+        lengths = [value(mj, "actuator_lengthrange", index) for mj, index in ((theirs, one), (own, other))]
+        if not np.allclose(lengths[0], lengths[1], rtol=FOUND, atol=FOUND):
+            comparison.tell("actuators", "actuator", one, f"lengthrange {both(*lengths)}")
         limited = "actuator_ctrllimited"
         if comparison.is_set(comparison.source, limited, one) and comparison.is_set(comparison.ours, limited, other):
             ranges = value(theirs, "actuator_ctrlrange", one) - control, value(own, "actuator_ctrlrange", other)

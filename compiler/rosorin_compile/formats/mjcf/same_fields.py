@@ -103,7 +103,7 @@ KINDS: Mapping[str, Kind] = {
         {
             "actuators": "trntype dyntype gaintype biastype ctrlnum outnum actnum cranklength dynprm gainprm"
             " actlimited actrange actearly history delay damping dampingpoly armature forcelimited forcerange"
-            " lengthrange ctrllimited gear",
+            " ctrllimited gear",
             "groups": "group",
             "user data": "user",
         },
@@ -212,6 +212,7 @@ CARED_FOR: Mapping[str, str] = {
     "wrap_type wrap_prm tendon_adr tendon_num": "the path of a tendon",
     "tendon_range tendon_lengthspring": "counted from the length at first, as the positions of its joints",
     "actuator_ctrlrange actuator_biasprm": "counted from where the joint stands at first",
+    "actuator_lengthrange": "found by a simulation where nothing says it, which ends near the same numbers",
     "actuator_ctrladr": "the order of the controls",
     "sensor_adr": "the order of the sensors",
     "exclude_signature": "which bodies may touch which others, with masks, pairs and neighbours",

@@ -100,17 +100,22 @@ def shape_frame(model: Model, geom: int) -> tuple[Any, Any]:
         mesh = int(mj.geom_dataid[geom])
         turn = turn @ rotation(mj.mesh_quat[mesh]).T
         pos = pos - turn @ mj.mesh_pos[mesh]
+        if mesh in model.references:
+            shift, rows = model.references[mesh]
+            turn = turn @ rows.T
+            pos = pos - turn @ shift
     return pos, turn
 
 
-def vertices(mj: Any, mesh: int) -> tuple[Any, Any]:
-    """Return the vertices and normals of a mesh as its file has them (m)."""
-    turn = rotation(mj.mesh_quat[mesh])
+def vertices(model: Model, mesh: int) -> tuple[Any, Any]:
+    """Return the vertices and normals of a mesh as its file has them, scaled (m)."""
+    mj, turn = model.mj, rotation(model.mj.mesh_quat[mesh])
     start, count = int(mj.mesh_vertadr[mesh]), int(mj.mesh_vertnum[mesh])
     first, many = int(mj.mesh_normaladr[mesh]), int(mj.mesh_normalnum[mesh])
-    return mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh], mj.mesh_normal[
-        first : first + many
-    ] @ turn.T
+    places = mj.mesh_vert[start : start + count] @ turn.T + mj.mesh_pos[mesh]
+    normals = mj.mesh_normal[first : first + many] @ turn.T
+    shift, rows = model.references.get(mesh, (np.zeros(3), np.eye(3)))
+    return places @ rows.T + shift, normals @ rows.T
 
 
 def hull(mj: Any, mesh: int) -> int:
@@ -132,6 +137,15 @@ def same_solid(mj: Any, geom: int) -> Any:
     """Return what two geoms have in common that are the same solid at the same place."""
     numbers = (*mj.geom_pos[geom], *mj.geom_quat[geom], *mj.geom_size[geom])
     return (int(mj.geom_bodyid[geom]), int(mj.geom_type[geom]), int(mj.geom_dataid[geom]), *numbers)
+
+
+def same_material(mj: Any, one: int, other: int) -> bool:
+    """Say whether two materials of a model look the same: one may be there twice, once as it stood in the source."""
+    if one < 0 or other < 0:
+        return one == other
+    fields = [name for name in dir(mj) if name.startswith("mat_") and name != "mat_texid"]
+    textured = [bool((mj.mat_texid[index] >= 0).any()) for index in (one, other)]
+    return textured[0] == textured[1] and all(close(getattr(mj, f)[one], getattr(mj, f)[other]) for f in fields)
 
 
 def plugin(mj: Any, instance: Any) -> str:

@@ -41,19 +41,18 @@ def add_equalities(reading: Reading) -> None:
     nodes, entries = reading.facts["elements"]["equalities"], reading.facts["equalities"]
     if len(elements) != len(entries):
         elements = [reading.markup.named("equality", entry["name"]) or reading.markup.root for entry in entries]
-    constraints, named = Map(reading.markup.root.span), []
+    constraints = Map(reading.markup.root.span)
     for index, (entry, node, element) in enumerate(zip(entries, nodes, elements, strict=True)):
         if not _is_mimic(reading, entry):
             add_constraint(reading, constraints, index, node, element)
             continue
-        put(reading.joints[reading.joint_of[entry["first"]]], "mimic", _mimic(reading, entry, element))
-        if entry["name"] and entry["name"] != reading.joint_of[entry["first"]]:
-            named.append(element)
+        follower = reading.joint_of[entry["first"]]
+        name, mimic = reading.name("constraint", entry["name"], follower, index), _mimic(reading, entry, element)
+        if name != follower:
+            put(mimic, "name", name)
+        put(reading.joints[follower], "mimic", mimic)
     if constraints:
         put(reading.tree, "constraints", constraints)
-    if named:
-        what = "the name of an equality" if len(named) == 1 else f"the names of {len(named)} equalities"
-        reading.changed(f"{what}: in ours it is called as the joint that follows", named[0].span)
 
 
 def _mimic(reading: Reading, entry: Mapping[str, Any], element: Element) -> Map:
@@ -218,7 +217,8 @@ def settings(reading: Reading) -> Map:
             if "enum" in SETTINGS[name]:
                 put(made, name, attribute.value, attribute.span)
             elif values and None not in values:
-                put(made, name, _listed(values, attribute.span), attribute.span)
+                many = SETTINGS[name]["type"] == "array"
+                put(made, name, _listed(values, attribute.span) if many else values[0], attribute.span)
         for flag in reading.markup.children(element):
             for name, attribute in flag.attributes.items() if flag.tag == "flag" else ():
                 put(flags, name, attribute.value, attribute.span)
@@ -249,9 +249,7 @@ def _number(text: str) -> float | int | None:
 
 
 def _listed(values: Sequence[Any], span: Span) -> Any:
-    """Return one value as it is, several as a list."""
-    if len(values) == 1:
-        return values[0]
+    """Return values as a list."""
     made = Seq(span)
     for value in values:
         made.put(value, span)

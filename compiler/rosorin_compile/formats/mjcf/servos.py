@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...diagnostics import Diagnostic, did_you_mean
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Actuator, Attribute, Joint, Output, Robot
-from ...model.simulation import MOTOR, POSITION, VELOCITY
+from ...model.simulation import GENERAL, MOTOR, POSITION, VELOCITY
 from ...rules.case import Case
 from ...xml.elements import found_in
 from .unsaid import position_range
@@ -83,9 +83,22 @@ def _strength(actuator: Actuator) -> float | None:
     gear = abs(actuator.gear[0]) if actuator.gear else 1.0
     if actuator.force is not None and actuator.mjcf.get("forcelimited") is not False:
         return gear * max(map(abs, actuator.force))
-    if actuator.type == MOTOR and actuator.range is not None and not actuator.unlimited:
-        return gear * max(map(abs, actuator.range)) if actuator.mjcf.get("ctrllimited") is not False else None
+    gain = _gain(actuator)
+    if gain is not None and actuator.range is not None and not actuator.unlimited:
+        return gear * gain * max(map(abs, actuator.range)) if actuator.mjcf.get("ctrllimited") is not False else None
     return None
+
+
+def _gain(actuator: Actuator) -> float | None:
+    """Return by what an actuator multiplies its control to a force; None if that is not all that it does."""
+    if actuator.type == MOTOR:
+        return 1.0
+    usual = {"gaintype": "fixed", "biastype": "none"}
+    if actuator.type != GENERAL or any(actuator.mjcf.get(word, text) != text for word, text in usual.items()):
+        return None
+    found = actuator.mjcf.get("gainprm", 1.0)
+    gains = found if isinstance(found, tuple) else (found,)
+    return abs(float(gains[0])) if isinstance(gains[0], (int, float)) else None
 
 
 # The controls of the kinds that may have several, where none are named.

@@ -14,7 +14,7 @@ import posixpath
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from pathlib import PurePosixPath
-from typing import Any
+from typing import Any, cast
 
 from ...diagnostics import Span
 from ...diagnostics.wording import counted
@@ -24,6 +24,7 @@ from ...xml.markup import Element
 from .bodies import SHOWN
 from .links import placing
 from .reading import Reading, legal, numbers, put, put_number, put_pose, tidy, tidy_vector, transform
+from .unsaid import texture_path
 from .worded import Node, listing, put_words
 
 PLANE, HFIELD, SPHERE, CAPSULE, ELLIPSOID, CYLINDER, BOX, MESH, SDF = range(9)
@@ -171,33 +172,31 @@ def _bits(mask: int) -> list[int]:
 def _keep_others(reading: Reading) -> None:
     """Keep the geoms of the robot that the language has no shape for, as they are, with what they name."""
     for index, geom in enumerate(reading.facts["geoms"]):
-        if geom["body"] not in reading.link_of or _is_carried(reading, geom) or _is_scene(geom):
+        if geom["body"] not in reading.link_of or _is_carried(reading, geom) or is_scene(geom):
             continue
         if _is_made_up(reading, geom):
             continue
-        node, element = geom["element"], reading.places.of("geoms", index)
-        said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
-        keep_materials(reading, node, element.span)
-        place = transform(geom["pos"], geom["quat"])
-        if geom["type"] in (MESH, SDF):
-            mesh = reading.facts["meshes"][geom["data"]]
-            place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
-            _keep_asset(reading, "mesh", mesh["name"], element.span)
-        elif geom["type"] == HFIELD:
-            _keep_asset(reading, "hfield", said.get("hfield", ""), element.span)
-        whole = {**node, "attributes": {**said, **placing(place), "density": "0"}}
-        reading.kept(whole, f"geom: {_WORDS[geom['type']]}", element.span, reading.link_of[geom["body"]])
+        span, link = reading.places.of("geoms", index).span, reading.link_of[geom["body"]]
+        reading.kept(whole_geom(reading, geom), f"geom: {_WORDS[geom['type']]}", span, link)
 
 
-def keep_materials(reading: Reading, node: Node, span: Span) -> None:
-    """Keep the materials that an element names which is kept as it is, and what is in it, with their textures."""
-    name = node["attributes"].get("material", "")
-    for one in reading.facts["elements"]["material_assets"]:
-        if name and one["attributes"].get("name") == name:
-            _keep_asset(reading, "texture", one["attributes"].get("texture", ""), span)
-            _keep_asset(reading, "material", name, span)
+def whole_geom(reading: Reading, geom: Mapping[str, Any]) -> Node:
+    """Return a geom as an element that is kept as it is, without mass, in the frame of its file."""
+    node = geom["element"]
+    said = {key: text for key, text in node["attributes"].items() if key not in ("mass", "density")}
+    place = transform(geom["pos"], geom["quat"])
+    if geom["type"] in (MESH, SDF):
+        mesh = reading.facts["meshes"][geom["data"]]
+        place = place.then(transform(mesh["pos"], mesh["quat"]).inverse())
+    return {**node, "attributes": {**said, **placing(place), "density": "0"}}
+
+
+def keep_assets(reading: Reading, node: Node, span: Span) -> None:
+    """Keep the assets that an element names which is kept as it is, and those of what stands in it."""
+    for kind in ("texture", "material", "mesh", "hfield"):
+        _keep_asset(reading, kind, node["attributes"].get(kind, ""), span)
     for inner in node["inner"]:
-        keep_materials(reading, inner, span)
+        keep_assets(reading, inner, span)
 
 
 def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
@@ -219,13 +218,16 @@ def _keep_asset(reading: Reading, kind: str, name: str, span: Span) -> None:
 
 
 def _is_carried(reading: Reading, geom: Mapping[str, Any]) -> bool:
-    if geom["type"] == MESH and not mesh_file(reading.facts["meshes"][geom["data"]]):
-        return False
     more = geom["element"]["inner"]  # plugins
+    if geom["type"] == MESH:
+        mesh = reading.facts["meshes"][geom["data"]]
+        more = more or _asset(reading, "mesh", mesh["name"])["inner"]
+        if not mesh_file(mesh):
+            return False
     return geom["type"] in _CARRIED and geom["body"] in reading.link_of and not more and not _is_made_up(reading, geom)
 
 
-def _is_scene(geom: Mapping[str, Any]) -> bool:
+def is_scene(geom: Mapping[str, Any]) -> bool:
     """Say whether a geom is ground that the robot stands on."""
     return geom["body"] == 0 and geom["type"] in (PLANE, HFIELD)
 
@@ -263,6 +265,10 @@ def _shape(reading: Reading, index: int, element: Element) -> Map:
             put(made, "scale", numbers(scale, reading.markup.named("asset", mesh["name"]) or element, "scale"))
         if mesh["taken"]:
             put(made, "inertia", mesh["taken"])
+        more = Map(element.span)
+        put_words(more, _of_mesh(reading, mesh), "mjcf_mesh", element)
+        if more:
+            put(made, "mjcf", more)
         put(entry, "mesh", made)
         place = place.then(frame_of_file(mesh))
     else:
@@ -271,6 +277,22 @@ def _shape(reading: Reading, index: int, element: Element) -> Map:
         put(entry, "name", legal(geom["name"]))
     put_pose(entry, place, element)
     return entry
+
+
+def _of_mesh(reading: Reading, mesh: Mapping[str, Any]) -> dict[str, str]:
+    """Return what a mesh says beside its file, its size and where it is counted from."""
+    said = _asset(reading, "mesh", mesh["name"])["attributes"]
+    wanted = ("maxhullvert", "smoothnormal", *(() if PurePosixPath(mesh["file"]).suffix else ("content_type",)))
+    return {key: said[key] for key in wanted if key in said}
+
+
+def _asset(reading: Reading, kind: str, name: str) -> Node:
+    """Return the element of a mesh, a texture or a material by its name, which may be that of its file."""
+    for node in reading.facts["elements"][f"{kind}_assets"]:
+        said = node["attributes"]
+        if name and (said.get("name") or PurePosixPath(said.get("file", "")).stem) == name:
+            return cast("Node", node)
+    return {"tag": kind, "attributes": {}, "inner": []}
 
 
 def _sizes(kind: int, size: list[float], element: Element) -> Map:
@@ -312,19 +334,24 @@ def mesh_file(mesh: Mapping[str, Any]) -> str:
 
 
 class Looks:
-    """Colours and materials: those that shapes use, and what else the file says of them."""
+    """Colours and materials: those that shapes use, and what else the file says of them.
+
+    What the language cannot say of a texture or a material is kept as it is, and the material names it.
+    """
 
     def __init__(self, reading: Reading) -> None:
         self.reading = reading
         self.materials = Map(reading.markup.root.span)
-        self.nodes = {node["attributes"].get("name"): node for node in reading.facts["elements"]["material_assets"]}
 
     def put(self, index: int, shape: Map, element: Element) -> None:
         """Set the colour of a visual: its own, or its material."""
         geom = self.reading.facts["geoms"][index]
         rgba = tuple(tidy(round(value, 7)) for value in geom["rgba"])  # MuJoCo keeps colours with seven digits
         at = geom["material"]
-        if rgba == _NO_COLOUR:
+        whole = at >= 0 and self._is_whole(at)
+        if rgba == _NO_COLOUR and whole:
+            rgba = tuple(tidy(round(value, 7)) for value in self.reading.facts["materials"][at]["rgba"])
+        elif rgba == _NO_COLOUR:
             if at >= 0:
                 put(shape, "material", self.material(at))
             return
@@ -332,17 +359,30 @@ class Looks:
         texture = self.reading.facts["materials"][at]["texture"] if at >= 0 else ""
         if texture:
             put(shape, "texture", self.reading.markup.place_of(texture))
-        if at >= 0 and self._said(at):
+        if at >= 0 and (texture or whole or self._said(at)):
             more = Map(element.span)
             put(more, "material", self.material(at))
             put(shape, "mjcf", more)
 
+    def _is_whole(self, index: int) -> bool:
+        """Say whether a material has layers of textures, for which it is kept as it is."""
+        name = self.reading.facts["materials"][index]["name"]
+        return bool(_asset(self.reading, "material", name)["inner"])
+
     def _said(self, index: int) -> dict[str, str]:
-        """Return what a material says beside its colour, and the texture that is in a file."""
+        """Return what a material says beside its colour, and an image that the language has words for."""
         material = self.reading.facts["materials"][index]
-        said = self.nodes.get(material["name"], {"attributes": {}})["attributes"]
-        known = ("name", "rgba", "texture") if material["texture"] else ("name", "rgba")
+        said = _asset(self.reading, "material", material["name"])["attributes"]
+        plain = material["texture"] and self._is_plain(said.get("texture", ""))
+        known = ("name", "rgba", "texture") if plain else ("name", "rgba")
         return {key: text for key, text in said.items() if key not in known}
+
+    def _is_plain(self, texture: str) -> bool:
+        """Say whether a texture is an image and nothing else."""
+        said = _asset(self.reading, "texture", texture)["attributes"]
+        written = self.reading.markup.named("asset", texture)
+        plain = said.keys() <= {"name", "type", "file", "colorspace", "content_type"} and said.get("type") == "2d"
+        return bool(plain and not (written and written.get("colorspace")) and texture_path(said.get("file", "")))
 
     def material(self, index: int) -> str:
         """Return the name of a material, which the description has from now on."""
@@ -350,6 +390,10 @@ class Looks:
         material = reading.facts["materials"][index]
         if index in reading.material_of:
             return reading.material_of[index]
+        if self._is_whole(index):
+            element = reading.markup.named("asset", material["name"]) or reading.markup.root
+            _keep_asset(reading, "material", material["name"], element.span)
+            return str(material["name"])
         own = material["name"].removeprefix(f"{reading.facts['name']}_" if reading.is_ours else "") or material["name"]
         known = reading.material_of[index] = reading.name("material", own)
         reading.renamed.setdefault("material", {})[material["name"]] = known
@@ -362,7 +406,7 @@ class Looks:
         made = said.pop("texture", "")
         for name in put_words(entry, said, "material", element):
             reading.lost(f'"{name}" of the material "{known}"', element.span)
-        if made:  # by MuJoCo itself, of no file
+        if made:
             more = entry.get("mjcf") or Map(element.span)
             put(more, "texture", made)
             put(entry, "mjcf", more)
@@ -391,10 +435,11 @@ def _tell(reading: Reading) -> None:
     """Say which geoms are not carried, for they are those of the scene."""
     scene = []
     for index, geom in enumerate(reading.facts["geoms"]):
-        if geom["body"] not in reading.link_of or _is_scene(geom):
+        if geom["body"] not in reading.link_of or is_scene(geom):
             scene.append(index)
     used = {geom["data"] for geom in reading.facts["geoms"] if geom["type"] in (MESH, SDF)}
-    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used]
+    named = {site["element"]["attributes"].get("mesh") for site in reading.facts["sites"]}
+    unused = [mesh for at, mesh in enumerate(reading.facts["meshes"]) if at not in used and mesh["name"] not in named]
     if unused:
         element = (
             reading.markup.named("asset", unused[0]["name"])

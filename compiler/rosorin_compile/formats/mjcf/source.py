@@ -8,8 +8,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ...diagnostics import Span, error
-from ...xml.files import read_source
+from ...diagnostics import Source, Span, error
+from ...xml.files import mended, read_source
 from ...xml.markup import Attribute, Document, Element, MarkupError, parse
 from ..imported import ReadOptions
 
@@ -37,6 +37,17 @@ def _found(name: str, by: _Including) -> Path:
 
 def _absolute(path: Path) -> str:
     return os.path.abspath(path)
+
+
+def _parsed(source: Source) -> Document:
+    """Return a text as XML; MuJoCo reads it itself, and what it passes over is no fault. Raises MarkupError."""
+    try:
+        return parse(source)
+    except MarkupError as problem:
+        try:
+            return parse(mended(source))
+        except MarkupError:
+            raise problem from None
 
 
 _GROUPING = ("frame", "replicate")
@@ -68,7 +79,7 @@ class Markup:
         return root
 
     def _read(self, path: Path, asked: Span | None) -> Element:
-        document = parse(read_source(path, asked))
+        document = _parsed(read_source(path, asked))
         self.files.append(path)
         self.documents.append(document)
         return document.root

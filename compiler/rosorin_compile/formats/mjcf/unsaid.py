@@ -7,7 +7,7 @@ from collections.abc import Iterator, Sequence
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...diagnostics.wording import and_more, counted, first_of
+from ...diagnostics.wording import and_more, first_of
 from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
@@ -15,7 +15,7 @@ from .masses import masses
 RULES = (
     Rule(
         "mjcf-cannot-say",
-        "A warning or a note: MJCF has no word for a range without width, a texture, a mesh by `package://`.",
+        "A warning or a note: MJCF has no word for a range without width, and MuJoCo opens no such mesh or texture.",
         "As the message says.",
         FORMATS,
     ),
@@ -28,6 +28,7 @@ RULES = (
 )
 
 _MESH_FORMATS = (".stl", ".obj", ".msh")
+_IMAGE_FORMAT = ".png"
 # What is converted on the way, and what it becomes.
 _CONVERTED = (".dae", ".gltf", ".glb")
 CONVERTED_ENDING = ".obj"
@@ -40,11 +41,23 @@ def mesh_path(file: str) -> str:
     >>> mesh_path("package://arm/visual/base.DAE"), mesh_path("base.stl"), mesh_path("base.step")
     ('meshes/arm/visual/base.DAE.obj', 'base.stl', '')
     """
-    scheme, mark, rest = file.partition("://")
     ending = posixpath.splitext(file)[1].lower()
     more = CONVERTED_ENDING if ending in _CONVERTED else ""
-    if not (more or ending in _MESH_FORMATS):
-        return ""
+    return _path(file, more) if more or ending in _MESH_FORMATS else ""
+
+
+def texture_path(file: str) -> str:
+    """Return the file of an image as MuJoCo opens it, by its name in the description; empty if it is no PNG.
+
+    >>> texture_path("package://house/wood.png"), texture_path("wood.jpg")
+    ('meshes/house/wood.png', '')
+    """
+    return _path(file, "") if posixpath.splitext(file)[1].lower() == _IMAGE_FORMAT else ""
+
+
+def _path(file: str, more: str) -> str:
+    """Return how a file is called as seen from the MJCF, where its name gets ``more`` at its end if it is converted."""
+    scheme, mark, rest = file.partition("://")
     if mark and scheme in ("package", "model"):
         parts = rest.split("/")
         return "" if {"", ".", ".."} & set(parts) or len(parts) < 2 else f"{MESHES}/{rest}{more}"
@@ -59,6 +72,11 @@ def mesh_path(file: str) -> str:
 def is_written(robot: Robot, mesh: Mesh) -> bool:
     """Say whether the MJCF has a mesh: MuJoCo opens its file, and it was not looked for in vain."""
     return bool(mesh_path(mesh.file)) and mesh.file not in robot.missing_meshes
+
+
+def is_textured(robot: Robot, texture: str) -> bool:
+    """Say whether the MJCF has a texture, by its name in the description."""
+    return bool(texture_path(texture)) and texture not in robot.missing_meshes
 
 
 def position_range(joint: Joint) -> tuple[float, float] | None:
@@ -121,12 +139,7 @@ def unsaid(robot: Robot, joints: list[Joint]) -> Iterator[Diagnostic]:
             message = f'joint "{joint.name}" has an effort of {effort:g}: MuJoCo takes a force range of no'
             message += " width for no limit"
             yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give the effort that the joint really has")
-    textured = sum(bool(shape.texture) for link in robot.links for shape in link.visual)
-    textured += sum(bool(material.texture) for material in robot.materials)
-    if textured:
-        message = f"the MJCF has colours alone: {counted(textured, 'texture')} of visuals"
-        message += f" {'are' if textured > 1 else 'is'} left out"
-        yield Diagnostic("mjcf-cannot-say", NOTE, message)
+    yield from _without_texture(robot)
     yield from _unreadable(robot)
     if WORLD in robot.link:
         message = f'MuJoCo keeps the name "{WORLD}" for a body of its own: that of link "{WORLD}" is'
@@ -152,6 +165,17 @@ def _several(joint: Joint) -> Iterator[Diagnostic]:
         message = f'joint "{joint.name}" is {joint.type}: its {" and its ".join(words)} '
         message += "are" if len(words) > 1 or words == ["dynamics"] else "is"
         yield Diagnostic("mjcf-cannot-say", WARNING, f"{message} left out of the MJCF", help="the URDF carries them")
+
+
+def _without_texture(robot: Robot) -> Iterator[Diagnostic]:
+    """Yield a note on the textures that MuJoCo does not open: what has them is in its colour alone."""
+    every = [shape.texture for link in robot.links for shape in link.visual]
+    every += [material.texture for material in robot.materials]
+    names = [name for name in dict.fromkeys(every) if name and not texture_path(name)]
+    if names:
+        what = f"texture {names[0]} is" if len(names) == 1 else f"{len(names)} textures ({first_of(names, 3)}) are"
+        message = f"{what} left out of the MJCF: MuJoCo opens PNG files"
+        yield Diagnostic("mjcf-cannot-say", NOTE, message, help="save it as PNG, and name the new file")
 
 
 def _unreadable(robot: Robot) -> Iterator[Diagnostic]:

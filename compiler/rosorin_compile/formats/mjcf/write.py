@@ -28,15 +28,16 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from functools import partial
 from typing import NamedTuple
 
 from markupsafe import Markup
 
 from ...diagnostics import Diagnostic
 from ...model import (
-    IDENTITY,
     Attribute,
     Box,
     Capsule,
@@ -46,7 +47,6 @@ from ...model import (
     HeightMap,
     Inertial,
     Joint,
-    JointPose,
     Link,
     Mesh,
     Output,
@@ -54,24 +54,23 @@ from ...model import (
     Robot,
     Shape,
     Sphere,
-    Vector,
-    plane_axes,
     principal_moments,
 )
 from ...model.looks import with_visuals
-from ...model.simulation import POSITION
-from ...model.standing import HOME, home_of, stands_at
+from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
+from ..mesh_vertices import clouds_of
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import FLOATING, FRAME, PLANAR, SHOWN, STIFF, VISUAL, body_name, is_free
+from .bodies import FRAME, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
 from .height_fields import Field, field_of, form_of, solids
-from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, weightless
-from .servos import Drive, controls_of, is_clamped, kept_controls
+from .masses import LEAST, LEAST_EIGENVALUE, along_link_of, has_mass, has_products, weightless
+from .servos import Drive
 from .servos import drives as drives_of
-from .unsaid import has_volume, is_written, mesh_path, position_range, refused, unpaired, unsaid
+from .unsaid import has_volume, is_written, mesh_path, refused, texture_path, unpaired, unsaid
+from .write_joints import followers, free_joint, keys, several, single
 from .write_sensors import Element, elements_of
 from .write_simulation import SimulationPrinter
 
@@ -82,14 +81,8 @@ DEEPEST = 30
 OPTION = {"integrator": "implicitfast"}
 
 # What a body without mass has where MuJoCo asks for one (see ``masses.weightless``).
+_NO_SIZE = 1e-9  # m
 _LEAST_INERTIAL = Inertial(LEAST, Pose(), LEAST, LEAST, LEAST)
-
-# The types of joints that one joint of MuJoCo is.
-TYPES = {"revolute": "hinge", "continuous": "hinge", "prismatic": "slide"}
-
-_AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
-_AT_ORIGIN = {"planar": (0.0, 0.0, 0.0), "floating": (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)}
-_AT_ORIGIN |= {"ball": (1.0, 0.0, 0.0, 0.0)}
 
 
 class Body(NamedTuple):
@@ -136,7 +129,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     shapes = [shape for link in robot.walk() for shape in (*link.visual, *link.collision)]
     drives = drives_of(robot, joints, output)
     shown = frozenset(link.name for link in robot.links if not link.visual and seen.link[link.name].visual)
-    printer = _Printer(seen, number, elements.bodies, free, output.options.get("mesh_inertia", "shell"), form, shown)
+    printer = _Printer(seen, number, elements.bodies, free, output, form, shown)
     kept = [*robot.simulation.elements, *(text for _, text in elements.sections)]
     printer.share(joints, drives, kept)
     bodies = [printer.body(frame, after) for frame, after in zip(frames, [*frames[1:], None], strict=True)]
@@ -147,14 +140,15 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
-        "meshes": [(name, mesh, mesh_path(mesh.file)) for (mesh, _), name in printer.meshes.items()],
+        "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
+        "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
         "bodies": bodies,
         "followers": followers(robot, joints, number),
         "simulated": simulated,
         "sensors": elements.sensors,
         "sections": elements.sections,
-        "keys": keys(robot, joints, drives, free),
+        "keys": keys(robot, joints, drives, printer.stands if free else None),
         "excludes": touching.excluded,
         "contact_pairs": [(printer.collider(one), printer.collider(other)) for one, other in touching.pairs],
         "stand_ins": [comment(text) for text in sorted({shape.stand_in for shape in shapes if shape.stand_in})],
@@ -202,7 +196,7 @@ class _Printer:
         number: NumberFormat,
         elements: Mapping[str, Sequence[Element]],
         free: bool,
-        mesh_inertia: str,
+        output: Output,
         form: str,
         shown: frozenset[str],
     ) -> None:
@@ -210,26 +204,28 @@ class _Printer:
         self.shown = shown
         self.number = number
         self.elements = elements
-        self.meshes: dict[tuple[Mesh, str], str] = {}
+        self.meshes: dict[tuple[Mesh, str, tuple[tuple[str, Attribute], ...]], str] = {}
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
         self.form = form
-        self.names = _own_names(robot, form)
-        self.mesh_inertia = mesh_inertia
+        self.names, self.simulated.own_names = _geom_names(robot, form)
+        self.mesh_inertia = output.options.get("mesh_inertia", "shell")
+        self.in_fluid = any(output.options.get("option", {}).get(word) for word in ("density", "viscosity"))
         self.top = 1 if robot.simulation.root.world else 0  # the depth of the frames that are bodies in the world
         self.weightless = frozenset(weightless(robot, free))
         stands = robot.simulation.root.placed or not free
-        self.root = robot.simulation.root.pose if stands else stands_at(robot, home_of(robot))
+        self.stands = partial(stands_at, robot, clouds=clouds_of(robot))
+        self.root = robot.simulation.root.pose if stands else self.stands(home_of(robot))
 
     def share(self, joints: Sequence[Joint], drives: Sequence[Drive], kept: Sequence[str]) -> None:
         """Make the default classes of the robot; ``kept`` are texts that may have classes of their own."""
-        single = [joint for joint in joints if joint.moves]
-        made = [Named("joint", _single(joint, self.robot, self.number), joint.name) for joint in single]
+        moving = [joint for joint in joints if joint.moves]
+        made = [Named("joint", single(joint, self.robot, self.number), joint.name) for joint in moving]
         made += [self.simulated.actuator(drive) for drive in drives]
         self.classes = Classes(self.robot.name, made, kept)
         self.frame = self.classes.named(FRAME)
-        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(single)}
+        self.single = {joint.name: attributes(**self.classes.values(place)) for place, joint in enumerate(moving)}
 
     def tree(self, shown: bool, groups: Mapping[str, int]) -> Class:
         """Return the default classes; ``shown``: some visuals show what collides; ``groups`` that are asked for."""
@@ -243,7 +239,7 @@ class _Printer:
 
     def joints_of(self, joint: Joint) -> list[Markup]:
         """Return the attributes of the joints that a body has for one joint, in their order."""
-        return [self.single[joint.name]] if joint.moves else _several(joint, self.robot, self.number)
+        return [self.single[joint.name]] if joint.moves else several(joint, self.robot, self.number)
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -263,7 +259,11 @@ class _Printer:
             self.names_of(link, frame),
             self.inertial(link.inertial if link.name not in self.weightless else _LEAST_INERTIAL),
             self.joints_of(frame.joint) if frame.joint else [],
-            [*self.geoms(link, "collision", link.collision), *self.geoms(link, "visual", link.visual)],
+            [
+                *self.geoms(link, "collision", link.collision),
+                *self.geoms(link, "visual", link.visual),
+                *([self.no_drag(link.name)] if self.in_fluid and link.name in self.weightless else []),
+            ],
             attributes(**{"name": frame.name, "class": self.frame}),
             self.elements.get(frame.name, ()),
             [self.simulated.mark(mark, self.place_of(mark.pose)) for mark in link.marked],
@@ -289,7 +289,7 @@ class _Printer:
     def free_joint(self) -> Markup:
         """Return the element of the joint of a floating base."""
         root = self.robot.simulation.root
-        name = root.joint or _free_joint(self.robot)
+        name = root.joint or free_joint(self.robot)
         if set(root.values) <= {"group", "align"}:
             return Markup("<freejoint{}/>").format(self.simulated.printed({"name": name, **root.values}))
         return Markup("<joint{}/>").format(self.simulated.printed({"name": name, "type": "free", **root.values}))
@@ -301,16 +301,14 @@ class _Printer:
         pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
             return attributes(pos=pos, mass=mass, diaginertia=self.vector(six[:3]))
+        if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not has_products(inertial):
+            own = self.vector((inertial.ixx, inertial.iyy, inertial.izz))
+            return attributes(**{**self.place(inertial.pose), "mass": mass, "diaginertia": own})
         return attributes(pos=pos, mass=mass, fullinertia=self.vector(six))
-
-    def name(self, link: str, purpose: str, number: int, solid: Shape) -> str:
-        """Return the name of the geom of a solid: its own, or its number in its link."""
-        own = self.names.get(solid.name) == (link, purpose)
-        return solid.name if own else f"{link}_{purpose}_{number}"
 
     def collider(self, geom: Geom) -> str:
         """Return the name of a geom that collides."""
-        return self.name(geom.link, "collision", geom.number, geom.shape)
+        return self.names[geom.link, "collision", geom.number]
 
     def geoms(self, link: Link, purpose: str, shapes: tuple[Shape, ...]) -> Iterator[Markup]:
         """Yield the geoms of shapes, named by the link, the purpose and the number of the solid."""
@@ -320,8 +318,7 @@ class _Printer:
             geometry = solid.geometry
             if not has_volume(geometry):
                 continue
-            name = self.name(link.name, purpose, index, solid)
-            self.simulated.own_names[f"{link.name}_{purpose}_{index}"] = name
+            name = self.names[link.name, purpose, index]
             values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
             origin = solid.origin()
             if isinstance(geometry, Mesh):
@@ -329,7 +326,7 @@ class _Printer:
                     continue
                 if not geometry.inertia and self.mesh_inertia != "legacy":
                     geometry = replace(geometry, inertia=self.mesh_inertia)
-                key = (geometry, geometry.inertia)
+                key = (geometry, geometry.inertia, tuple(sorted(geometry.mjcf.items())))
                 values["mesh"] = self.meshes.setdefault(key, f"{self.robot.name}_mesh_{len(self.meshes) + 1}")
             elif isinstance(geometry, HeightMap):
                 field = field_of(solid, geometry)
@@ -348,10 +345,25 @@ class _Printer:
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
 
+    def mesh(self, name: str, mesh: Mesh) -> Markup:
+        """Return the attributes of a mesh."""
+        values = {"name": name, "file": mesh_path(mesh.file), "scale": self.vector(mesh.scale)}
+        values |= {"inertia": mesh.inertia} if mesh.inertia else {}
+        return attributes(**values, **self.simulated.texts(mesh.mjcf))
+
+    def no_drag(self, link: str) -> Markup:
+        """Return a geom that keeps fluids from a body without mass: MuJoCo takes that for a box of metres."""
+        of_fluid = {"fluidshape": "ellipsoid", "fluidcoef": "0 0 0 0 0"}
+        none = {"mass": "0", "contype": "0", "conaffinity": "0", "group": "5", "rgba": "0 0 0 0"}
+        return attributes(name=f"{link}_no_drag", type="sphere", size=self.number(_NO_SIZE), **none, **of_fluid)
+
     def look(self, visual: Shape) -> dict[str, str]:
         """Return the material of a visual, and the colour that it has instead of that of the material."""
         material = self.robot.material.get(visual.material) if visual.material else None
         named = self.simulated.material(visual.material) if material else ""
+        texture = self.robot.texture(visual)
+        if "material" not in visual.mjcf and not (material and material.texture == texture):
+            named = self.simulated.material_of(texture) or named
         colour = self.robot.colour(visual)
         own = colour if colour and not (named and material and colour == material.rgba) else None
         return {**({"material": named} if named else {}), **({"rgba": self.vector(own)} if own else {})}
@@ -363,21 +375,31 @@ def _seen(robot: Robot, output: Output) -> Robot:
     return with_visuals(robot) if output.options.get("visuals", usual) == "from_collision" else robot
 
 
-def _own_names(robot: Robot, form: str) -> dict[str, tuple[str, str]]:
-    """Return the names that geoms have of their own: where, by name. One that several would have is nobody's.
+def _geom_names(robot: Robot, form: str) -> tuple[dict[tuple[str, str, int], str], dict[str, str]]:
+    """Return the name of each geom by link, purpose and number; and by LINK_PURPOSE_NUMBER where another one has that.
 
-    A shape that collides goes before one of the same name that is seen. The names that the others get are taken.
+    A geom has the name of its shape, if no other shape has it; one that collides goes before one that is seen. All
+    others are called after their link.
     """
-    owners: dict[str, list[tuple[str, str]]] = {}
-    made: set[str] = set()
+    places: dict[tuple[str, str, int], str] = {}
     for purpose in ("collision", "visual"):
         for link in robot.links:
             geoms = [solid for shape in getattr(link, purpose) for solid in solids(shape, form)]
-            made |= {f"{link.name}_{purpose}_{index}" for index in range(1, len(geoms) + 1)}
-            for solid in geoms:
-                owners.setdefault(solid.name, []).append((link.name, purpose))
-    first = {name: [place for place in places if place[1] == places[0][1]] for name, places in owners.items()}
-    return {name: places[0] for name, places in first.items() if name and len(places) == 1 and name not in made}
+            places |= {(link.name, purpose, number): solid.name for number, solid in enumerate(geoms, start=1)}
+    first: dict[str, str] = {}
+    for (_, purpose, _), name in places.items():
+        first.setdefault(name, purpose)
+    counts = Counter(name for (_, purpose, _), name in places.items() if first[name] == purpose)
+    names = {at: name for at, name in places.items() if name and counts[name] == 1 and first[name] == at[1]}
+    taken, meant = set(names.values()), {}
+    for at in places:
+        plain = made = "_".join(map(str, at))
+        while at not in names and made in taken:
+            made += "_"
+        if plain not in taken:
+            meant[plain] = names.get(at, made)
+        names.setdefault(at, made)
+    return names, meant
 
 
 def _option(output: Output, number: NumberFormat) -> tuple[Markup, Markup | str]:
@@ -408,121 +430,3 @@ def _half_sizes(geometry: Geometry) -> tuple[float, ...]:
     if isinstance(geometry, Ellipsoid):
         return geometry.radii
     return (geometry.radius,) if isinstance(geometry, Sphere) else ()
-
-
-def _free_joint(robot: Robot) -> str:
-    """Return a name for the joint of a floating base that no other joint has."""
-    name = f"{robot.root}_free"
-    while name in robot.joint:
-        name += "_"
-    return name
-
-
-def _several(joint: Joint, robot: Robot, number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the joints that a body has for a planar, floating or ball joint, in their order."""
-    if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
-    if joint.type == "ball":
-        return [attributes(name=joint.name, type="ball", **_inner(joint, robot, number))]
-    if is_free(robot, joint):
-        return [attributes(name=joint.name, type="free", **_inner(joint, robot, number))]
-    base = _base_name(joint, robot)
-    if joint.type == "planar":
-        axes = (*plane_axes(joint.axis), joint.axis)
-        kinds = ("slide", "slide", "hinge")
-        parts = zip(PLANAR, kinds, axes, strict=True)
-    else:
-        parts = zip(FLOATING[:3], ("slide",) * 3, _AXES, strict=True)
-    made = [attributes(name=base + end, type=kind, axis=vector(axis, number)) for end, kind, axis in parts]
-    return made if joint.type == "planar" else [*made, attributes(name=base + FLOATING[3], type="ball")]
-
-
-def _base_name(joint: Joint, robot: Robot) -> str:
-    """Return the name of a joint, with underscores after it where its parts would have the names of others."""
-    base = joint.name
-    while any(base + end in robot.joint for end in {*PLANAR, *FLOATING}):
-        base += "_"
-    return base
-
-
-def _single(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return the attributes of a joint of one position."""
-    values = {"name": joint.name, "type": TYPES[joint.type], "axis": vector(joint.axis, number)}
-    ends = position_range(joint)
-    if ends:
-        values["range"] = vector(ends, number)
-    return {**values, **_inner(joint, robot, number)}
-
-
-def _inner(joint: Joint, robot: Robot, number: NumberFormat) -> dict[str, str]:
-    """Return the attributes of what holds and moves a joint."""
-    values: dict[str, str] = {}
-    if joint.dynamics is not None:
-        dynamics = joint.dynamics
-        words = {"damping": dynamics.damping, "frictionloss": dynamics.friction, "armature": dynamics.armature}
-        words |= {"stiffness": dynamics.stiffness, "springref": dynamics.spring_reference}
-        values = {word: number(value) for word, value in words.items() if value}
-    effort = joint.limit.known("effort") if joint.limit is not None else None
-    if effort and not is_clamped(robot, joint, effort):
-        values["actuatorfrcrange"] = vector([-effort, effort], number)
-    if joint.mjcf:
-        values |= SimulationPrinter(robot, number).texts(joint.mjcf)
-    return values
-
-
-def followers(robot: Robot, joints: Sequence[Joint], number: NumberFormat) -> list[Markup]:
-    """Return the attributes of the constraints of joints that follow another; of one that never moves: their angle."""
-    made = []
-    for joint in joints:
-        if joint.mimic is None or not joint.moves:
-            continue
-        values = {"name": joint.name, "joint1": joint.name, "joint2": joint.mimic.joint}
-        if not robot.joint[joint.mimic.joint].moves:
-            del values["joint2"]
-        polynomial = [joint.mimic.offset, joint.mimic.multiplier if "joint2" in values else 0.0, 0.0, 0.0, 0.0]
-        tuned = {"solref": joint.mimic.solref, "solimp": joint.mimic.solimp}
-        words = {word: vector(numbers or STIFF[word], number) for word, numbers in tuned.items()}
-        made.append(attributes(**values, polycoef=vector(polynomial, number), **words))
-    return made
-
-
-def keys(
-    robot: Robot, joints: Sequence[Joint], drives: Sequence[Drive], free: bool
-) -> list[tuple[str, list[float], list[float], dict[str, Attribute]]]:
-    """Return name, qpos, ctrl and the rest of each pose: where the free base is, then the joints in order.
-
-    The first key is home. A robot without that pose has it all the same, if anything of it can move.
-    """
-    made: list[tuple[str, list[float], list[float], dict[str, Attribute]]] = []
-    more = [0.0] * kept_controls(robot)
-    for pose in (home_of(robot), *(pose for pose in robot.poses if pose.name != HOME)):
-        at = _positions(robot, joints, pose)
-        ctrl = [number for drive in drives for number in controls_of(drive, _control(drive, pose, at))]
-        qpos = [number for joint in joints for number in at(joint)]
-        place = stands_at(robot, pose) if free else IDENTITY
-        base = [*place.xyz, *place.transform().quaternion()] if free else []
-        said = {word: value for word, value in pose.mjcf.items() if word != "qpos"}
-        whole = pose.mjcf.get("qpos")
-        where = list(map(float, whole)) if isinstance(whole, tuple) else base + qpos
-        if qpos or base or ctrl or pose in robot.poses:
-            made.append((pose.name, where, ctrl + more, said))
-    return made
-
-
-def _control(drive: Drive, pose: JointPose, at: Callable[[Joint], Sequence[float]]) -> float:
-    """Return what a pose asks of an actuator: a servo of positions is to hold it."""
-    if drive.name in pose.controls:
-        return pose.controls[drive.name]
-    if drive.actuator.type != POSITION or drive.joint is None or not drive.joint.moves:
-        return 0.0
-    return at(drive.joint)[0] * (drive.actuator.gear[0] if drive.actuator.gear else 1.0)
-
-
-def _positions(robot: Robot, joints: Sequence[Joint], pose: JointPose) -> Callable[[Joint], Sequence[float]]:
-    positions: dict[str, Sequence[float]] = {
-        joint.name: _AT_ORIGIN.get(joint.type) or (robot.position(joint, pose.positions),) for joint in joints
-    }
-    for joint in joints:
-        if is_free(robot, joint):
-            positions[joint.name] = [*joint.origin.xyz, *joint.origin.transform().quaternion()]
-    return lambda joint: positions[joint.name]

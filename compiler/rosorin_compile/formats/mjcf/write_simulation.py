@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import posixpath
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from markupsafe import Markup
@@ -14,6 +15,7 @@ from ..templating import attributes
 from .bodies import body_name
 from .classes import Named, Part
 from .servos import Drive, aims
+from .unsaid import is_textured
 
 # Attributes that name a body; what is called like a link is the body of it.
 _BODIES = ("body", "body1", "body2", "target", "subtree1", "subtree2")
@@ -38,6 +40,9 @@ class SimulationPrinter:
         self.number = number
         # Geoms that have a name of their own, by the one that their place in the link would give them.
         self.own_names: dict[str, str] = {}
+        # The textures by their names in the description, and the materials that are one of them alone, by its name.
+        self.textures: dict[str, str] = {}
+        self.plain: dict[str, str] = {}
         self.layers = {name: 1 << bit for bit, name in enumerate(contact_layers(robot))}
 
     def sections(self, actuators: Sequence[Part], geoms: Callable[[str], Sequence[str]]) -> Simulated:
@@ -67,13 +72,34 @@ class SimulationPrinter:
     def material(self, name: str) -> str:
         """Return the name of a material in the file, where all begin with that of the robot; empty if it has none."""
         material = self.robot.material.get(name)
-        return f"{self.robot.name}_{name}" if material and (material.rgba or material.mjcf) else ""
+        has_look = material and (material.rgba or material.mjcf or is_textured(self.robot, material.texture))
+        return f"{self.robot.name}_{name}" if has_look else ""
 
     def materials(self) -> Iterator[Values]:
-        """Yield the attributes of each material."""
+        """Yield the attributes of each material: those of the robot, then those that are a texture alone."""
         for name, material in self.robot.material.items():
             if self.material(name):
-                yield {"name": self.material(name), "rgba": material.rgba, **material.mjcf}
+                texture = None if "texture" in material.mjcf else self.texture(material.texture) or None
+                yield {"name": self.material(name), "texture": texture, "rgba": material.rgba, **material.mjcf}
+        for texture, name in self.plain.items():
+            yield {"name": name, "texture": texture}
+
+    def texture(self, file: str) -> str:
+        """Return the name of a texture in the file: that of its image; empty if the file has none."""
+        if not is_textured(self.robot, file):
+            return ""
+        if file not in self.textures:
+            name = f"{self.robot.name}_{posixpath.splitext(posixpath.basename(file))[0]}"
+            self.textures[file] = free(name, self.textures.values())
+        return self.textures[file]
+
+    def material_of(self, file: str) -> str:
+        """Return the name of a material that is a texture alone; empty if the file has none."""
+        texture = self.texture(file)
+        if texture and texture not in self.plain:
+            own = [self.material(name) for name in self.robot.material]
+            self.plain[texture] = free(texture, [*own, *self.plain.values()])
+        return self.plain.get(texture, "")
 
     def tendon(self, tendon: Tendon) -> Part:
         """Return the element of a tendon with its joints or its path."""
@@ -153,6 +179,13 @@ class SimulationPrinter:
         if isinstance(value, bool):
             return "true" if value else "false"
         return value if isinstance(value, str) else self.number(value or 0.0)
+
+
+def free(name: str, taken: Collection[str]) -> str:
+    """Return a name, with underscores behind it if it is taken."""
+    while name in taken:
+        name += "_"
+    return name
 
 
 def contact_layers(robot: Robot) -> tuple[str, ...]:

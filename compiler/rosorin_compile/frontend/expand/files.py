@@ -60,7 +60,6 @@ _JOINED = (
     "tendons",
     "constraints",
     "mjcf_sensors",
-    "drive",
     "modes",
     "outputs",
     "args",

@@ -14,7 +14,7 @@ from ...diagnostics.letters import in_words, unseen
 from ...units import ANGLE, LENGTH, Dimension, Quantity, describe
 from ..expression import pieces
 from ..expression.functions import kind_of
-from ..schema import resolve, schema
+from ..schema import ONE_ENTRY, resolve, schema
 from ..tree import Map, Place, Seq
 from .ledger import Failed
 from .scope import Scope
@@ -27,7 +27,7 @@ KEPT = "urdf_elements"  # a list of texts that are elements of XML
 OF_MJCF = "mjcf_elements"  # the same, for the MJCF
 XML = (KEPT, OF_MJCF)
 _LISTS = ("edges", "disabled_contacts", "contact_pairs", *XML)
-SECTIONS = (*_MAPPINGS, *_LISTS)
+SECTIONS = (*_MAPPINGS, *ONE_ENTRY, *_LISTS)
 ENTRIES = (*_MAPPINGS, "materials", "publishers", "outputs")
 _FILE_KEYS = ("rosorin_compile", "help", "let", "parts", "sensor_types")
 _PART_KEYS = ("help", "params", "let", "use", *SECTIONS)
@@ -156,7 +156,7 @@ def check_sections(owner: str, tree: Map, scope: Scope) -> None:
 
 
 def _check_sections(owner: str, tree: Map, scope: Scope, evaluated: bool) -> bool:
-    kinds: list[tuple[str, type]] = [*((key, Map) for key in _MAPPINGS), *((key, Seq) for key in _LISTS)]
+    kinds: list[tuple[str, type]] = [*((key, Map) for key in (*_MAPPINGS, *ONE_ENTRY)), *((key, Seq) for key in _LISTS)]
     sound = [_check_kind(owner, tree, key, kind, scope, evaluated) for key, kind in kinds]
     return all(sound)
 

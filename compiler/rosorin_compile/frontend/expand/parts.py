@@ -17,6 +17,7 @@ from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
 from ..expression.functions import kind_of
 from ..load import LoadError, load_mapping
+from ..schema import ONE_ENTRY
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
@@ -276,12 +277,15 @@ def join(tree: Map, more: Map, sections: tuple[str, ...], scope: Scope) -> None:
             continue
         if tree.get(section) is None:
             joined = copy(value)
-            if isinstance(joined, (Map, Seq)):
+            if isinstance(joined, (Map, Seq)) and section not in ONE_ENTRY:
                 joined.via = tree.via  # it holds the entries of others too: each entry knows what made it
             tree.put(section, joined, more.key_spans[section], more.value_spans[section])
             continue
         have = tree[section]
-        if isinstance(have, Seq) and isinstance(value, Seq):
+        if section in ONE_ENTRY:
+            failed = True
+            _said_twice(section, tree, more, scope)
+        elif isinstance(have, Seq) and isinstance(value, Seq):
             for item, span in zip(value, value.value_spans, strict=True):
                 have.put(item, span)
         elif isinstance(have, Map) and isinstance(value, Map):
@@ -300,6 +304,13 @@ def _taken(section: str, name: str, have: Map, more: Map, scope: Scope) -> None:
     related = [Related("first defined here", have.key_spans[name])]
     message = f'{section.rstrip("s")} "{name}" is defined twice'
     scope.report("duplicate-name", message, place, "rename one, or give the part another prefix", related)
+
+
+def _said_twice(section: str, have: Map, more: Map, scope: Scope) -> None:
+    place = Place(more.key_spans[section], getattr(more[section], "via", None) or more.via)
+    first = Place(have.key_spans[section], getattr(have[section], "via", None))
+    related = [Related("first defined here", first.span), *first.stack()]
+    scope.report("duplicate-key", f'"{section}" is said twice', place, f"a robot has one {section}", related)
 
 
 def copy(value: Any) -> Any:
@@ -321,7 +332,9 @@ def with_source(tree: Map, owner: Map) -> Map:
     """Return sections in which every entry has a source: its own, or that of ``owner``."""
     made = Map(tree.span, tree.via)
     for section, entries in tree.items():
-        value = sourced(entries, owner) if isinstance(entries, Map) else entries
+        value = entries
+        if isinstance(entries, Map):
+            value = _with_own_source(entries, owner) if section in ONE_ENTRY else sourced(entries, owner)
         made.put(section, value, tree.key_spans[section], tree.value_spans[section])
     return made
 
@@ -330,8 +343,15 @@ def sourced(section: Map, owner: Map) -> Map:
     """Return a section in which every entry has a source: its own, or that of ``owner``, a file or a use."""
     made = Map(section.span, section.via)
     for name, entry in section.items():
-        if isinstance(entry, Map) and "source" not in entry:
-            entry = copy(entry)
-            entry.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
-        made.put(name, entry, section.key_spans[name], section.value_spans[name])
+        sourced_entry = _with_own_source(entry, owner) if isinstance(entry, Map) else entry
+        made.put(name, sourced_entry, section.key_spans[name], section.value_spans[name])
+    return made
+
+
+def _with_own_source(entry: Map, owner: Map) -> Map:
+    """Return an entry with a source: its own, or that of ``owner``."""
+    if "source" in entry:
+        return entry
+    made: Map = copy(entry)
+    made.put("source", owner["source"], owner.key_spans["source"], owner.value_spans["source"])
     return made

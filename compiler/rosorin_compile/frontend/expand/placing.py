@@ -11,15 +11,19 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from ...model import Pose, Transform, pose_of
+from ...model.drive import ROLES
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names
 from ...xml.references import named_in, renamed
+from ..schema import ONE_ENTRY
 from ..tree import Instance, Kept, Map, Seq
 from .forms import KEPT, OF_MJCF, XML, is_number
 
 MOUNT = "mount"
 AXES = {"x": 0, "y": 1, "z": 2}
+# What the sides of a base become that is mirrored across x, y or z.
+_MIRRORED: tuple[dict[str, str], ...] = ({"front": "rear", "rear": "front"}, {"left": "right", "right": "left"}, {})
 
 # Sections for a simulation alone, and what a link has for it by name.
 SIMULATED = ("actuators", "tendons", "constraints", "mjcf_sensors")
@@ -89,6 +93,9 @@ def mentions_mount(fragment: Map) -> bool:
     listed += [*(fragment.get("contact_pairs") or ()), *(fragment.get("constraints") or {}).values()]
     if any(isinstance(e, Map) and (e.get("parent") == MOUNT or MOUNT in (e.get("links") or ())) for e in listed):
         return True
+    drive = fragment.get("drive")
+    if isinstance(drive, Map) and drive.get("frame") == MOUNT:
+        return True
     texts = [text for text in fragment.get(KEPT) or () if isinstance(text, str) and MOUNT in text]
     if any(found.name == MOUNT and found.sure for text in texts for found in named_in(text)):
         return True
@@ -131,15 +138,19 @@ def placed(
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
-        changed = value if change is None or not value else _each(value, prefix, change, fragment.via)
+        changed = value
+        if section in ONE_ENTRY:
+            changed = _made_by(placer.drive(value), fragment.via)
+        elif change is not None and value:
+            changed = each(value, prefix, change, fragment.via)
         if section in XML and value and (kept or section == OF_MJCF):
-            changed = _each(value, "", placer.renamed if section == KEPT else placer.top)
-            changed = _each(changed, "", lambda text: _by(text, fragment.via))
+            changed = each(value, "", placer.renamed if section == KEPT else placer.top)
+            changed = each(changed, "", lambda text: _by(text, fragment.via))
         made.put(section, changed, fragment.key_spans[section], fragment.value_spans[section])
     return made
 
 
-def _each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance | None = None) -> Any:
+def each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance | None = None) -> Any:
     """Return a section with each entry changed, and each name prefixed; ``via`` is the part that made it."""
     if isinstance(section, Map):
         made = Map(section.span, section.via)
@@ -168,7 +179,7 @@ def _by(text: Any, via: Instance | None) -> Any:
     return text if not isinstance(text, str) or (known is not None and known.made) else Kept(text, via)
 
 
-def _changed(text: Any, change: Rename) -> Any:
+def changed_text(text: Any, change: Rename) -> Any:
     """Return elements of XML after a change, which know still what made them."""
     made = change(text) if isinstance(text, str) else text
     if made == text:
@@ -207,31 +218,31 @@ class _Placer:
 
     def renamed(self, text: Any) -> Any:
         """Return elements of XML with the new names in them."""
-        return _changed(text, lambda given: renamed(given, self.frame)) if self.kept else text
+        return changed_text(text, lambda given: renamed(given, self.frame)) if self.kept else text
 
     def top(self, text: Any) -> Any:
         """Return sections of an MJCF with the new names in them."""
-        return _changed(text, lambda given: with_names(given, True, self.simulated))
+        return changed_text(text, lambda given: with_names(given, True, self.simulated))
 
     def inner(self, text: Any) -> Any:
         """Return elements of a body of an MJCF with the new names in them."""
-        return _changed(text, lambda given: with_names(given, False, self.simulated))
+        return changed_text(text, lambda given: with_names(given, False, self.simulated))
 
     def _elements(self, entry: Map) -> dict[str, Any]:
         """Return the changes of the elements of XML that an entry has."""
         texts = entry.get(KEPT)
-        return {KEPT: _each(texts, "", self.renamed)} if isinstance(texts, Seq) and self.kept else {}
+        return {KEPT: each(texts, "", self.renamed)} if isinstance(texts, Seq) and self.kept else {}
 
     def links(self, entry: Any) -> Any:
         if not isinstance(entry, Map):
             return entry
         changes = self._elements(entry) | self._marked(entry)
         if isinstance(entry.get(OF_MJCF), Seq):
-            changes[OF_MJCF] = _each(entry[OF_MJCF], "", self.inner)
+            changes[OF_MJCF] = each(entry[OF_MJCF], "", self.inner)
         for purpose in ("collision", "visual"):
             shapes = entry.get(purpose)
             if isinstance(shapes, Seq) and any(isinstance(shape, Map) and KEPT in shape for shape in shapes):
-                elements = _each(shapes, "", lambda one: _with(one, self._elements(one)) if KEPT in one else one)
+                elements = each(shapes, "", lambda one: _with(one, self._elements(one)) if KEPT in one else one)
                 changes[purpose] = elements
         entry = _with(entry, changes) if changes else entry
         if self.mirror is None:
@@ -241,7 +252,7 @@ class _Placer:
             changes["inertial"] = self._mirrored_inertial(entry["inertial"])
         for purpose in ("collision", "visual"):
             if isinstance(entry.get(purpose), Seq):
-                changes[purpose] = _each(entry[purpose], "", self._mirrored_shape)
+                changes[purpose] = each(entry[purpose], "", self._mirrored_shape)
         return _with(entry, changes)
 
     def _marked(self, entry: Map) -> dict[str, Any]:
@@ -250,7 +261,7 @@ class _Placer:
         for key in _MARKS:
             marks = entry.get(key)
             if isinstance(marks, Map):
-                changes[key] = _each(marks, self.prefix, self._mark)
+                changes[key] = each(marks, self.prefix, self._mark)
         return changes
 
     def _mark(self, mark: Any) -> Any:
@@ -266,7 +277,7 @@ class _Placer:
                 if key in _NAMING:
                     changes[key] = self.simulated(value)
             elif isinstance(value, Seq):
-                changes[key] = _each(value, "", self._one_named if key in _NAMING else self._named)
+                changes[key] = each(value, "", self._one_named if key in _NAMING else self._named)
             elif isinstance(value, Map):
                 changes[key] = self._renamed_keys(value) if key in _NAMING else self._named(value)
         return _with(entry, changes)
@@ -299,7 +310,8 @@ class _Placer:
             changes["child"] = self.frame(entry["child"])
         mimic = entry.get("mimic")
         if isinstance(mimic, Map) and isinstance(mimic.get("joint"), str):
-            changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"])})
+            named = {"name": self.prefix + mimic["name"]} if isinstance(mimic.get("name"), str) else {}
+            changes["mimic"] = _with(mimic, {"joint": self.rename(mimic["joint"]), **named})
         actuator = entry.get("actuator")
         if isinstance(actuator, Map) and isinstance(actuator.get("name"), str):
             changes["actuator"] = _with(actuator, {"name": self.prefix + actuator["name"]})
@@ -328,6 +340,33 @@ class _Placer:
             changes["child"] = self.frame(entry["child"])
         return _with(entry, changes)
 
+    def drive(self, entry: Any) -> Any:
+        """Return the drive; where it is mirrored, left wheels are right ones, or front wheels rear ones."""
+        if not isinstance(entry, Map):
+            return entry
+        changes: dict[str, Any] = {}
+        for kind in ROLES:
+            roles = entry.get(kind)
+            if isinstance(roles, Map):
+                made = Map(roles.span, roles.via)
+                for role, names in roles.items():
+                    made.put(self._side(role), self._joints(names), roles.key_spans[role], roles.value_spans[role])
+                changes[kind] = made
+        if isinstance(entry.get("frame"), str):
+            changes["frame"] = self.frame(entry["frame"])
+        return _with(entry, changes)
+
+    def _joints(self, names: Any) -> Any:
+        """Return the name of a joint, or a list of such, as they are called outside."""
+        if isinstance(names, str):
+            return self.rename(names)
+        return each(names, "", self._joints) if isinstance(names, Seq) else names
+
+    def _side(self, role: str) -> str:
+        """Return what wheels are that stood there before they were mirrored."""
+        swapped = _MIRRORED[self.mirror] if self.mirror is not None else {}
+        return "_".join(swapped.get(word, word) for word in role.split("_"))
+
     def servos(self, entry: Any) -> Any:
         return self._renamed_list(entry, "joints")
 
@@ -348,7 +387,7 @@ class _Placer:
         if not isinstance(entry, Map) or not isinstance(entry.get(key), Seq):
             return entry
         change = rename or self.rename
-        return _with(entry, {key: _each(entry[key], "", lambda name: change(name) if isinstance(name, str) else name)})
+        return _with(entry, {key: each(entry[key], "", lambda name: change(name) if isinstance(name, str) else name)})
 
     def _attached(self, entry: Map) -> dict[str, Any]:
         """Return the changes of an entry that sits on a frame: its parent, its pose, the node that publishes it."""
@@ -364,7 +403,7 @@ class _Placer:
         """Return the publishers of an entry, the static ones renamed: each part starts its own."""
         publisher = entry.get("publisher")
         if isinstance(publisher, Seq):
-            return {"publisher": _each(publisher, "", self._turn)}
+            return {"publisher": each(publisher, "", self._turn)}
         return self._static(entry, "publisher")
 
     def _turn(self, turn: Any) -> Any:
@@ -425,7 +464,7 @@ class _Placer:
             ]
             changes["inertia"] = _with(moments, {key: _negative(moments[key]) for key in flipped})
         if isinstance(inertial.get("of"), Seq):
-            changes["of"] = _each(inertial["of"], "", self._mirrored_shape)
+            changes["of"] = each(inertial["of"], "", self._mirrored_shape)
         return _with(inertial, changes)
 
     def _mirrored_shape(self, shape: Any) -> Any:

@@ -12,7 +12,9 @@ from typing import Any
 
 from ...diagnostics import Source
 from ...xml.markup import TEXT, Attribute, Element, MarkupError, Remark, parse
+from ...xml.mujoco import files_in, with_files
 from ..tree import Instance, Map, Seq, Text
+from .forms import OF_MJCF
 from .placing import defined_names, placed
 
 # What a robot says of itself as a whole: the description that includes it says that of its own.
@@ -159,12 +161,15 @@ def _says_no_name(word: str) -> bool:
 # An address, an absolute path, or one with the letter of a drive.
 _ABSOLUTE = re.compile(r"[A-Za-z][A-Za-z0-9+.-]*:|/|\\\\")
 _ARTIFACTS = "outputs"  # they are files too, of another kind
+_NAMES = "mjcf"  # has names of textures, not files
 
 
 def relative_files(tree: Map) -> list[str]:
     """Return the relative names of mesh and texture files in the tree of a robot, each once, in their order."""
     sections = [value for key, value in tree.items() if key != _ARTIFACTS]
-    return list(dict.fromkeys(node[key] for section in sections for node, key in _places(section)))
+    names = [node[key] for section in sections for node, key in _places(section)]
+    kept = [file for text in _kept(tree) for file in files_in(text) if not _ABSOLUTE.match(file)]
+    return list(dict.fromkeys([*names, *kept]))
 
 
 def moved(tree: Map, folder: str) -> Map:
@@ -172,32 +177,43 @@ def moved(tree: Map, folder: str) -> Map:
     before = f"{folder.rstrip('/')}/"
     made = Map(tree.span, tree.via)
     for key, value in tree.items():
-        value = value if key == _ARTIFACTS else _copied(value, before)
+        value = value if key == _ARTIFACTS else _copied(value, before, key)
         made.put(key, value, tree.key_spans[key], tree.value_spans[key])
     return made
 
 
-def _copied(node: Any, before: str) -> Any:
+def _copied(node: Any, before: str, under: str = "") -> Any:
     if isinstance(node, Map):
         made = Map(node.span, node.via)
         for key, value in node.items():
-            value = before + value if _is_relative(node, key) else _copied(value, before)
+            value = before + value if under != _NAMES and _is_relative(node, key) else _copied(value, before, key)
             made.put(key, value, node.key_spans[key], node.value_spans[key])
         return made
     if isinstance(node, Seq):
         listed = Seq(node.span, node.via)
         for item, span in zip(node, node.value_spans, strict=True):
-            listed.put(_copied(item, before), span)
+            listed.put(_copied(item, before, under), span)
         return listed
+    if under == OF_MJCF and isinstance(node, str):
+        return with_files(node, lambda name: name if _ABSOLUTE.match(name) else before + name)
     return node
 
 
-def _places(node: Any) -> list[tuple[Map, str]]:
+def _places(node: Any, under: str = "") -> list[tuple[Map, str]]:
     """Return the maps and keys whose values are relative names of files."""
     if isinstance(node, Map):
-        own = [(node, key) for key in node if _is_relative(node, key)]
-        return own + [place for value in node.values() for place in _places(value)]
-    return [place for item in node for place in _places(item)] if isinstance(node, Seq) else []
+        own = [(node, key) for key in node if under != _NAMES and _is_relative(node, key)]
+        return own + [place for key, value in node.items() for place in _places(value, key)]
+    return [place for item in node for place in _places(item, under)] if isinstance(node, Seq) else []
+
+
+def _kept(node: Any, under: str = "") -> list[str]:
+    """Return the elements of MJCF that are kept as they are."""
+    if isinstance(node, Map):
+        return [text for key, value in node.items() for text in _kept(value, key)]
+    if isinstance(node, Seq):
+        return [text for item in node for text in _kept(item, under)]
+    return [node] if under == OF_MJCF and isinstance(node, str) else []
 
 
 def _is_relative(node: Map, key: str) -> bool:

@@ -93,7 +93,8 @@ def mimic_of(entry: Mapping[str, Any] | None) -> Mimic | None:
     if entry is None:
         return None
     solref, solimp = (tuple(map(float, entry.get(key, ()))) for key in ("solref", "solimp"))
-    return Mimic(entry["joint"], float(entry.get("multiplier", 1)), float(entry.get("offset", 0)), solref, solimp)
+    factor, offset = float(entry.get("multiplier", 1)), float(entry.get("offset", 0))
+    return Mimic(entry["joint"], factor, offset, solref, solimp, entry.get("name", ""))
 
 
 def actuator_of(entry: Mapping[str, Any] | None) -> Actuator | None:

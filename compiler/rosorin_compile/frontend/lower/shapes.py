@@ -176,7 +176,7 @@ def _ellipsoid(entry: Mapping[str, Any]) -> Ellipsoid:
 
 def _mesh(entry: Mapping[str, Any]) -> Mesh:
     x, y, z = map(float, entry.get("scale", (1, 1, 1)))
-    return Mesh(entry["file"], (x, y, z), entry.get("inertia", ""))
+    return Mesh(entry["file"], (x, y, z), entry.get("inertia", ""), values_of(entry.get("mjcf")))
 
 
 def _positive(value: float, *path: str | int) -> float:

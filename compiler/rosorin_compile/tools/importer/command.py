@@ -127,8 +127,14 @@ def _show(console: Console, diagnostics: list[Diagnostic]) -> None:
 def _strictly(diagnostic: Diagnostic) -> Diagnostic:
     from ...diagnostics import ERROR
 
-    carried = diagnostic.rule not in ("import-cannot-carry", "import-untold")
+    carried = diagnostic.rule != "import-cannot-carry"
     return diagnostic if carried else diagnostic._replace(severity=ERROR)
+
+
+def _leniently(diagnostic: Diagnostic) -> Diagnostic:
+    from ...diagnostics import WARNING
+
+    return diagnostic._replace(severity=WARNING, help="please report it with the file")
 
 
 def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
@@ -154,7 +160,8 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
         return PROBLEMS
-    told = [*trip.diagnostics, *(_strictly(warning) if options.strict else warning for warning in trip.warnings)]
+    takes_all = options.lenient and not options.strict
+    told = [*trip.diagnostics, *(_leniently(error) if takes_all else error for error in trip.untold)]
     _show(console, told)
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:

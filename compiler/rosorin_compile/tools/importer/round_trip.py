@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ...diagnostics import ERROR, WARNING, Diagnostic, Related, Source, Span, error, has_errors
+from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import and_more, counted, listed
@@ -33,9 +33,9 @@ RULES = (
     ),
     Rule(
         "import-untold",
-        "A warning: the engine of the source's format, MuJoCo, finds something in the result that is otherwise than in "
-        "the source, and no other message of the import says so.",
-        "Please report it with the file. `--strict` makes it an error.",
+        "The engine of the source's format, MuJoCo, finds something in the result that is otherwise than in the "
+        "source, and no other message of the import says so; nothing is written.",
+        "Please report it with the file. `--lenient` writes it all the same, with a warning.",
         READING,
     ),
 )
@@ -54,8 +54,8 @@ class RoundTrip(NamedTuple):
     ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
     compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
     poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being compared, or
-    what differs. ``proof`` is what the engine of the source's format says of the artifact in it, and
-    ``warnings`` what it finds that nobody has said.
+    what differs. ``proof`` is what the engine of the source's format says of the artifact in it, and ``untold``
+    what it finds that nobody has said.
     """
 
     files: dict[str, str]
@@ -66,7 +66,7 @@ class RoundTrip(NamedTuple):
     largest: float = 0.0
     word: str = ""
     proof: Proof = Proof()
-    warnings: tuple[Diagnostic, ...] = ()
+    untold: tuple[Diagnostic, ...] = ()
 
 
 def check_round_trip(imported: Imported, folder: Path, read: Imported | None = None) -> RoundTrip:
@@ -90,7 +90,7 @@ def check_round_trip(imported: Imported, folder: Path, read: Imported | None = N
         if trip.diagnostics:
             return trip
         proof = _proof(imported, compiled, read or imported)
-        return trip._replace(proof=proof, warnings=(_untold(proof),) if proof.wrong else ())
+        return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:
@@ -132,7 +132,8 @@ def in_engine(imported: Imported, text: str) -> Proof:
     if format is None or format.prove is None or tree is None:
         return Proof()
     opens, folder = format.opens or (lambda name: name), imported.files[0].absolute().parent
-    return format.prove(imported, text, {opens(name): str(folder / name) for name in relative_files(tree)})
+    files = {opens(name): str(folder / name) for name in relative_files(tree)}
+    return format.prove(imported, text, {path: file for path, file in files.items() if path})
 
 
 def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:
@@ -148,7 +149,7 @@ def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:
 
 
 def _untold(proof: Proof) -> Diagnostic:
-    """Return the warning about what differs though no message of the import says so."""
+    """Return the error about what differs though no message of the import says so."""
     count = sum(map(len, proof.wrong.values()))
     what = "comes out" if count == 1 else "come out"
     message = f"{counted(count, 'thing')} {what} otherwise than in the source, and nothing above says so"
@@ -156,7 +157,8 @@ def _untold(proof: Proof) -> Diagnostic:
     texts = [text for texts in proof.wrong.values() for text in texts]
     more = [and_more(len(texts) - _MAX_TOLD).strip()] if len(texts) > _MAX_TOLD else []
     related = tuple(Related(text, None) for text in [*texts[:_MAX_TOLD], *more])
-    return Diagnostic("import-untold", WARNING, message, None, related, "please report it with the file")
+    help = "please report it with the file; --lenient writes it all the same"
+    return Diagnostic("import-untold", ERROR, message, None, related, help)
 
 
 def largest_difference(one: Robot, other: Robot) -> float:

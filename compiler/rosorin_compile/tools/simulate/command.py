@@ -6,7 +6,6 @@ import argparse
 import json
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -148,7 +147,7 @@ def _world(mujoco: object, known: Known, description: Description, given: Given,
     formats = [one.name for one in FORMATS.values() if one.refusal is not None and one.write is not None]
     output = next((one for one in robot.outputs if one.backend in formats), None)
     meshes = search_meshes(given, description, known.case.tree, robot.outputs)
-    robot = replace(robot, missing_meshes=meshes.missing)
+    robot = meshes.told_to(robot)
     text = simulated(robot, output, Templates(description.path.parent), base)
     folder = (description.outputs / (output.file if output else "")).parent if output else description.outputs
     return World(mujoco, robot, text, base, folder, meshes.files)

@@ -108,9 +108,9 @@ def _sides(mesh: Path) -> list[Side]:
 
 def _awaited(tree: Map, meshes: Mapping[str, Path]) -> Iterator[Path]:
     """Yield where meshes would be that are not there: they may come."""
-    for name, spans in named_meshes(tree):
-        if name not in meshes and "://" not in name:
-            yield from (Path(span.source.path).parent / name for span in spans)
+    for one in named_meshes(tree):
+        if one.name not in meshes and "://" not in one.name:
+            yield from (Path(span.source.path).parent / one.name for span in one.spans)
 
 
 def _where(understood: Understood, link: str) -> Data | None:

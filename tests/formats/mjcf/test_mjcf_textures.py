@@ -1,0 +1,162 @@
+"""Textures in MuJoCo: the images of visuals and materials are carried, each pixel of them; what is not is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+mujoco = pytest.importorskip("mujoco", minversion="4")
+
+import numpy as np  # noqa: E402
+
+from rosorin_compile.cli import main  # noqa: E402
+from support.images import png  # noqa: E402
+
+Said = pytest.CaptureFixture[str]
+ROBOT = """\
+robot: box
+materials:
+  wood: {texture: TEXTURE}
+  tinted: {rgba: [0.5, 1, 1, 1], texture: TEXTURE}
+  red: {rgba: [1, 0, 0, 1]}
+links:
+  base:
+    inertial: {mass: 1, of: collision}
+    collision: [{box: {size: [0.3, 0.2, 0.1]}}]
+    visual:
+      - {box: {size: [0.3, 0.2, 0.1]}, name: plank, material: wood}
+      - {box: {size: [0.3, 0.2, 0.1]}, name: dyed, material: tinted}
+      - {box: {size: [0.3, 0.2, 0.1]}, name: own, texture: TEXTURE}
+      - {box: {size: [0.3, 0.2, 0.1]}, name: other, texture: OTHER, rgba: [0.5, 0.5, 0.5, 1]}
+      - {box: {size: [0.3, 0.2, 0.1]}, name: plain, material: red}
+outputs: {mjcf: {file: mjcf/box.xml}, scene: {file: mjcf/scene.xml}, urdf: {file: box.urdf}}
+"""
+
+
+@pytest.fixture
+def folder(home: Path) -> Path:
+    made = home / "descriptions" / "box"
+    (made / "images").mkdir(parents=True)
+    (made / "images" / "wood.png").write_bytes(png(10))
+    (made / "wood.png").write_bytes(png(200))
+    (made / "package.xml").write_text("<package><name>house</name></package>")
+    return made
+
+
+def described(folder: Path, texture: str = "images/wood.png", other: str = "wood.png") -> None:
+    (folder / "robot.yaml").write_text(ROBOT.replace("TEXTURE", texture).replace("OTHER", other), "utf-8")
+
+
+def loaded(home: Path) -> mujoco.MjModel:
+    return mujoco.MjModel.from_xml_path(str(home / "outputs" / "box" / "mjcf" / "scene.xml"))
+
+
+def look_of(model: mujoco.MjModel, geom: str) -> tuple[int, list[float]]:
+    """Return the blue of the texture of a geom, -1 without one, and the colour that it is tinted with."""
+    material = int(model.geom(geom).matid[0])
+    rgba = (model.geom(geom).rgba if material < 0 else model.mat_rgba[material]).tolist()
+    rgba = model.geom(geom).rgba.tolist() if geom == "other" else rgba
+    texture = int(model.mat_texid[material][mujoco.mjtTextureRole.mjTEXROLE_RGB]) if material >= 0 else -1
+    if texture < 0:
+        return -1, rgba
+    start, count = model.tex_adr[texture], model.tex_width[texture] * model.tex_height[texture] * 3
+    pixels = model.tex_data[start : start + count].reshape(model.tex_height[texture], model.tex_width[texture], 3)
+    assert (np.sort(np.unique(pixels[:, :, 0])) == [0, 60, 120, 180]).all()
+    assert model.tex_type[texture] == mujoco.mjtTexture.mjTEXTURE_2D
+    return int(pixels[0, 0, 2]), rgba
+
+
+@pytest.mark.parametrize("by", ["images/wood.png", "package://house/images/wood.png"])
+def test_each_visual_has_its_image(home: Path, folder: Path, by: str) -> None:
+    described(folder, by)
+    assert main(["all", "--package", f"house={folder}"]) == 0
+    model = loaded(home)
+    looks = {name: look_of(model, name) for name in ("plank", "dyed", "own", "other", "plain")}
+    white = [1.0, 1.0, 1.0, 1.0]
+    assert looks == {
+        "plank": (10, white),
+        "dyed": (10, [0.5, 1, 1, 1]),
+        "own": (10, white),
+        "other": (200, [0.5, 0.5, 0.5, 1]),
+        "plain": (-1, [1, 0, 0, 1]),
+    }
+    assert sum(model.tex_type == mujoco.mjtTexture.mjTEXTURE_2D) == 3  # one a file, and the floor
+    assert main(["check", "--package", f"house={folder}"]) == 0
+
+
+def test_what_mujoco_does_not_open_is_told(home: Path, folder: Path, capsys: Said) -> None:
+    (folder / "wood.jpg").write_bytes(b"\xff\xd8\xff")
+    described(folder, "wood.jpg", "wood.jpg")
+    assert main(["all"]) == 0
+    said = capsys.readouterr().err
+    assert "note[mjcf-cannot-say]: texture wood.jpg is left out of the MJCF: MuJoCo opens PNG files\n" in said
+    assert look_of(loaded(home), "plank")[0] == -1
+    assert look_of(loaded(home), "dyed") == (-1, [0.5, 1, 1, 1])
+
+
+def test_what_is_not_found_is_told_and_left_out(home: Path, folder: Path, capsys: Said) -> None:
+    described(folder, "gone.png", "package://away/gone.png")
+    assert main(["all"]) == 0
+    said = capsys.readouterr().err
+    line = "3:19: warning[mesh-not-found]: texture gone.png is not there, neither as seen from the artifacts nor "
+    assert f"{line}beside the description, and left out of mjcf/box.xml\n" in said
+    assert "texture package://away/gone.png is not found: there is no package away here, and left out of " in said
+    assert look_of(loaded(home), "plank")[0] == -1
+
+
+@pytest.mark.parametrize("data", [b"", b"\xff\xd8\xff", png(0)[:-4], png(0)[:60], png(0).replace(b"IDAT", b"IDAt")])
+def test_what_is_no_image_is_told_and_left_out(home: Path, folder: Path, capsys: Said, data: bytes) -> None:
+    (folder / "wood.png").write_bytes(data)
+    described(folder)
+    assert main(["all"]) == 0
+    assert "warning[mesh-not-read]: texture wood.png is left out of the MJCF: " in capsys.readouterr().err
+    assert look_of(loaded(home), "other")[0] == -1
+    assert look_of(loaded(home), "plank")[0] == 10
+
+
+def test_a_urdf_alone_asks_for_no_texture(folder: Path, capsys: Said) -> None:
+    described(folder, "gone.png", "gone.png")
+    text = (folder / "robot.yaml").read_text("utf-8")
+    (folder / "robot.yaml").write_text(text[: text.index("outputs:")] + "outputs: {urdf: {file: box.urdf}}\n", "utf-8")
+    assert main(["all"]) == 0
+    assert "texture" not in capsys.readouterr().err
+
+
+def test_an_imported_mjcf_keeps_its_images(home: Path, capsys: Said) -> None:
+    """An image as it is becomes a word; what MuJoCo wraps around a cube stays an element, and its material has it."""
+    source = home / "source"
+    (source / "pictures").mkdir(parents=True)
+    (source / "pictures" / "wood.png").write_bytes(png(10))
+    (source / "box.xml").write_text("""\
+<mujoco model="box">
+  <compiler texturedir="pictures"/>
+  <default><geom contype="0" conaffinity="0"/></default>
+  <asset>
+    <texture name="wood" type="2d" file="wood.png"/>
+    <texture name="wrapped" type="cube" file="wood.png"/>
+    <material name="plank" texture="wood" texrepeat="3 3"/>
+    <material name="crate" texture="wrapped" rgba="0.5 1 1 1"/>
+  </asset>
+  <worldbody>
+    <body name="base">
+      <geom name="plank" type="box" size="1 1 1" material="plank" mass="1"/>
+      <geom name="crate" type="box" size="1 1 1" pos="3 0 0" material="crate" mass="1"/>
+      <geom name="dyed" type="box" size="1 1 1" pos="6 0 0" material="plank" rgba="0 1 0 1" mass="1"/>
+    </body>
+  </worldbody>
+</mujoco>
+""")
+    assert main(["import", "source/box.xml", "-o", "descriptions/box", "--meshes", "../../source"]) == 0
+    assert "MuJoCo's model of the MJCF is that of the source, in every field that it decides" in capsys.readouterr().out
+    assert main(["all"]) == 0
+    made = next((home / "outputs").rglob("box.xml"))
+    old, new = (mujoco.MjModel.from_xml_path(str(path)) for path in (source / "box.xml", made))
+    assert sorted(old.tex_type) == sorted(new.tex_type)
+    for name in ("plank", "crate", "dyed"):
+        theirs, ours = (model.geom(name) for model in (old, new))
+        assert ours.rgba.tolist() == pytest.approx(theirs.rgba.tolist())
+        assert new.mat_rgba[ours.matid[0]].tolist() == pytest.approx(old.mat_rgba[theirs.matid[0]].tolist())
+        assert new.mat_texrepeat[ours.matid[0]].tolist() == old.mat_texrepeat[theirs.matid[0]].tolist()
+        textures = [model.mat_texid[one.matid[0]][1] for model, one in ((old, theirs), (new, ours))]
+        assert old.tex_type[textures[0]] == new.tex_type[textures[1]]

@@ -44,13 +44,13 @@ def imported(made: object, opened: Opened) -> Imported:
     diagnostics = list(said)
     if not all(isinstance(one, Diagnostic) for one in diagnostics):
         raise TypeError("what a reader has to say are Diagnostics")
-    tree = _as_tree(description, first_line(opened.source), [])
+    tree = as_tree(description, first_line(opened.source), [])
     if not isinstance(tree, Map):
         raise TypeError(f"a reader gives a description, not {type(description).__name__}")
     name = printable_name(opened.path)
     for key, value in (("robot", opened.path.stem), ("source", {"status": "imported", "note": f"from {name}"})):
         if key not in tree:
-            tree.put(key, _as_tree(value, tree.span, [key]), tree.span, tree.span)
+            tree.put(key, as_tree(value, tree.span, [key]), tree.span, tree.span)
     left = [one for one in diagnostics if one.rule == "import-cannot-carry"]
     what = tuple(LeftOut(one.message.removesuffix(" is not carried over"), one.span or tree.span) for one in left)
     if not opened.options.checked:
@@ -59,10 +59,11 @@ def imported(made: object, opened: Opened) -> Imported:
     return Imported(accepted, [*diagnostics, *told], files=(opened.path,), left_out=what)
 
 
-def _as_tree(value: Any, span: Span, path: Steps) -> Any:
+def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
     """Return a plain value as a tree; what has no place of its own is at ``span``. Raises TypeError."""
+    path = path or []
     if isinstance(value, Placed):
-        return _as_tree(value.value, value.span, path)
+        return as_tree(value.value, value.span, path)
     if len(path) > MAX_DEPTH:
         raise TypeError(f"{subject(path[:3])} is nested deeper than {MAX_DEPTH} levels")
     if isinstance(value, Mapping):
@@ -71,13 +72,13 @@ def _as_tree(value: Any, span: Span, path: Steps) -> Any:
             if not isinstance(key, str):
                 raise TypeError(f"{subject(path)} has a key that is no text: {key!r}")
             place = item.span if isinstance(item, Placed) else span
-            tree.put(str(key), _as_tree(item, span, [*path, key]), place, place)
+            tree.put(str(key), as_tree(item, span, [*path, key]), place, place)
         return tree
     if isinstance(value, (list, tuple)):
         items = Seq(span)
         for index, item in enumerate(value):
             place = item.span if isinstance(item, Placed) else span
-            items.put(_as_tree(item, span, [*path, index]), place)
+            items.put(as_tree(item, span, [*path, index]), place)
         return items
     return _scalar(value, path)
 

@@ -215,8 +215,8 @@ class Format:
     a package).
 
     When a robot is imported: ``asked`` makes the output that its description has, from its tree, the version that its
-    source says and a name for files. ``optional`` says that the output is left out, with a remark, where the robot
-    cannot be written so.
+    source says and a name for files; None for a robot that asks for none. ``optional`` says that the output is left
+    out, with a remark, where the robot cannot be written so.
     """
 
     name: str
@@ -273,7 +273,7 @@ class Format:
     beside: Callable[[str], Sequence[str]] | None = None
     robot_of: Callable[[Path], str] | None = None
     adapted: str = ""
-    asked: Callable[[Map, str, str], Asked] | None = None
+    asked: Callable[[Map, str, str], Asked | None] | None = None
     optional: bool = False
 
     @property

@@ -2,6 +2,10 @@
 
 Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
 for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
+
+Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
+name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
+``verbatim`` (what stays as it stands). ``words`` is what both sides know.
 """
 
 from __future__ import annotations
@@ -9,12 +13,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Fact, Facts, Format
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
+    from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
+    from ..imported import Imported
     from ..templating import Templates
 
 __all__ = ["FORMAT"]
@@ -24,6 +30,18 @@ def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, lis
     from .write import write
 
     return write(robot, output, templates)
+
+
+def _read(opened: Opened) -> Imported:
+    from .robot import read_sdf
+
+    return read_sdf(opened)
+
+
+def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
+    """Return the output of a robot that comes of an SDF; others are not asked for one."""
+    wishes = (tree.get("outputs") or {}).get("sdf")
+    return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
 
 
 def _facts(text: str) -> Facts:
@@ -88,6 +106,7 @@ FORMAT = Format(
     roots=("sdf",),
     check=_check,
     write=_write,
+    read=_read,
     facts=_facts,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.joints],
@@ -102,4 +121,5 @@ FORMAT = Format(
     folder="sdf",
     deploys=True,
     meshes=True,
+    asked=_asked,
 )

@@ -10,8 +10,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...model import IDENTITY, Inertial, Joint, Robot
-
-WORLD = "world"
+from .words import WORLD
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)

@@ -29,6 +29,7 @@ _COLOUR = ("red", "green", "blue", "alpha")
 _OF_MODEL = ("link", "frame", "joint", "pose")
 _OF_LINK = ("pose", "inertial", "visual", "collision")
 _OF_JOINT = ("pose", "parent", "child", "axis")
+_SOLIDS = ("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh")
 _LENGTHS = {"cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
@@ -130,14 +131,20 @@ def _link(sheet: _Sheet, link: Element) -> None:
             raise ValueError(f"the inertial of link {name} has no <inertia>")
         xx, yy, zz, xy, xz, yz = (sheet.one(inertia, entry) for entry in _INERTIA)
         sheet.add_inertial(name, sheet.one(inertial, "mass"), _placed(inertial, "").pose, (xx, yy, zz, xy, xz, yz))
+    others = []
     for purpose in ("visual", "collision"):
         counts: dict[str, int] = {}
         for shape in link.iterfind(purpose):
+            if not any(solid.tag in _SOLIDS for solid in shape.iterfind("geometry/*")):
+                others.append(shape)
+                continue
             owner, pose = _placed(shape, name)
             counts[owner] = counts.get(owner, 0) + 1
             _shape(sheet, owner, f"{purpose} {counts[owner]}", shape, pose)
         for owner, count in counts.items():
             sheet.add(Fact("link", owner, f"{purpose} shapes"), float(count), tolerance=0.0)
+    for number, shape in enumerate(others, 1):
+        sheet.add(Fact("link", name, f"element {number} of its own {shape.tag}"), canonical(shape))
     _elements(sheet, Fact("link", name, ""), link, _OF_LINK)
 
 

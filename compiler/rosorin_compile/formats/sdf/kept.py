@@ -2,7 +2,8 @@
 
 Gazebo takes a ``<gazebo>`` of a URDF apart in the same way: what stands in it goes into the model, or into the link or
 joint that it refers to (``gazebosim/sdformat@sdf12:src/parser_urdf.cc``). Words that mean something to that reader
-alone (mu1, kp, material, ...) have no place here.
+alone (mu1, kp, material, ...) have no place here. What stands in an ``<sdf>`` belongs to what that stands in: the
+robot, a link, a joint, its axis, a shape, its material.
 """
 
 from __future__ import annotations
@@ -14,15 +15,9 @@ from ...diagnostics import Source
 from ...model import Robot
 from ...xml.elements import indented
 from ...xml.markup import Element, MarkupError, parse
+from .words import OF_JOINT, OF_LINK, OF_MODEL
 
-# What SDF 1.9 knows in a model, a link and a joint, beside what a description says in words.
-OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
-OF_LINK = (
-    *("sensor", "gravity", "enable_wind", "self_collide", "kinematic", "must_be_base_link", "velocity_decay"),
-    *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
-)
-OF_JOINT = ("sensor", "physics")
-POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source")
+POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 # What says how a URDF becomes an SDF, which this one does not come from.
 _OF_URDF = ("preserveFixedJoint", "disableFixedJointLumping", "disableJointLumping")
 
@@ -38,10 +33,17 @@ class Kept(NamedTuple):
 
 def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> Kept:
     """Return what a robot has for Gazebo; ``carrier`` says who carries each link in the SDF, ``joints`` are its own."""
-    model: list[str] = []
+    model = [element.verbatim for element in own(robot.urdf_elements).elements]
     links: dict[str, list[str]] = {}
     of_joints: dict[str, list[str]] = {}
     left: dict[str, None] = {}
+    for link in robot.links:
+        for element in own(link.urdf_elements).elements:
+            if link.name not in carrier:
+                left[f"<{element.tag}> of {link.name}"] = None
+                continue
+            body = carrier[link.name]
+            links.setdefault(body, []).append(element.verbatim if body == link.name else _placed(element, link.name))
     for reference, element in _blocks(robot):
         if element.tag in _OF_URDF:
             continue
@@ -59,16 +61,45 @@ def kept(robot: Robot, carrier: Mapping[str, str], joints: Collection[str]) -> K
 
 def _blocks(robot: Robot) -> Iterator[tuple[str, Element]]:
     """Yield each element that stands in a <gazebo>, and what that refers to."""
-    for text in robot.urdf_elements:
-        if "<gazebo" not in text:
+    for block in _elements(robot.urdf_elements, "gazebo"):
+        yield from ((block.get("reference"), element) for element in block.children)
+
+
+def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
+    """Yield the elements of a tag among those that an entry keeps."""
+    for text in texts:
+        if f"<{tag}" not in text:
             continue
         try:
             document = parse(Source("", f"<all>{text}</all>"))
         except MarkupError:  # more than one text can hold: the rules found it well formed
             continue
-        for block in document.root.children:
-            if block.tag == "gazebo":
-                yield from ((block.get("reference"), element) for element in block.children)
+        yield from (block for block in document.root.children if block.tag == tag)
+
+
+class Own(NamedTuple):
+    """What an entry has for SDF alone: elements, and as text those for elements within, by the tags that lead there."""
+
+    elements: Sequence[Element]
+    inner: Mapping[str, Sequence[str]]
+
+
+def own(texts: Sequence[str], *within: str) -> Own:
+    """Return what stands in the <sdf> of an entry; ``within`` are the elements that it has in any case, as tag/tag."""
+    found: list[Element] = []
+    inner: dict[str, list[str]] = {}
+    waiting = [("", block) for block in _elements(texts, "sdf")]
+    while waiting:
+        way, block = waiting.pop(0)
+        for element in block.children:
+            path = f"{way}/{element.tag}".lstrip("/")
+            if path in within:
+                waiting.append((path, element))
+            elif way:
+                inner.setdefault(way, []).append(element.verbatim)
+            else:
+                found.append(element)
+    return Own(found, inner)
 
 
 def _placed(element: Element, frame: str) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...model import Output
-from .bodies import WORLD, world_of
+from .bodies import world_of
+from .words import RESERVED, WORLD
 
 if TYPE_CHECKING:
     from ...rules.case import Case
@@ -23,8 +23,6 @@ RULES = (
         FORMATS,
     ),
 )
-
-_RESERVED = re.compile(r"__.*__\Z")
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -48,4 +46,4 @@ def _why(name: str) -> str:
         return "that is the world itself"
     if "::" in name:
         return ":: leads into a model"
-    return "SDF keeps names between two underscores for itself" if _RESERVED.match(name) else ""
+    return "SDF keeps names between two underscores for itself" if RESERVED.match(name) else ""

@@ -80,9 +80,10 @@ class Numbers:
         found = words(element)
         if len(found) != count:
             have = "is empty" if not found else f"has {counted(len(found), 'number')}"
-            self.reading.error("wrong-count", f"{named(element)} {have}; it takes {count}", element.span, f"give {count}")
+            message = f"{named(element)} {have}; it takes {count}"
+            self.reading.error("wrong-count", message, element.span, f"give {count}")
             return None
-        values = [self._number(element, word, unit) for word in found]
+        values = [self.number(element, word, unit) for word in found]
         return None if None in values else [Placed(v, w.span) for v, w in zip(values, found, strict=True)]
 
     def one(self, element: Element, tag: str, unit: str = "") -> Placed | None:
@@ -93,15 +94,15 @@ class Numbers:
         found = self.all_of(child, 1, unit)
         return found[0] if found else None
 
-    def limit(self, element: Element, tag: str, unit: str) -> Placed | None:
+    def limit(self, element: Element | None, tag: str, unit: str) -> Placed | None:
         """Return a limit; None if it is not there, or none, or after an error."""
-        child = self.reading.single(element, tag)
+        child = self.reading.single(element, tag) if element is not None else None
         if child is None or _ENDLESS.match(child.text):
             return None
         found = self.all_of(child, 1, unit)
         return found[0] if found and abs(found[0].value) < UNLIMITED else None
 
-    def _number(self, element: Element, word: Word, unit: str) -> float | None:
+    def number(self, element: Element, word: Word, unit: str) -> float | None:
         """Return a number; one beyond any robot with its unit, so that nobody takes it for another unit."""
         if not _NUMBER.match(word.text) or not math.isfinite(float(word.text)):
             message = f'{named(element)}: "{word.text[:40]}" is not a number'
@@ -147,13 +148,13 @@ class Numbers:
 
 def entry_of(said: Said, span: Span) -> dict[str, Placed]:
     """Return ``xyz`` and ``rpy`` of an entry: the numbers as they were written, or those of the transform."""
-    xyz = said.xyz if said.xyz else [Placed(_clean(value), span) for value in said.transform.xyz]
-    rpy = said.rpy if said.rpy else [Placed(_clean(value), span) for value in said.transform.rpy()]
+    xyz = said.xyz if said.xyz else [Placed(cleaned(value), span) for value in said.transform.xyz]
+    rpy = said.rpy if said.rpy else [Placed(cleaned(value), span) for value in said.transform.rpy()]
     made = {"xyz": xyz, "rpy": rpy}
     return {key: Placed(list(values), values[0].span) for key, values in made.items() if any(v.value for v in values)}
 
 
-def _clean(value: float) -> float:
+def cleaned(value: float) -> float:
     """Return a number that was calculated without what rounding has left in it."""
     return 0.0 if abs(value) < _ROUNDING else float(f"{value:.15g}")
 

@@ -2,14 +2,15 @@
 
 A model is a scope: its links, frames, joints and models share their names; ``other::name`` leads into a model within.
 A pose is relative to another of these, in the end to the frame of the outermost model (``__model__``).
-Source: http://sdformat.org/tutorials?tut=pose_frame_semantics; the converters of libsdformat 12 for what is older than 1.7.
+Sources: http://sdformat.org/tutorials?tut=pose_frame_semantics; for what is older than 1.7 the converters of
+libsdformat 12.
 """
 
 from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
 
@@ -18,9 +19,10 @@ from ...diagnostics.registry import READING, Rule
 from ...frontend.packages import Packages
 from ...model import Transform
 from ...xml.files import read_source
-from ...xml.markup import Attribute, Element, MarkupError, parse
+from ...xml.markup import Element, MarkupError, parse
 from ..urdf.reading import NAME, Reading, named
-from .reading import Numbers, Said, words
+from .reading import Numbers, Said
+from .words import RESERVED, WORLD
 
 RULES = (
     Rule(
@@ -51,7 +53,6 @@ RULES = (
 
 LINK, FRAME, JOINT, MODEL = "link", "frame", "joint", "model"
 OWN = "__model__"
-WORLD = "world"
 _VERSIONS = [f"1.{minor}" for minor in range(4, 13)]
 _DEEPEST = 20  # models within models: more is a circle of includes
 _PATHS = ("SDF_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH", "GAZEBO_MODEL_PATH")
@@ -95,6 +96,12 @@ class Scope:
             return ""
         return self.outer.prefix if self.is_merged else f"{self.outer.prefix}{self.name}_"
 
+    def own(self, name: str) -> Node | None:
+        """Return what has a name in it; where a joint and another have the same, as in old files, the other."""
+        same = (self.nodes.get(key) for key in (name, *(f"{name} ({kind})" for kind in (LINK, FRAME, JOINT))))
+        found = [node for node in same if node is not None]
+        return next((node for node in found if node.kind != JOINT), found[0] if found else None)
+
     def all_nodes(self) -> Iterator[Node]:
         """Yield what stands in it and in the models within, in the order of the file."""
         for node in self.nodes.values():
@@ -104,10 +111,9 @@ class Scope:
 
     def word(self, element: Element, name: str, *others: str) -> str:
         """Return a setting of the model: an attribute, or a child of the <include> that wins over it."""
-        if self.overriding is not None and self.overriding.children:
-            for child in self.overriding.children:
-                if child.tag in (name, *others):
-                    return child.text
+        for child in self.overriding.children if self.overriding is not None else ():
+            if child.tag in (name, *others):
+                return child.text
         return element.get(name)
 
 
@@ -149,7 +155,7 @@ class Models:
     def _version(self, root: Element) -> str | None:
         attribute = root.attributes.get("version")
         if attribute is None:
-            message, help = "<sdf> lacks the attribute \"version\"", 'add version="1.9"'
+            message, help = '<sdf> lacks the attribute "version"', 'add version="1.9"'
             taken = self.reading.lenient("missing-attribute", message, root.span, help, "takes it for 1.9")
             return "1.9" if taken else None
         version = attribute.value.strip()
@@ -169,6 +175,10 @@ class Models:
             return ""
         if not NAME.match(attribute.value):
             message = f'the name of the {element.tag} "{attribute.value}" has a space at an end, or one of < > & " \''
+            self.reading.error("bad-name", message, attribute.span, "rename it")
+            return ""
+        if attribute.value == WORLD or RESERVED.match(attribute.value):
+            message = f'no {element.tag} can be called "{attribute.value}": SDF keeps that name for itself'
             self.reading.error("bad-name", message, attribute.span, "rename it")
             return ""
         return attribute.value
@@ -297,20 +307,19 @@ class Models:
 
     def find(self, scope: Scope, name: str) -> Node | None:
         """Return what a name stands for in a scope; the frame of the scope itself is None, as is what is not there."""
-        first, colon, rest = name.partition("::")
         for one in (scope, *scope.merged):
-            node = one.nodes.get(first) if one is scope or not colon else one.nodes.get(first)
-            if node is None:
-                node = one.nodes.get(f"{first} ({JOINT})")
-            if node is not None and not colon:
+            node = one.own(name)
+            if node is not None:
                 return node
-            if node is not None and node.inner is not None:
-                return self.find(node.inner, rest)
+            first, colon, rest = name.partition("::")
+            inner = one.nodes.get(first) if colon else None
+            if inner is not None and inner.inner is not None:
+                return self.find(inner.inner, rest)
         return None
 
     def asked(self, scope: Scope, name: str, span: Span, what: str) -> Node | None:
         """Return what a name stands for, which has to be there; None after an error."""
-        node = self.find(scope, name)
+        node = self.canonical(scope) if name == OWN else self.find(scope, name)
         if node is None:
             message = f'{what} is "{name}", which is not there'
             help = did_you_mean(name, [*scope.nodes]) or "the model has nothing with a name"
@@ -328,7 +337,7 @@ class Models:
             return outer, node.element.get("attached_to"), node.element.attributes["attached_to"].span
         if node.kind == JOINT:
             child = next((one for one in node.element.children if one.tag == "child"), None)
-            return outer, child.text if child is not None else OWN, child.span if child is not None else node.element.span
+            return (outer, OWN, node.element.span) if child is None else (outer, child.text, child.span)
         return outer, OWN, node.element.span
 
     def pose(self, node: Node | None, scope: Scope, passed: tuple[Node, ...] = ()) -> Transform:
@@ -347,26 +356,27 @@ class Models:
         outer = self._of(node.scope, name, span, f"relative_to of {named(node.element)}", (*passed, node))
         made = outer.then(node.said.transform)
         if node.kind == MODEL and node.inner is not None:
-            made = made.then(self._placement(node.inner, (*passed, node)).inverse())
+            made = made.then(self.placement(node.inner, (*passed, node)).inverse())
         return self._poses.setdefault(key, made)
+
+    def frame(self, scope: Scope, name: str, span: Span, node: Node) -> Transform:
+        """Return where what something is seen from sits in the outermost model."""
+        return self._of(scope, name, span, f"relative_to of {named(node.element)}", (node,))
 
     def _of(self, scope: Scope, name: str, span: Span, what: str, passed: tuple[Node, ...]) -> Transform:
         """Return where what a name stands for sits in the outermost model."""
         if name in (OWN, ""):
             return self.pose(None, scope, passed)
-        if name == WORLD and scope.outer is None:
-            return Transform()
         node = self.asked(scope, name.removesuffix(f"::{OWN}"), span, what)
         return Transform() if node is None else self.pose(node, node.scope, passed)
 
-    def _placement(self, inner: Scope, passed: tuple[Node, ...]) -> Transform:
+    def placement(self, inner: Scope, passed: tuple[Node, ...] = ()) -> Transform:
         """Return where the frame by which a model is placed sits in it."""
         name = inner.word(inner.element, "placement_frame")
         node = self.asked(inner, name, inner.element.span, "placement_frame") if name else None
         if node is None:
             return Transform()
-        # Seen from the model itself, whose own place is not known yet.
-        chain, here = Transform(), node
+        chain, here = Transform(), node  # seen from the model itself, whose own place is not known yet
         for _ in range(len(inner.nodes) + 1):
             chain = here.said.transform.then(chain)
             _, above, span = self.seen_from(here)
@@ -432,9 +442,10 @@ def _of_folder(folder: Path) -> Path | None:
         named_there = [child for child in root.children if child.tag == "sdf"]
     except (MarkupError, OSError):
         named_there = []
-    order: Callable[[Element], list[int]] = lambda one: [int(n) for n in re.findall(r"\d+", one.get("version"))]
-    files = [folder / one.text for one in sorted(named_there, key=order, reverse=True)]
+    files = [folder / one.text for one in sorted(named_there, key=_age, reverse=True)]
     return next((file for file in (*files, folder / "model.sdf") if file.is_file()), None)
 
 
-__all__ = ["FRAME", "JOINT", "LINK", "MODEL", "OWN", "WORLD", "Attribute", "Models", "Node", "Scope", "words"]
+def _age(sdf: Element) -> list[int]:
+    """Return the version of an <sdf> of a model.config as numbers."""
+    return [int(digits) for digits in re.findall(r"\d+", sdf.get("version"))]

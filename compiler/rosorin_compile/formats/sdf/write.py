@@ -40,8 +40,9 @@ from ...model import (
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import LEAST, WORLD, Bodies, bodies_of, world_of
-from .kept import Kept, at, kept
+from .bodies import LEAST, Bodies, bodies_of, world_of
+from .kept import Kept, at, kept, own
+from .words import WORLD
 
 RULES = (
     Rule(
@@ -111,6 +112,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "comment": comment,
         "version": form.version,
         "names": attributes(name=robot.name, canonical_link=writer.bodies.canonical),
+        "pose": writer.stands(),
         "stand_ins": sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}),
         "places": [writer.place(link) for link in robot.links if link.name in writer.bodies.carrier],
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
@@ -155,6 +157,11 @@ class _Writer:
                 found.setdefault(link.name, []).append(replace(solid, name=name))
         return found
 
+    def stands(self) -> Markup:
+        """Return the pose of the model: where the root is in the world, if the description says so."""
+        root = self.robot.simulation.root
+        return self.form.pose(root.pose) if root.placed and not self.world else Markup()
+
     def place(self, link: Link) -> tuple[Any, ...]:
         """Return a link or a frame: its attributes, its pose, whether it is a frame, and what is in it."""
         name, bodies = link.name, self.bodies
@@ -184,30 +191,37 @@ class _Writer:
     def _shape(self, link: Link, solid: Shape, purpose: str) -> tuple[Any, ...]:
         """Return a shape: its attributes, pose, geometry, and how it looks."""
         seen = "" if self.bodies.carrier[link.name] == link.name else link.name
-        look = self._look(solid) if purpose == "visual" else Markup()
-        return attributes(name=solid.name), self.form.pose(solid.origin(), seen), _geometry(solid, self.form), look
+        kept = own(solid.urdf_elements, "material", "mesh")
+        look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else Markup()
+        geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
+        more = at([element.verbatim for element in kept.elements], "        ")
+        return attributes(name=solid.name), self.form.pose(solid.origin(), seen), geometry, look, more
 
-    def _look(self, visual: Shape) -> Markup:
-        """Return the elements of a material."""
+    def _look(self, visual: Shape, kept: Sequence[str]) -> Markup:
+        """Return the elements of a material; ``kept`` are those that the description has for SDF alone."""
         rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
         made = Markup()
         if rgba is not None:
-            made += Markup("<ambient>{0}</ambient><diffuse>{0}</diffuse>").format(self.form.vector(rgba))
+            lit = not any(text.startswith("<ambient") for text in kept)
+            made += Markup("<ambient>{}</ambient>").format(self.form.vector(rgba)) if lit else Markup()
+            made += Markup("<diffuse>{}</diffuse>").format(self.form.vector(rgba))
         if texture:
             made += Markup("<pbr><metal><albedo_map>{}</albedo_map></metal></pbr>").format(texture)
-        return made
+        return made + Markup().join(map(Markup, kept))
 
     def joint(self, joint: Joint) -> tuple[Any, ...]:
         """Return a joint: its attributes, pose, ends, what is said of its axis, and what else is in it."""
         world = joint.parent == self.world
         pose = self.form.pose(joint.origin, MODEL if world else joint.parent)
         ends = WORLD if world else joint.parent, joint.child
-        kept = [*self.sensors.get(f"joint {joint.name}", ()), *at(self.kept.joints.get(joint.name, ()), "      ")]
-        axis = [] if joint.is_fixed or joint.type in AXLELESS else [self._axis(joint)]
+        mine = own(joint.urdf_elements, "axis", "axis/limit", "axis/dynamics")
+        texts = [*self.kept.joints.get(joint.name, ()), *(element.verbatim for element in mine.elements)]
+        kept = [*self.sensors.get(f"joint {joint.name}", ()), *at(texts, "      ")]
+        axis = [] if joint.is_fixed or joint.type in AXLELESS else [self._axis(joint, mine.inner)]
         return attributes(name=self.names[joint.name], type=joint.type), pose, *ends, axis, kept
 
-    def _axis(self, joint: Joint) -> tuple[Any, ...]:
-        """Return what is said of an axis: direction, pairs of limit and of dynamics, what it follows."""
+    def _axis(self, joint: Joint, kept: Mapping[str, Sequence[str]]) -> tuple[Any, ...]:
+        """Return what is said of an axis: direction, limit, dynamics, what it follows, and what is kept."""
         number, limit, dynamics, mimic = self.form.number, joint.limit, joint.dynamics, joint.mimic
         keys = ("effort", "velocity") if joint.type == "continuous" else ("lower", "upper", "effort", "velocity")
         known = [(key, limit.known(key)) for key in keys] if limit else []
@@ -221,7 +235,9 @@ class _Writer:
         if mimic is not None:
             leader = attributes(joint=self.names[mimic.joint])
             follows = [(leader, number(mimic.multiplier), number(mimic.offset))]
-        return self.form.vector(joint.axis), limits, [(key, number(value)) for key, value in words], follows
+        dynamics_of = _pairs([(key, number(value)) for key, value in words], kept.get("axis/dynamics", ()))
+        limits_of = _pairs(limits, kept.get("axis/limit", ()))
+        return self.form.vector(joint.axis), limits_of, dynamics_of, follows, at(kept.get("axis", ()), "        ")
 
     def _sensors(self, frame_id: str) -> None:
         """Make what Gazebo has of the sensors, by the link or joint that they stand in."""
@@ -311,8 +327,14 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
     return names
 
 
-def _geometry(solid: Shape, form: _Form) -> Markup:
-    """Return the element of a geometry. Raises TypeError for one that is no solid."""
+def _pairs(pairs: Sequence[tuple[str, str]], kept: Sequence[str]) -> Markup:
+    """Return elements by name and number, and those that are kept."""
+    made = Markup().join(Markup("<{0}>{1}</{0}>").format(key, value) for key, value in pairs)
+    return made + Markup().join(map(Markup, kept))
+
+
+def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> Markup:
+    """Return the element of a geometry; ``kept`` stands in that of a mesh. Raises TypeError if it is no solid."""
     shape, number = solid.geometry, form.number
     if isinstance(shape, Box):
         return _element("box", size=form.vector(shape.size))
@@ -326,7 +348,8 @@ def _geometry(solid: Shape, form: _Form) -> Markup:
         return _element("ellipsoid", radii=form.vector(shape.radii))
     if isinstance(shape, Mesh):
         scale = {} if shape.scale == (1.0, 1.0, 1.0) else {"scale": form.vector(shape.scale)}
-        return _element("mesh", uri=shape.file, **scale)
+        made = _element("mesh", uri=shape.file, **scale)
+        return made.replace(Markup("</mesh>"), Markup().join(map(Markup, kept)) + Markup("</mesh>")) if kept else made
     raise TypeError(f"{type(shape).__name__} is not a solid")
 
 

@@ -308,12 +308,14 @@ def _distance(one: str, other: str) -> int:
 _LINE_END = re.compile("\r\n|\r")
 
 
-def kept(element: Element) -> Text:
+def kept(element: Element, text: str = "") -> Text:
     """Return an element as text: as it stands, its further lines moved left, where space means nothing.
+
+    ``text`` is what stands for it where something in it has been renamed.
 
     A prefix that an element around it declares (``xmlns:sim``) is declared in the text, so that it can stand alone.
     """
-    text = _LINE_END.sub("\n", element.verbatim)
+    text = _LINE_END.sub("\n", text or element.verbatim)
     declared = _declared(element)
     if declared:
         at = 1 + len(element.tag)

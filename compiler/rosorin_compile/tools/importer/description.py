@@ -103,6 +103,8 @@ def outputs(imported: Imported, why: str = "") -> Outputs:
             made.left_out[format.name] = why
             continue
         asked = format.asked(tree, imported.version, safe(tree["robot"]))
+        if asked is None:
+            continue
         made.entries[format.name] = asked.entry
         if asked.remark:
             made.remarks[format.name] = asked.remark

@@ -1,0 +1,221 @@
+"""SDF: a robot as Gazebo and Drake have it, read into the plain tree (http://sdformat.org/spec, versions 1.4 to 1.12).
+
+What libsdformat refuses is refused, and so is what it passes silently although it cannot be meant: misspelt words, a
+second element where one is taken. Models within a model and those of files beside it are resolved: their names get the
+name of the model before them. What the language has no word for is kept as it stands (``verbatim``).
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...diagnostics import Diagnostic, has_errors
+from ...frontend.tree import Map
+from ...xml.files import printable_name
+from ...xml.markup import Document, Element
+from ..checked import accept
+from ..described import as_tree
+from ..format import Opened, Placed
+from ..imported import Comment, Imported
+from ..urdf.reading import Reading
+from ..urdf.robot import comments_of
+from .read_joints import Joints
+from .read_links import Entries, Links
+from .reading import Said, changed, converted, entry_of
+from .scopes import Models, Node, Scope
+from .trees import Tree, is_near, named_twice
+from .verbatim import keep, text_of, wrapped
+from .words import OF_MODEL, WORLD
+
+_OF_MODEL = ("link", "frame", "joint", "model", "include", "pose")
+_OF_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")
+_NEWER = ("1.10", "1.11", "1.12")
+
+
+def read_sdf(opened: Opened) -> Imported:
+    """Return the robot of an SDF."""
+    reading = Reading(opened.options)
+    document = opened.xml
+    models = Models(reading, opened.path)
+    top = models.top(document.root, opened.path)
+    entries = None if top is None else _Robot(models, top).read()
+    diagnostics = reading.all_diagnostics()
+    files, left_out = tuple(models.files), reading.left_out()
+    if entries is None or top is None or has_errors(diagnostics):
+        return Imported(None, diagnostics, (), files, left_out)
+    name = printable_name(opened.path)
+    whole = {"robot": entries.pop("robot"), "source": {"status": "imported", "note": f"from {name}"}, **entries}
+    tree = as_tree(whole, document.root.span)
+    told: list[Diagnostic] = []
+    accepted: Map | None = tree
+    if opened.options.checked:
+        accepted, told = accept(tree, opened.options.lenient)
+    if accepted is None:
+        return Imported(None, [*diagnostics, *told], (), files, left_out)
+    accepted.put("outputs", as_tree(_outputs(top), tree.span), tree.span, tree.span)
+    comments = _comments(document, reading)
+    return Imported(accepted, [*diagnostics, *told], comments, files, left_out, _version(top))
+
+
+def _version(top: Scope) -> str:
+    return ".".join(map(str, top.version))
+
+
+def _outputs(top: Scope) -> dict[str, Any]:
+    """Return what the description asks for: an SDF, of the version that the words in it are of."""
+    version = {"version": _version(top)} if _version(top) in _NEWER else {}
+    return {"sdf": {"file": "robot.sdf", **version}}
+
+
+def _comments(document: Document, reading: Reading) -> list[Comment]:
+    """Return the comments; those in an element that is read with what holds it belong to that."""
+    for element in document.root.iter():
+        above = reading.paths.get(id(element.parent)) if element.parent is not None else None
+        if above is not None and "urdf_elements" not in above:
+            reading.paths.setdefault(id(element), () if above == ("robot",) else above)
+    return comments_of(document, reading.paths)
+
+
+class _Robot:
+    """Makes the sections of a description from a model."""
+
+    def __init__(self, models: Models, top: Scope) -> None:
+        self.models = models
+        self.reading = models.reading
+        self.top = top
+        self.entries = Entries({}, {})
+        self.elements: list[Placed] = []
+
+    def read(self) -> dict[str, Any] | None:
+        """Return the sections; None after an error that hides all else."""
+        top, reading = self.top, self.reading
+        tree = Tree(self.models, top)
+        if not tree.links:
+            help = "add <link>: readers of SDF refuse a model without"
+            reading.error("no-links", f'the model "{top.name}" has no links', top.element.span, help)
+        if has_errors(reading.diagnostics):
+            return None
+        self._name(tree)
+        roots = tree.roots()
+        world = self._world(tree, roots)
+        for node in tree.members:
+            self.entries.links[node.called] = {}
+            reading.paths[id(node.element)] = ("links", node.called)
+        Links(tree, self.entries).read()
+        joints = Joints(tree, self.entries)
+        joints.read(world)
+        for node in roots if world else ():
+            joints.fix(node, world, tree.said(node, None), "fixed" if self._is_static() else "floating")
+        return self._sections(tree, joints, roots, world)
+
+    def _sections(self, tree: Tree, joints: Joints, roots: list[Node], world: str) -> dict[str, Any]:
+        spans = {node.called: _name_span(node) for node in tree.members}
+        made: dict[str, Any] = {"robot": Placed(self.top.name, _name_span_of(self.top.element))}
+        links = {name: entry for name, entry in self.entries.links.items() if name != world}
+        if world:
+            links = {world: {}, **links}
+        made["links"] = {name: Placed(entry, spans.get(name, self.top.element.span)) for name, entry in links.items()}
+        if joints.made:
+            made["joints"] = {name: Placed(entry, joints.spans[name]) for name, entry in joints.made.items()}
+        root = self._root(tree, roots, world)
+        if root:
+            made["root"] = root
+        self._kept()
+        if self.elements:
+            made["urdf_elements"] = self.elements
+        return made
+
+    def _name(self, tree: Tree) -> None:
+        """Say what links, frames and joints are called in the description."""
+        named_twice(tree.members, set(), self.reading)
+        named_twice((joint.node for joint in tree.joints), set(), self.reading)
+        inner = [node for node in self.top.nodes.values() if node.inner is not None and not node.inner.is_merged]
+        if inner:
+            node = inner[0]
+            message = f'the names of the model "{node.name}" within begin with "{node.name}_" here'
+            if len(inner) > 1:
+                message += f", and so on for {len(inner) - 1} more"
+            converted(self.reading, message, node.element.span)
+        for node in inner:
+            if any(child.tag == "plugin" for child in node.element.children):
+                what = f'a plugin of the model "{node.name}" becomes one of the robot: names in it stay as they are'
+                changed(self.reading, what, node.element.span)
+
+    def _is_static(self) -> bool:
+        return self.top.word(self.top.element, "static").lower() in ("1", "true") or any(
+            child.tag == "static" and child.text.lower() in ("1", "true") for child in self.top.element.children
+        )
+
+    def _world(self, tree: Tree, roots: list[Node]) -> str:
+        """Return the link that is the world, where the model is joined to it, or is in several pieces."""
+        if len(roots) < 2 and all(joint.parent is not None for joint in tree.joints):
+            return ""
+        taken = {node.called for node in tree.members}
+        name = WORLD
+        while name in taken:
+            name += "_"
+        self.entries.links[name] = {}
+        if len(roots) > 1 or (roots and any(joint.parent is None for joint in tree.joints)):
+            how = "fixed, as the model is static" if self._is_static() else "floating"
+            what = "pieces that no joint connects" if len(roots) > 1 else "a piece that no joint connects"
+            message = f'the model has {what}: joints to a link "{name}" hold them, {how}'
+            converted(self.reading, message, roots[0].element.span)
+        return name
+
+    def _root(self, tree: Tree, roots: list[Node], world: str) -> dict[str, Any]:
+        """Return how the root stands in the world."""
+        span = self.top.element.span
+        if world:
+            return {"world": True}
+        here = tree.world.then(tree.pose(roots[0])) if roots else tree.world
+        if is_near(here):
+            return {}
+        own = self.models.numbers.pose(self.reading.single(self.top.element, "pose"))
+        said = own if own.transform == here else Said(here)
+        return entry_of(said, said.element.span if said.element is not None else span)
+
+    def _kept(self) -> None:
+        """Keep what stands in the models, and what links and joints have for Gazebo."""
+        self._of_model(self.top)
+        for name, found in self.entries.gazebo.items():
+            self._put(found[0][0], wrapped("gazebo", [text for _, text in found], reference=name))
+            for element, _ in found:
+                self.reading.paths[id(element)] = ("urdf_elements", len(self.elements) - 1)
+
+    def _put(self, element: Element, text: str) -> None:
+        holder: dict[str, Any] = {"urdf_elements": self.elements}
+        keep(holder, element, text)
+        self.reading.paths[id(element)] = ("urdf_elements", len(self.elements) - 1)
+
+    def _of_model(self, scope: Scope) -> None:
+        element = scope.element
+        self.reading.paths[id(element)] = ("robot",)
+        gazebo, others = [], []
+        for child in element.children:
+            if child.tag in OF_MODEL and (scope is self.top or child.tag == "plugin"):
+                gazebo.append((child, text_of(child, scope, self.models)))
+            elif child.tag == "gripper" or (":" in child.tag and not child.tag.startswith("xacro:")):
+                others.append((child, text_of(child, scope, self.models)))
+        known = [child.tag for child, _ in (*gazebo, *others)]
+        self.reading.known(element, (*_OF_MODEL, *known), ("name", "canonical_link", "placement_frame"), None)
+        if scope.overriding is not None:
+            plugins = [child for child in scope.overriding.children if child.tag == "plugin"]
+            gazebo += [(child, text_of(child, scope, self.models)) for child in plugins]
+            self.reading.known(scope.overriding, _OF_INCLUDE, ("merge",), None)
+        for tag, found in (("gazebo", gazebo), ("sdf", others)):
+            if found:
+                self._put(found[0][0], wrapped(tag, [text for _, text in found]))
+                for one, _ in found:
+                    self.reading.paths[id(one)] = ("urdf_elements", len(self.elements) - 1)
+        for node in scope.nodes.values():
+            if node.inner is not None:
+                self._of_model(node.inner)
+
+
+def _name_span(node: Node) -> Any:
+    return _name_span_of(node.element)
+
+
+def _name_span_of(element: Element) -> Any:
+    attribute = element.attributes.get("name")
+    return element.span if attribute is None else attribute.span

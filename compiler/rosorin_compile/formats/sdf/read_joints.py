@@ -8,7 +8,6 @@ from __future__ import annotations
 from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, Span, did_you_mean
-from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Transform, Vector
 from ...xml.markup import Element
@@ -17,26 +16,10 @@ from ..urdf.reading import Reading, named
 from .read_links import Entries
 from .reading import Numbers, Said, cleaned, converted, entry_of, place
 from .scopes import JOINT, OWN, Models, Node
-from .trees import Joined, Tree, is_along, is_near
+from .trees import PAIRS, Joined, Tree, is_along, is_near
 from .verbatim import keep, text_of, wrapped
 from .words import OF_JOINT
 
-RULES = (
-    Rule(
-        "sdf-joint",
-        "A joint of an SDF that no description can have, or that joins nothing.",
-        "The message says what it is; `--lenient` may take another in its place.",
-        READING,
-    ),
-)
-
-_SAME = {"revolute": "revolute", "continuous": "continuous", "prismatic": "prismatic", "fixed": "fixed", "ball": "ball"}
-_PAIRS = ("universal", "revolute2")
-_NOT_CARRIED = {
-    "screw": "turns and slides at once",
-    "gearbox": "couples two joints with each other",
-}
-TYPES = (*_SAME, *_PAIRS, *_NOT_CARRIED)
 _OF_JOINT = ("pose", "parent", "child", "axis", "axis2")
 _OF_AXIS = ("xyz", "limit", "dynamics", "use_parent_model_frame")
 _Z: Vector = (0.0, 0.0, 1.0)
@@ -108,43 +91,19 @@ class Joints:
 
     def _joint(self, joint: Joined, parent: str) -> None:
         element, name = joint.node.element, joint.node.called
-        kind = self._kind(element)
-        if not kind:
-            return
+        kind = joint.kind
         self.reading.paths[id(element)] = ("joints", name)
         if kind == "fixed":
             entry = self._head("fixed", parent, joint.child.called, self.tree.at_joint(joint), element)
             self._add(name, entry, element)
             self._ignored(element)
             self._rest(joint.node, entry)
-        elif kind in _PAIRS:
-            self._pair(joint, parent, kind)
+        elif kind in PAIRS:
+            self._pair(joint, parent)
         else:
             self._moving(joint, parent, kind)
         known = [child.tag for child in element.children if ":" in child.tag]
         self.reading.known(element, (*_OF_JOINT, *OF_JOINT, *_UNUSED, *known), ("name", "type"), None)
-
-    def _kind(self, element: Element) -> str:
-        """Return the type of a joint; empty after an error."""
-        attribute = element.attributes.get("type")
-        if attribute is None or not attribute.value:
-            self.reading.error("missing-attribute", f"{named(element)} has no type", element.span, 'add type="..."')
-            return ""
-        kind = attribute.value
-        if kind in _NOT_CARRIED:
-            message = f'{named(element)} is of type "{kind}", which {_NOT_CARRIED[kind]}: no description has that'
-            help, instead = "make it one that is read", "takes a continuous joint"
-            if kind == "gearbox":
-                instead = "leaves it out"
-            if not self.reading.lenient("sdf-joint", message, attribute.span, help, instead):
-                return ""
-            self.reading.cannot_carry(f"the type {kind} of {named(element)}", attribute.span)
-            return "continuous" if kind == "screw" else ""
-        if kind in (*_SAME, *_PAIRS):
-            return kind
-        message = f'{named(element)} is of type "{kind}", which SDF does not have'
-        self.reading.error("joint-type", message, attribute.span, did_you_mean(kind, TYPES) or "correct it")
-        return ""
 
     def _ignored(self, element: Element) -> None:
         """Tell what has no effect on a joint that is fixed, beside axes, which tools write everywhere."""
@@ -201,14 +160,14 @@ class Joints:
         converted(self.reading, message, node.element.span)
         return name
 
-    def _pair(self, joint: Joined, parent: str, kind: str) -> None:
+    def _pair(self, joint: Joined, parent: str) -> None:
         """Add the two joints of a joint that turns about two axes."""
         element, name = joint.node.element, joint.node.called
         first, second = self._axis(joint.node, "axis"), self._axis(joint.node, "axis2")
         if first is None or second is None:
             return
         if second.element is None:
-            message = f'{named(element)} is of type "{kind}" and has no <axis2>'
+            message = f'{named(element)} is of type "{joint.kind}" and has no <axis2>'
             self.reading.error("missing-element", message, element.span, "add it")
             return
         link = self._between(joint.node, "link")

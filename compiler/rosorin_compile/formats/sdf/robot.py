@@ -167,11 +167,18 @@ class _Robot:
         span = self.top.element.span
         if world:
             return {"world": True}
-        here = tree.world.then(tree.pose(roots[0])) if roots else tree.world
+        if not roots:
+            return {}
+        own = tree.pose(roots[0])
+        if not is_near(own):
+            message = f'the robot begins at "{roots[0].called}", which is not where the frame of the model is:'
+            message += " what includes the SDF of the robot places that link"
+            converted(self.reading, message, roots[0].element.span)
+        here = tree.world.then(own)
         if is_near(here):
             return {}
-        own = self.models.numbers.pose(self.reading.single(self.top.element, "pose"))
-        said = own if own.transform == here else Said(here)
+        of_model = self.models.numbers.pose(self.reading.single(self.top.element, "pose"))
+        said = of_model if of_model.transform == here else Said(here)
         return entry_of(said, said.element.span if said.element is not None else span)
 
     def _kept(self) -> None:

@@ -16,6 +16,7 @@ from typing import NamedTuple
 
 from ...diagnostics import Related, Span, did_you_mean
 from ...diagnostics.registry import READING, Rule
+from ...diagnostics.wording import counted, quoted
 from ...frontend.packages import Packages
 from ...model import Transform
 from ...xml.files import read_source
@@ -139,10 +140,7 @@ class Models:
         if version is None:
             return None
         if not models:
-            inner = next((c for c in root.children if c.tag in ("world", "actor", "light")), None)
-            what = f"the file holds a <{inner.tag}>, and no <model> beside it" if inner else "<sdf> holds no <model>"
-            help = "name the file of one model" if inner else 'add <model name="...">'
-            self.reading.error("sdf-models", what, (inner or root).span, help)
+            self._no_model(root)
             return None
         if len(models) > 1:
             message = f"the file holds {len(models)} models; a description is of one robot"
@@ -151,6 +149,19 @@ class Models:
             return None
         self.reading.known(root, (MODEL,), ("version",), None)
         return self._scope(models[0], file, version, None, self._name(models[0]))
+
+    def _no_model(self, root: Element) -> None:
+        """Say that a file has no model, and what it has."""
+        other = next((child for child in root.children if child.tag in ("world", "actor", "light")), None)
+        if other is None:
+            self.reading.error("sdf-models", "<sdf> holds no <model>", root.span, 'add <model name="...">')
+            return
+        message = f"the file holds <{other.tag}>, not a model"
+        models = [child.get("name") for child in other.children if child.tag == MODEL]
+        if models:
+            message = f"the file holds a world, with {counted(len(models), 'model')}: {quoted(models, 3)}"
+        help = "put the <model> of the robot into a file of its own, in <sdf>"
+        self.reading.error("sdf-models", message, other.span, help)
 
     def _version(self, root: Element) -> str | None:
         attribute = root.attributes.get("version")

@@ -7,10 +7,11 @@ of a pose are those that the description needs, they stay as they were written.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
-from ...diagnostics import Span
+from ...diagnostics import Span, did_you_mean
+from ...diagnostics.registry import READING, Rule
 from ...model import Transform
 from ...xml.markup import Element
 from ..urdf.reading import Reading, named
@@ -18,13 +19,34 @@ from .reading import Said, changed, place
 from .scopes import FRAME, JOINT, LINK, Models, Node, Scope
 from .words import WORLD
 
+RULES = (
+    Rule(
+        "sdf-joint",
+        "A joint of an SDF that no description can have, or that joins nothing.",
+        "The message says what it is; `--lenient` may take another in its place.",
+        READING,
+    ),
+)
+
 NEAR = 1e-10  # m, and entries of rotations: what rounding leaves of nothing
 
 
+SINGLE = ("revolute", "continuous", "prismatic", "fixed", "ball")
+PAIRS = ("universal", "revolute2")
+SCREW = "screw"
+GEARBOX = "gearbox"
+_NOT_CARRIED = {
+    SCREW: ("turns and slides at once", "takes a continuous joint"),
+    GEARBOX: ("couples two joints with each other", "leaves it out"),
+}
+_TYPES = (*SINGLE, *PAIRS, *_NOT_CARRIED)
+
+
 class Joined(NamedTuple):
-    """A joint of an SDF: its node and its ends, the parent None for the world; where the child is at the joint."""
+    """A joint of an SDF: its node, its type and ends, the parent None for the world; where the child is at the joint."""
 
     node: Node
+    kind: str
     parent: Node | None
     child: Node
     there: Transform
@@ -42,7 +64,8 @@ class Tree:
         self.members = [node for node in nodes if node.kind in (LINK, FRAME)]
         self.world = _world(models, top)
         self.body = {id(node): self._body(node) for node in self.members}
-        self.joints = [made for node in nodes if node.kind == JOINT and (made := self._joined(node)) is not None]
+        joints = [self._joined(node) for node in nodes if node.kind == JOINT]
+        self.joints = list(self._each_once(joint for joint in joints if joint is not None))
         self.tops = self._tops()
 
     def pose(self, node: Node | None) -> Transform:
@@ -58,8 +81,9 @@ class Tree:
 
     def _joined(self, node: Node) -> Joined | None:
         """Return a joint with its ends; None after an error."""
+        kind = self._kind(node.element)
         parent, child = (self._end(node, end) for end in ("parent", "child"))
-        if not parent or not child:
+        if not parent or not child or not kind:
             return None
         if child[0] is None:
             self.reading.error("sdf-joint", f"the child of {named(node.element)} is the world, which no joint moves",
@@ -70,7 +94,42 @@ class Tree:
             self.reading.error("sdf-joint", message, child[1], "name another link")
             return None
         there = self.pose(node).inverse().then(self.pose(child[0]))
-        return Joined(node, parent[0], child[0], there)
+        return Joined(node, kind, parent[0], child[0], there)
+
+    def _kind(self, element: Element) -> str:
+        """Return the type of a joint; empty after an error, and for one that is left out."""
+        attribute = element.attributes.get("type")
+        if attribute is None or not attribute.value:
+            self.reading.error("missing-attribute", f"{named(element)} has no type", element.span, 'add type="..."')
+            return ""
+        kind = attribute.value
+        if kind in _NOT_CARRIED:
+            why, instead = _NOT_CARRIED[kind]
+            message = f'{named(element)} is of type "{kind}", which {why}: no description has that'
+            if not self.reading.lenient("sdf-joint", message, attribute.span, "make it one that is read", instead):
+                return ""
+            self.reading.cannot_carry(f"the type {kind} of {named(element)}", attribute.span)
+            return "continuous" if kind == SCREW else ""
+        if kind in (*SINGLE, *PAIRS):
+            return kind
+        message = f'{named(element)} is of type "{kind}", which SDF does not have'
+        self.reading.error("joint-type", message, attribute.span, did_you_mean(kind, _TYPES))
+        return ""
+
+    def _each_once(self, joints: Iterable[Joined]) -> Iterator[Joined]:
+        """Yield the joints that move a body for the first time; a second one would close a loop."""
+        first: dict[int, Joined] = {}
+        for joint in joints:
+            body = self.body_of(joint.child)
+            known = first.setdefault(id(body), joint)
+            if body is None or known is joint:
+                yield joint
+                continue
+            one, other = known.node.name, joint.node.name
+            message = f'link "{body.name}" is moved by two joints, "{one}" and "{other}": a loop, or one the wrong way'
+            span = joint.node.element.span
+            if self.reading.lenient("two-parents", message, span, "remove one", "leaves the second out"):
+                self.reading.cannot_carry(named(joint.node.element), span)
 
     def _end(self, node: Node, end: str) -> tuple[Node | None, Span] | None:
         """Return what one end of a joint is, None for the world, and its place; nothing after an error."""

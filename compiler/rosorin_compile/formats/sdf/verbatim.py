@@ -17,6 +17,7 @@ from ..format import Placed
 from ..urdf.reading import kept
 from .scopes import Models, Scope
 
+_SHORT = 80
 _NAMING = ("relative_to", "frame", "attached_to", "expressed_in")
 
 
@@ -41,6 +42,8 @@ def text_of(element: Element, scope: Scope, models: Models) -> str:
 def wrapped(tag: str, texts: Sequence[str], **attributes: str) -> Text:
     """Return elements in an element around them."""
     names = "".join(f" {key}={quoteattr(value)}" for key, value in attributes.items())
+    if len(texts) == 1 and "\n" not in texts[0] and len(texts[0]) < _SHORT:
+        return Text(f"<{tag}{names}>{texts[0]}</{tag}>")
     return Text("\n".join([f"<{tag}{names}>", *(indented(text, "  ") for text in texts), f"</{tag}>"]))
 
 

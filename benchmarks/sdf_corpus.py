@@ -1,7 +1,7 @@
 """Import of every SDF in folders of packages, and what became of each.
 
 Each file is imported, compiled, and the SDF that it becomes is read again: that has to be the same robot. A file is
-*same*, *listed* (something is not carried over, and told), or *refused* with the reason. Files of one content count once.
+*same*, *listed* (something is not carried over, and told), or *refused* with the reason. One content counts once.
 
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: drake 1.12,
 gym-ignition-models, pybullet, manipulation, underactuated, example-robot-data, genesis-world.

@@ -14,7 +14,7 @@ from ...xml.markup import Element
 from ..format import Placed
 from ..urdf.reading import Reading, named
 from .read_links import Entries
-from .reading import Numbers, Said, cleaned, converted, entry_of, place
+from .reading import Numbers, Said, cleaned, converted, entry_of, others, place
 from .scopes import JOINT, OWN, Models, Node
 from .trees import PAIRS, Joined, Tree, is_along, is_near
 from .verbatim import keep, text_of, wrapped
@@ -22,6 +22,9 @@ from .words import OF_JOINT
 
 _OF_JOINT = ("pose", "parent", "child", "axis", "axis2")
 _OF_AXIS = ("xyz", "limit", "dynamics", "use_parent_model_frame")
+_MIMICS = ("mimic", "drake:mimic")
+_START = "initial_position"
+_KEPT_OF_LIMIT = ("stiffness", "dissipation")
 _Z: Vector = (0.0, 0.0, 1.0)
 _STAND_INS = {"lower": -1000, "upper": 1000, "effort": 1000, "velocity": 10}  # N*m or N, rad/s or m/s, m or rad
 _OF_MIMIC = ("multiplier", "offset", "reference")
@@ -102,8 +105,6 @@ class Joints:
             self._pair(joint, parent)
         else:
             self._moving(joint, parent, kind)
-        known = [child.tag for child in element.children if ":" in child.tag]
-        self.reading.known(element, (*_OF_JOINT, *OF_JOINT, *_UNUSED, *known), ("name", "type"), None)
 
     def _ignored(self, element: Element) -> None:
         """Tell what has no effect on a joint that is fixed, beside axes, which tools write everywhere."""
@@ -227,17 +228,17 @@ class Joints:
         rest: list[str] = []
         for child in axis.children:
             if child.tag in ("limit", "dynamics"):
+                known = {*_DYNAMICS} if child.tag == "dynamics" else {*_STAND_INS, *_KEPT_OF_LIMIT}
+                others(self.reading, child, known, ())
                 words = _DYNAMICS if child.tag == "dynamics" else _STAND_INS
-                others = [one for one in child.children if one.tag not in words]
-                rest += [wrapped(child.tag, [self._text(one, node) for one in others])] if others else []
-            elif child.tag in ("mimic", "drake:mimic"):
+                kept = [self._text(one, node) for one in child.children if one.tag not in words]
+                rest += [wrapped(child.tag, kept)] if kept else []
+            elif child.tag in _MIMICS:
                 self._mimic(child, node, entry)
-            elif child.tag not in _OF_AXIS:
-                rest.append(self._text(child, node))
+        more = others(self.reading, axis, (*_OF_AXIS, *_MIMICS, _START), ())
+        rest += [self._text(child, node) for child in axis.children if child.tag == _START or child in more]
         if rest:
             keep(entry, axis, wrapped("sdf", [wrapped("axis", rest)]))
-        known = [child.tag for child in axis.children if child.tag == "initial_position" or ":" in child.tag]
-        self.reading.known(axis, (*_OF_AXIS, "mimic", *known), (), None)
 
     def _text(self, element: Element, node: Node) -> str:
         return text_of(element, node.scope, self.models)
@@ -339,12 +340,11 @@ class Joints:
 
     def _rest(self, node: Node, entry: dict[str, Any]) -> None:
         """Keep what the language has no word for."""
-        rest = []
+        found = others(self.reading, node.element, (*_OF_JOINT, *OF_JOINT, *_UNUSED), ("name", "type"))
+        rest = [self._text(child, node) for child in found]
         for child in node.element.children:
             if child.tag in OF_JOINT:
                 self.entries.gazebo.setdefault(node.called, []).append((child, self._text(child, node)))
-            elif ":" in child.tag:
-                rest.append(self._text(child, node))
             elif child.tag in _UNUSED:
                 self.reading.ignored(f"<{child.tag}> has no effect on a joint of its type", child.span)
         if rest:

@@ -6,20 +6,36 @@ import os
 from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic
+from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, first_of, listed
 from ...model import Transform
 from ...xml.markup import Element
 from ..format import Placed
 from ..urdf.reading import NAME, Reading, named
-from .reading import Numbers, Said, converted, entry_of, several
+from .reading import Numbers, Said, converted, entry_of, others, several
 from .scopes import FRAME, LINK, Models, Node, Scope
 from .trees import Tree
 from .verbatim import keep, text_of, wrapped
 from .words import OF_LINK
 
+RULES = (
+    Rule(
+        "sdf-inertia",
+        "An inertial of an SDF is to be computed, and of what it is not done here: meshes, several densities.",
+        "Say mass and inertia; `--lenient` takes 1 kg.",
+        READING,
+    ),
+)
+
 _MOMENTS = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _OF_LINK = ("pose", "inertial", "visual", "collision")
 _OF_COLOUR = ("ambient", "diffuse", "specular", "emissive")
+_OF_SHAPE = ("pose", "geometry", "material")
+_KEPT_OF_SHAPE = (
+    *("surface", "laser_retro", "max_contacts", "cast_shadows", "transparency", "meta", "plugin"),
+    *("visibility_flags", "density", "auto_inertia_params"),
+)
+_KEPT_OF_MATERIAL = ("script", "shader", "render_order", "lighting", "double_sided", "shininess", "pbr")
 _OPAQUE = 1
 _WATER = 1000  # kg/m^3, the density of an inertial that is to be computed and says none
 
@@ -60,16 +76,18 @@ class Links:
         element, entry = node.element, self.entries.links[node.called]
         self._inertial(node, entry)
         for child in element.children:
-            path = ("links", node.called)
             if child.tag in ("visual", "collision"):
                 self._shape(child, node)
             elif child.tag in OF_LINK:
                 self.entries.gazebo.setdefault(node.called, []).append((child, self._text(child, node)))
-            elif child.tag not in _OF_LINK and ":" in child.tag:
-                keep(entry, child, wrapped("sdf", [self._text(child, node)]))
-                self.reading.paths[id(child)] = (*path, "urdf_elements", len(entry["urdf_elements"]) - 1)
-        known = [*_OF_LINK, *OF_LINK, *(child.tag for child in element.children if ":" in child.tag)]
-        self.reading.known(element, known, ("name",), None)
+        for child in others(self.reading, element, (*_OF_LINK, *OF_LINK), ("name",)):
+            self._keep(child, node)
+
+    def _keep(self, element: Element, node: Node) -> None:
+        """Keep an element of a link as it stands."""
+        entry = self.entries.links[node.called]
+        keep(entry, element, wrapped("sdf", [self._text(element, node)]))
+        self.reading.paths[id(element)] = ("links", node.called, "urdf_elements", len(entry["urdf_elements"]) - 1)
 
     def _text(self, element: Element, node: Node) -> str:
         return text_of(element, node.scope, self.models)
@@ -109,8 +127,10 @@ class Links:
         solid = {"box", "cylinder", "sphere", "capsule", "ellipsoid"}
         uneven = [part for child in own for part in child.children if part.tag in ("density", "auto_inertia_params")]
         if not shapes or not set(shapes) <= solid or uneven:
-            what = "of shapes with a volume and of one density alone" if shapes else "of shapes, and there are none"
-            message = f"the inertial of {named(node.element)} is to be computed {what}"
+            what = (
+                "that is done of solids of one density, and no meshes" if shapes else "there is no shape to do that of"
+            )
+            message = f"the inertial of {named(node.element)} is to be computed: {what}"
             help = "say mass and inertia"
             if self.reading.lenient("sdf-inertia", message, element.span, help, "takes 1 kg"):
                 ones = {key: Placed(1, element.span) for key in _MOMENTS[:3]}
@@ -155,9 +175,7 @@ class Links:
         if solid.tag not in _SOLIDS:
             message = f"<{solid.tag}> of {named(element)} is a shape of its own kind: kept as it is"
             self.reading.diagnostics.append(Diagnostic("import-kept", NOTE, message, solid.span))
-            keep(self.entries.links[link.called], element, wrapped("sdf", [self._text(element, link)]))
-            own = self.entries.links[link.called]["urdf_elements"]
-            self.reading.paths[id(element)] = ("links", link.called, "urdf_elements", len(own) - 1)
+            self._keep(element, link)
             return
         shapes = entry.setdefault(element.tag, [])
         self.reading.paths[id(element)] = ("links", owner.called, element.tag, len(shapes))
@@ -182,22 +200,20 @@ class Links:
     def _more(self, element: Element, solid: Element, made: dict[str, Any], link: Node) -> None:
         """Set the looks of a shape, and keep what the language has no word for."""
         rest: list[str] = []
-        inner = [child for child in solid.children if child.tag not in _SOLIDS[solid.tag]]
+        inner = others(self.reading, solid, _SOLIDS[solid.tag], ("optimization",))
         if inner:
             rest.append(wrapped(solid.tag, [self._text(child, link) for child in inner]))
             if any(child.tag == "submesh" for child in inner):
                 message = f"the submesh of {named(element)} is kept for SDF alone: other formats have the whole mesh"
                 converted(self.reading, message, solid.span)
-        for child in element.children:
-            if child.tag == "material" and element.tag == "visual":
-                looks = self._looks(child, made, link)
-                rest += [wrapped("material", looks)] if looks else []
-            elif child.tag not in ("pose", "geometry"):
-                rest.append(self._text(child, link))
+        material = self.reading.single(element, "material")
+        if material is not None:
+            looks = self._looks(material, made, link)
+            rest += [wrapped("material", looks)] if looks else []
+        more = others(self.reading, element, (*_OF_SHAPE, *_KEPT_OF_SHAPE), ("name",))
+        rest += [self._text(child, link) for child in element.children if child.tag in _KEPT_OF_SHAPE or child in more]
         if rest:
             keep(made, element, wrapped("sdf", rest))
-        known = [child.tag for child in element.children if child.tag not in ("geometry", "pose")]
-        self.reading.known(element, ("pose", "geometry", *known), ("name",), None)
 
     def _looks(self, material: Element, made: dict[str, Any], link: Node) -> list[str]:
         """Set colour and image of a visual; return what else is said of its surface."""
@@ -206,6 +222,7 @@ class Links:
         if diffuse is not None:
             made["rgba"] = diffuse
         rest = []
+        others(self.reading, material, (*_OF_COLOUR, *_KEPT_OF_MATERIAL), ())
         for child in material.children:
             if child.tag == "diffuse":
                 continue
@@ -283,7 +300,6 @@ class Links:
             values = self.numbers.all_of(scale, 3)
             if values is not None and [float(one.value) for one in values] != [1.0, 1.0, 1.0]:
                 made["scale"] = Placed(values, scale.span)
-        self.reading.known(solid, [child.tag for child in solid.children], ("optimization",), None)
         return made
 
     def _address(self, uri: str, link: Node) -> str:

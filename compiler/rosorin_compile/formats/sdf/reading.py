@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from ...diagnostics import NOTE, Diagnostic, Span
@@ -16,10 +16,11 @@ from ...rules.values import FAR
 from ...units import ANGLE, LENGTH, Quantity
 from ...xml.markup import TEXT, Element, Remark, Word
 from ..format import Placed
-from ..urdf.reading import Reading, named
+from ..urdf.reading import Reading, meant, named
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _ENDLESS = re.compile(r"[-+]?(?:inf|infinity|nan)\Z", re.I)
+_OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
 UNLIMITED = 1e16  # from here on, a limit is none
 _UNITS = {"rad": (ANGLE, FULL_TURN), "m": (LENGTH, FAR)}
 # As ``Pose`` has it: below this, the numbers of a pose are what rounding has left of a way there and back.
@@ -118,8 +119,16 @@ class Numbers:
         """Return what a <pose> says; without one, or an empty one, nothing is moved."""
         if element is None or not words(element):
             return Said(Transform(), element=element)
-        if element.get("rotation_format", "euler_rpy") == "quat_xyzw":
+        form = element.get("rotation_format", "euler_rpy")
+        if form == "quat_xyzw":
             return self._by_quaternion(element)
+        if form != "euler_rpy":
+            message, span = (
+                f'the rotation of {named(element)} is in "{form}"',
+                element.attributes["rotation_format"].span,
+            )
+            self.reading.error("wrong-value", message, span, "one of euler_rpy, quat_xyzw")
+        self.reading.known_attributes(element, _OF_POSE)
         found = self.all_of(element, 6)
         if found is None:
             return Said(Transform(), element=element)
@@ -144,6 +153,14 @@ class Numbers:
             self.reading.error("zero-quaternion", message, element.span, "correct it")
             return Said(Transform(), element=element)
         return Said(transform_of_quaternion((x, y, z), (w, a, b, c)), found[:3], (), element)
+
+
+def others(reading: Reading, element: Element, known: Collection[str], attributes: Collection[str]) -> list[Element]:
+    """Return the elements within one that are none of the known words, nor misspelt ones, which are told."""
+    strange = [child for child in element.children if child.tag not in known and not child.tag.startswith("xacro:")]
+    found = [child for child in strange if meant(child.tag, known) is None]
+    reading.known(element, [*known, *(child.tag for child in found)], attributes, None)
+    return found
 
 
 def entry_of(said: Said, span: Span) -> dict[str, Placed]:

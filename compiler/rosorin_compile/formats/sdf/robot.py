@@ -17,12 +17,12 @@ from ..checked import accept
 from ..described import as_tree
 from ..format import Opened, Placed
 from ..imported import Comment, Imported
-from ..urdf.reading import Reading
+from ..urdf.reading import Reading, named
 from ..urdf.robot import comments_of
 from .read_joints import Joints
 from .read_links import Entries, Links
-from .reading import Said, changed, converted, entry_of
-from .scopes import Models, Node, Scope
+from .reading import Said, changed, converted, entry_of, others
+from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
 from .words import OF_MODEL, WORLD
@@ -90,10 +90,11 @@ class _Robot:
         """Return the sections; None after an error that hides all else."""
         top, reading = self.top, self.reading
         tree = Tree(self.models, top)
-        if not tree.links:
+        if not tree.links and not has_errors(reading.diagnostics):
             help = "add <link>: readers of SDF refuse a model without"
             reading.error("no-links", f'the model "{top.name}" has no links', top.element.span, help)
-        if has_errors(reading.diagnostics):
+        canonical = self.models.canonical(top)
+        if canonical is None or has_errors(reading.diagnostics):
             return None
         self._name(tree)
         roots = tree.roots()
@@ -101,7 +102,14 @@ class _Robot:
         for node in tree.members:
             self.entries.links[node.called] = {}
             reading.paths[id(node.element)] = ("links", node.called)
+            if node.kind == FRAME:
+                reading.known(node.element, ("pose",), ("name", "attached_to"), None)
         Links(tree, self.entries).read()
+        if roots and tree.body_of(roots[0]) is not canonical:
+            message = (
+                f'the canonical link of the model is "{canonical.called}", that of the SDF of the robot where it begins'
+            )
+            converted(reading, message, canonical.element.span)
         joints = Joints(tree, self.entries)
         joints.read(world)
         for node in roots if world else ():
@@ -142,7 +150,7 @@ class _Robot:
                 changed(self.reading, what, node.element.span)
 
     def _is_static(self) -> bool:
-        return self.top.word(self.top.element, "static").lower() in ("1", "true") or any(
+        return self.top.element.get("static").lower() in ("1", "true") or any(
             child.tag == "static" and child.text.lower() in ("1", "true") for child in self.top.element.children
         )
 
@@ -197,19 +205,19 @@ class _Robot:
     def _of_model(self, scope: Scope) -> None:
         element = scope.element
         self.reading.paths[id(element)] = ("robot",)
-        gazebo, others = [], []
-        for child in element.children:
-            if child.tag in OF_MODEL and (scope is self.top or child.tag == "plugin"):
-                gazebo.append((child, text_of(child, scope, self.models)))
-            elif child.tag == "gripper" or (":" in child.tag and not child.tag.startswith("xacro:")):
-                others.append((child, text_of(child, scope, self.models)))
-        known = [child.tag for child, _ in (*gazebo, *others)]
-        self.reading.known(element, (*_OF_MODEL, *known), ("name", "canonical_link", "placement_frame"), None)
+        attributes = ("name", "canonical_link", "placement_frame")
+        rest = others(self.reading, element, (*_OF_MODEL, *OF_MODEL), attributes)
+        gazebo = [child for child in element.children if child.tag in OF_MODEL]
+        if scope is not self.top:  # what is said of a model within holds for that alone
+            for child in (one for one in gazebo if one.tag != "plugin"):
+                self.reading.cannot_carry(f"<{child.tag}> of {named(element)} within", child.span)
+            gazebo = [child for child in gazebo if child.tag == "plugin"]
         if scope.overriding is not None:
-            plugins = [child for child in scope.overriding.children if child.tag == "plugin"]
-            gazebo += [(child, text_of(child, scope, self.models)) for child in plugins]
+            gazebo += [child for child in scope.overriding.children if child.tag == "plugin"]
             self.reading.known(scope.overriding, _OF_INCLUDE, ("merge",), None)
-        for tag, found in (("gazebo", gazebo), ("sdf", others)):
+        texts = {tag: [(child, text_of(child, scope, self.models)) for child in found]
+                 for tag, found in (("gazebo", gazebo), ("sdf", rest))}  # fmt: skip
+        for tag, found in texts.items():
             if found:
                 self._put(found[0][0], wrapped(tag, [text for _, text in found]))
                 for one, _ in found:

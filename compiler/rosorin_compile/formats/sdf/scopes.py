@@ -110,12 +110,13 @@ class Scope:
             if node.inner is not None:
                 yield from node.inner.all_nodes()
 
-    def word(self, element: Element, name: str, *others: str) -> str:
-        """Return a setting of the model: an attribute, or a child of the <include> that wins over it."""
+    def word(self, name: str) -> tuple[str, Span]:
+        """Return a setting of the model and its place: an attribute, or a child of the <include> that wins over it."""
         for child in self.overriding.children if self.overriding is not None else ():
-            if child.tag in (name, *others):
-                return child.text
-        return element.get(name)
+            if child.tag == name:
+                return child.text, child.span
+        attribute = self.element.attributes.get(name)
+        return ("", self.element.span) if attribute is None else (attribute.value, attribute.span)
 
 
 class Models:
@@ -218,8 +219,9 @@ class Models:
         depth, above = 0, scope
         while above.outer is not None:
             depth, above = depth + 1, above.outer
-        if depth > _DEEPEST:
-            self.reading.error("sdf-include", "models are nested too deep", (by or element).span, "is this a circle?")
+        if depth >= _DEEPEST:
+            message = f"models are nested {_DEEPEST} levels deep"
+            self.reading.error("sdf-include", message, (by or element).span, "do they include each other?")
             return
         inner = self._scope(element, file, version, scope, name, by)
         posed = by if by is not None and any(child.tag == "pose" for child in by.children) else element
@@ -383,8 +385,8 @@ class Models:
 
     def placement(self, inner: Scope, passed: tuple[Node, ...] = ()) -> Transform:
         """Return where the frame by which a model is placed sits in it."""
-        name = inner.word(inner.element, "placement_frame")
-        node = self.asked(inner, name, inner.element.span, "placement_frame") if name else None
+        name, asked = inner.word("placement_frame")
+        node = self.asked(inner, name, asked, f"placement_frame of {named(inner.element)}") if name else None
         if node is None:
             return Transform()
         chain, here = Transform(), node  # seen from the model itself, whose own place is not known yet

@@ -43,7 +43,7 @@ _TYPES = (*SINGLE, *PAIRS, *_NOT_CARRIED)
 
 
 class Joined(NamedTuple):
-    """A joint of an SDF: its node, its type and ends, the parent None for the world; where the child is at the joint."""
+    """A joint of an SDF: its node, type and ends, the parent None for the world; where the child is at the joint."""
 
     node: Node
     kind: str
@@ -90,7 +90,7 @@ class Tree:
                                child[1], "swap parent and child")  # fmt: skip
             return None
         if parent[0] is not None and self.body_of(parent[0]) is self.body_of(child[0]):
-            message = f"{named(node.element)} joins {child[0].name} to what it is part of"
+            message = f'{named(node.element)} joins "{child[0].name}" to the link that it is part of'
             self.reading.error("sdf-joint", message, child[1], "name another link")
             return None
         there = self.pose(node).inverse().then(self.pose(child[0]))
@@ -235,16 +235,12 @@ def is_along(one: Sequence[float], axis: Sequence[float]) -> bool:
 def named_twice(nodes: Iterable[Node], taken: set[str], reading: Reading) -> None:
     """Give each link, frame or joint the name that a description can have, and that no other has."""
     for node in nodes:
-        name = node.scope.prefix + node.name.removesuffix(f" ({node.kind})")
-        first = name
+        first = node.scope.prefix + node.name.removesuffix(f" ({node.kind})")
+        name = first.replace("::", "_")
         while name in taken:
             name += "_"
         taken.add(name)
         node.called = name
         if name != first:
-            _renamed(node.element, first, name, reading)
-
-
-def _renamed(element: Element, one: str, other: str, reading: Reading) -> None:
-    message = f'the {element.tag} "{one}" is called "{other}": something else has its name'
-    changed(reading, message, element.span)
+            why = "no name leads into a model here" if "::" in first else "something else has its name"
+            changed(reading, f'the {node.kind} "{first}" is called "{name}": {why}', node.element.span)

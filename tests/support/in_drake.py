@@ -32,7 +32,7 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
 
     ``frames``: 4x4 poses in the frame ``root``, by name, for each of the states (positions by joint); ``masses`` and
     ``inertias`` (3x3 about the centre of mass along the link, and the centre) by link; ``joints``: type, axis and
-    limits by name. With ``quiet`` Drake may warn of nothing but sensors and what it cannot do in this plant.
+    limits by name. A link or frame of a model within is called MODEL_NAME. With ``quiet`` Drake may warn of nothing but sensors and what it cannot do in this plant.
     Raises Refused.
     """
     words = json.dumps({"path": str(path), "root": root, "states": states or [{}]})
@@ -50,6 +50,11 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
     return found
 
 
+def called(one: Any) -> str:
+    """Return the name of something with those of the models within the first one before it."""
+    return "_".join(str(one.scoped_name()).split("::")[1:])
+
+
 def main() -> None:
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
@@ -65,7 +70,7 @@ def main() -> None:
         sys.exit(3)
     context = plant.CreateDefaultContext()
     frames = [plant.get_frame(FrameIndex(index)) for index in range(plant.num_frames())]
-    root = next(frame for frame in frames if frame.name() == asked["root"])
+    root = next(frame for frame in frames if called(frame) == asked["root"])
     found = []
     joints = {plant.get_joint(index).name(): plant.get_joint(index) for index in plant.GetJointIndices()}
     for state in asked["states"]:
@@ -75,14 +80,14 @@ def main() -> None:
             start = joints[name].position_start()
             all_of[start : start + len(values)] = values
             plant.SetPositions(context, all_of)
-        found.append({f.name(): f.CalcPose(context, root).GetAsMatrix4().tolist() for f in frames})
+        found.append({called(f): f.CalcPose(context, root).GetAsMatrix4().tolist() for f in frames})
     bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
     masses, inertias = {}, {}
     for body in bodies:
         spatial = body.CalcSpatialInertiaInBodyFrame(context)
         centre = spatial.get_com()
         about = spatial.Shift(centre).CalcRotationalInertia().CopyToFullMatrix3()
-        masses[body.name()], inertias[body.name()] = spatial.get_mass(), [about.tolist(), list(centre)]
+        masses[called(body)], inertias[called(body)] = spatial.get_mass(), [about.tolist(), list(centre)]
     said = {
         name: [joint.type_name(), list(joint.position_lower_limits()), list(joint.position_upper_limits())]
         for name, joint in joints.items()

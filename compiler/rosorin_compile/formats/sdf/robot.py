@@ -105,7 +105,7 @@ class _Robot:
             if node.kind == FRAME:
                 reading.known(node.element, ("pose",), ("name", "attached_to"), None)
         Links(tree, self.entries).read()
-        if roots and tree.body_of(roots[0]) is not canonical:
+        if roots and not world and tree.body_of(roots[0]) is not canonical:
             message = (
                 f'the canonical link of the model is "{canonical.called}", that of the SDF of the robot where it begins'
             )
@@ -143,11 +143,11 @@ class _Robot:
             message = f'the names of the model "{node.name}" within begin with "{node.name}_" here'
             if len(inner) > 1:
                 message += f", and so on for {len(inner) - 1} more"
-            converted(self.reading, message, node.element.span)
+            converted(self.reading, message, _brought(node).span)
         for node in inner:
             if any(child.tag == "plugin" for child in node.element.children):
                 what = f'a plugin of the model "{node.name}" becomes one of the robot: names in it stay as they are'
-                changed(self.reading, what, node.element.span)
+                changed(self.reading, what, _brought(node).span)
 
     def _is_static(self) -> bool:
         return self.top.element.get("static").lower() in ("1", "true") or any(
@@ -165,8 +165,9 @@ class _Robot:
         self.entries.links[name] = {}
         if len(roots) > 1 or (roots and any(joint.parent is None for joint in tree.joints)):
             how = "fixed, as the model is static" if self._is_static() else "floating"
-            what = "pieces that no joint connects" if len(roots) > 1 else "a piece that no joint connects"
-            message = f'the model has {what}: joints to a link "{name}" hold them, {how}'
+            message = f'the model has pieces that no joint connects: joints to a link "{name}" hold them, {how}'
+            if len(roots) == 1:
+                message = f'no joint holds "{roots[0].called}": one to the link "{name}" does, {how}'
             converted(self.reading, message, roots[0].element.span)
         return name
 
@@ -225,6 +226,11 @@ class _Robot:
         for node in scope.nodes.values():
             if node.inner is not None:
                 self._of_model(node.inner)
+
+
+def _brought(node: Node) -> Element:
+    """Return what brings a model within a model: the <include>, or the <model> itself."""
+    return node.inner.overriding if node.inner is not None and node.inner.overriding is not None else node.element
 
 
 def _name_span(node: Node) -> Any:

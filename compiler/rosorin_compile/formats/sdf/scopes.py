@@ -369,7 +369,7 @@ class Models:
         outer = self._of(node.scope, name, span, f"relative_to of {named(node.element)}", (*passed, node))
         made = outer.then(node.said.transform)
         if node.kind == MODEL and node.inner is not None:
-            made = made.then(self.placement(node.inner, (*passed, node)).inverse())
+            made = made.then(self.placement(node.inner).inverse())
         return self._poses.setdefault(key, made)
 
     def frame(self, scope: Scope, name: str, span: Span, node: Node) -> Transform:
@@ -383,23 +383,20 @@ class Models:
         node = self.asked(scope, name.removesuffix(f"::{OWN}"), span, what)
         return Transform() if node is None else self.pose(node, node.scope, passed)
 
-    def placement(self, inner: Scope, passed: tuple[Node, ...] = ()) -> Transform:
+    def placement(self, inner: Scope) -> Transform:
         """Return where the frame by which a model is placed sits in it."""
         name, asked = inner.word("placement_frame")
         node = self.asked(inner, name, asked, f"placement_frame of {named(inner.element)}") if name else None
-        if node is None:
-            return Transform()
-        chain, here = Transform(), node  # seen from the model itself, whose own place is not known yet
-        for _ in range(len(inner.nodes) + 1):
-            chain = here.said.transform.then(chain)
-            _, above, span = self.seen_from(here)
-            if above in (OWN, ""):
-                return chain
-            found = self.asked(inner, above, span, f"relative_to of {named(here.element)}")
-            if found is None or found in passed:
+        made = Transform()  # seen from the model itself, whose own place is not known yet
+        for _ in range(len(inner.nodes)):  # poses in a circle are told where they are asked for
+            if node is None:
                 break
-            here = found
-        return chain
+            made = node.said.transform.then(made)
+            _, above, span = self.seen_from(node)
+            if above in (OWN, ""):
+                break
+            node = self.asked(inner, above, span, f"relative_to of {named(node.element)}")
+        return made
 
     def link_of(self, node: Node | None, scope: Scope, seen: tuple[int, ...] = ()) -> Node | None:
         """Return the link that something moves with; None after an error, or where there is none."""

@@ -32,7 +32,8 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
 
     ``frames``: 4x4 poses in the frame ``root``, by name, for each of the states (positions by joint); ``masses`` and
     ``inertias`` (3x3 about the centre of mass along the link, and the centre) by link; ``joints``: type, axis and
-    limits by name. A link or frame of a model within is called MODEL_NAME. With ``quiet`` Drake may warn of nothing but sensors and what it cannot do in this plant.
+    limits by name. A link or frame of a model within is called MODEL_NAME. With ``quiet`` Drake may warn of nothing
+    but sensors and what it cannot do in this plant.
     Raises Refused.
     """
     words = json.dumps({"path": str(path), "root": root, "states": states or [{}]})

@@ -158,12 +158,12 @@ def test_a_model_is_found_in_a_package_and_by_its_folder(tmp_path):
         assert [file.name for file in imported.files] == ["robot.sdf", "new.sdf"]
 
 
-def test_comments_go_with_what_they_speak_of(tmp_path):
+def test_comments_go_with_what_they_speak_of():
     imported = read_robot(SDF / "corners" / "kept.sdf", ReadOptions(environment={}))
     assert [comment.text for comment in imported.comments] == [" it stands "]
 
 
-def test_what_has_no_word_is_kept_and_written_again(tmp_path):
+def test_what_has_no_word_is_kept_and_written_again():
     source = SDF / "corners" / "kept.sdf"
     text = written(robot_in(source))
     flat = re.sub(r' xmlns:drake="[^"]*"', "", text)

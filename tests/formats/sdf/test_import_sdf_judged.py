@@ -1,7 +1,7 @@
 """An SDF and what comes of it when it is imported and written again are one robot to Drake.
 
-The cases are files in tests/data/sdf/corners; in each, all frames, masses, inertias and limits are compared in the world,
-at random states.
+The cases are files in tests/data/sdf/corners; in each, all frames, masses, inertias and limits are compared in the
+world, at random states.
 """
 
 from __future__ import annotations

@@ -79,7 +79,7 @@ FORMAT = Format(
     word="SDF",
     article="an",
     about="the model for Gazebo and Drake",
-    rank=20,
+    rank=25,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

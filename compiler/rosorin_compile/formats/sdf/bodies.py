@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ...model import IDENTITY, Inertial, Joint, Robot
-from .words import WORLD
+from .names import world_of
 
 # What moves and has no mass: so little that it changes no motion, as much as engines take (kg, kg*m^2).
 LEAST = Inertial(1e-6, IDENTITY, 1e-9, 1e-9, 1e-9)
@@ -38,13 +38,6 @@ class Bodies(NamedTuple):
 def has_mass(inertial: Inertial | None) -> bool:
     """Say whether an inertial is that of a body."""
     return inertial is not None and inertial.mass != 0
-
-
-def world_of(robot: Robot) -> str:
-    """Return the link that is the world itself; empty if none is."""
-    root = robot.link[robot.root]
-    bare = not (has_mass(root.inertial) or root.visual or root.collision)
-    return root.name if bare and root.name == WORLD and len(robot.links) > 1 else ""
 
 
 def bodies_of(robot: Robot) -> Bodies:

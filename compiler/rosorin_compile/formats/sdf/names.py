@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from ...diagnostics import Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
-from ...model import Output
-from .bodies import world_of
-from .words import RESERVED, WORLD
+from ...model import Output, Robot
 
 if TYPE_CHECKING:
     from ...rules.case import Case
@@ -23,6 +22,17 @@ RULES = (
         FORMATS,
     ),
 )
+
+
+WORLD = "world"
+RESERVED = re.compile(r"__.*__\Z")
+
+
+def world_of(robot: Robot) -> str:
+    """Return the link that is the world itself; empty if none is."""
+    root = robot.link[robot.root]
+    bare = not ((root.inertial and root.inertial.mass) or root.visual or root.collision)
+    return root.name if bare and root.name == WORLD and len(robot.links) > 1 else ""
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:

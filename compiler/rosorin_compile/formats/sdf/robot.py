@@ -19,13 +19,14 @@ from ..format import Opened, Placed
 from ..imported import Comment, Imported
 from ..urdf.reading import Reading, named
 from ..urdf.robot import comments_of
+from .names import WORLD
 from .read_joints import Joints
 from .read_links import Entries, Links
 from .reading import Said, changed, converted, entry_of, others
 from .scopes import FRAME, Models, Node, Scope
 from .trees import Tree, is_near, named_twice
 from .verbatim import keep, text_of, wrapped
-from .words import OF_MODEL, WORLD
+from .words import OF_MODEL
 
 _OF_MODEL = ("link", "frame", "joint", "model", "include", "pose")
 _OF_INCLUDE = ("uri", "name", "pose", "static", "placement_frame", "plugin")

@@ -22,8 +22,8 @@ from ...model import Transform
 from ...xml.files import read_source
 from ...xml.markup import Element, MarkupError, parse
 from ..urdf.reading import NAME, Reading, named
+from .names import RESERVED, WORLD
 from .reading import Numbers, Said
-from .words import RESERVED, WORLD
 
 RULES = (
     Rule(

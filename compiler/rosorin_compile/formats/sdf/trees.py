@@ -15,9 +15,9 @@ from ...diagnostics.registry import READING, Rule
 from ...model import Transform
 from ...xml.markup import Element
 from ..urdf.reading import Reading, named
+from .names import WORLD
 from .reading import Said, changed, place
 from .scopes import FRAME, JOINT, LINK, Models, Node, Scope
-from .words import WORLD
 
 RULES = (
     Rule(

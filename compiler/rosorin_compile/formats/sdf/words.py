@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import re
-
 # What SDF 1.9 knows in a model, a link and a joint, beside what a description says in words. Gazebo takes each as it
 # stands out of a <gazebo> of a URDF (gazebosim/sdformat@sdf12:src/parser_urdf.cc).
 OF_MODEL = ("plugin", "static", "self_collide", "allow_auto_disable", "enable_wind")
@@ -12,7 +10,3 @@ OF_LINK = (
     *("light", "particle_emitter", "projector", "audio_source", "audio_sink", "battery"),
 )
 OF_JOINT = ("sensor", "physics")
-
-# Names that SDF keeps for itself, beside that of the world.
-RESERVED = re.compile(r"__.*__\Z")
-WORLD = "world"

@@ -40,9 +40,9 @@ from ...model import (
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import BUILTIN, Templates, attributes, comment
-from .bodies import LEAST, Bodies, bodies_of, world_of
+from .bodies import LEAST, Bodies, bodies_of
 from .kept import Kept, at, kept, own
-from .words import WORLD
+from .names import WORLD, world_of
 
 RULES = (
     Rule(

@@ -17,11 +17,12 @@ from rosorin_compile.model import Ellipsoid, Joint, Link, Output, Pose, Robot, S
 from support import in_drake, sdformat
 from support.engines import pose
 from support.machines import BODY, TESTER, chain, machine, robot_of
-from support.paths import ROSORIN
+from support.paths import ROOT, ROSORIN
 from support.robots import compiled
 
 pytestmark = pytest.mark.slow
 
+EXAMPLES = sorted((ROOT / "examples").glob("*/robot.yaml"))
 STATES = 200
 TOLERANCE = 1e-9
 
@@ -142,10 +143,12 @@ def test_what_drake_refuses_is_refused(tmp_path):
         in_drake.ask(path, "root")
 
 
-def test_the_reference_robot(tmp_path):
-    robot = compiled(ROSORIN).robot
-    assert robot is not None
-    judged(robot, tmp_path, gazebo=False)
-    judged(robot, tmp_path, 3)
+@pytest.mark.parametrize("robot", [ROSORIN, *EXAMPLES], ids=lambda robot: robot.parent.name)
+def test_the_reference_robot_and_the_examples(robot, tmp_path):
+    """None of them asks for an SDF: what it would be is judged all the same."""
+    compiled_robot = compiled(robot).robot
+    assert compiled_robot is not None
+    judged(compiled_robot, tmp_path, gazebo=False)
+    judged(compiled_robot, tmp_path, 3)
     sdformat.need()
-    assert sdformat.said_of(written(robot, tmp_path, version="1.9")) == ""
+    assert sdformat.said_of(written(compiled_robot, tmp_path, version="1.9")) == ""

@@ -6,7 +6,7 @@ moves without any: that has the least mass. A link called "world", the root of a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import NamedTuple
 
 from ...model import IDENTITY, Inertial, Joint, Robot
@@ -28,6 +28,18 @@ class Bodies(NamedTuple):
     carrier: Mapping[str, str]
     canonical: str
     weightless: tuple[str, ...]
+
+    def in_order(self, links: Iterable[str]) -> Iterator[str]:
+        """Yield links in their order, but a frame after what it is attached to: Drake 1.51 places it wrongly before."""
+        out: set[str] = set()
+        for name in links:
+            waiting = [name]
+            while waiting[-1] in self.attached and self.attached[waiting[-1]] not in out:
+                waiting.append(self.attached[waiting[-1]])
+            for one in reversed(waiting):
+                if one in self.carrier and one not in out:
+                    out.add(one)
+                    yield one
 
     def says(self, joint: Joint) -> bool:
         """Say whether a joint is a <joint>: not where a frame is attached, nor where a link is free to move."""

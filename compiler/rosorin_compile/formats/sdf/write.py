@@ -114,7 +114,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "names": attributes(name=robot.name, canonical_link=writer.bodies.canonical),
         "pose": writer.stands(),
         "stand_ins": sorted({one.stand_in for link in robot.links for one in link.collision if one.stand_in}),
-        "places": [writer.place(link) for link in robot.links if link.name in writer.bodies.carrier],
+        "places": [writer.place(robot.link[name]) for name in writer.bodies.in_order(robot.link)],
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
         "elements": at(writer.kept.model, "    "),
     }

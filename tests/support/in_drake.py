@@ -1,16 +1,14 @@
-"""What Drake makes of an SDF: asked in a process of its own, with the Python that has it (DRAKE, as .ci/run sets it).
-
-This file is that process's program, too: it imports nothing of ours.
-"""
+"""What Drake makes of an SDF: the engine of the format, run with the Python that has Drake (DRAKE, as .ci/run sets it)."""
 
 from __future__ import annotations
 
 import json
 import os
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
+
+from rosorin_compile.formats.sdf import engine
 
 PYTHON = os.environ.get("DRAKE", "")
 
@@ -36,65 +34,16 @@ def ask(path: Path, root: str, states: list[dict[str, Any]] | None = None, *, qu
     but sensors and what it cannot do in this plant.
     Raises Refused.
     """
-    words = json.dumps({"path": str(path), "root": root, "states": states or [{}]})
+    words = json.dumps({"files": [str(path)], "root": root, "states": states or [{}]})
     ran = subprocess.run(
-        [PYTHON, "-P", __file__], input=words, capture_output=True, text=True, timeout=120, check=False
+        [PYTHON, "-P", engine.__file__], input=words, capture_output=True, text=True, timeout=120, check=False
     )
-    if ran.returncode == 3:
-        raise Refused(ran.stdout.strip())
     assert ran.returncode == 0, ran.stderr
+    found: dict[str, Any] = json.loads(ran.stdout)[0]
+    if "refused" in found:
+        raise Refused(found["refused"].strip())
     if quiet:
         known = ("in link: sensor", "in joint: sensor", "imic element", "Coulomb friction", "gravity")
         told = [line for line in ran.stderr.splitlines() if "warning" in line.lower()]
         assert [line for line in told if not any(word in line for word in known)] == []
-    found: dict[str, Any] = json.loads(ran.stdout)
     return found
-
-
-def called(one: Any) -> str:
-    """Return the name of something with those of the models within the first one before it."""
-    return "_".join(str(one.scoped_name()).split("::")[1:])
-
-
-def main() -> None:
-    from pydrake.multibody.parsing import Parser
-    from pydrake.multibody.plant import MultibodyPlant
-    from pydrake.multibody.tree import BodyIndex, FrameIndex
-
-    asked = json.load(sys.stdin)
-    plant = MultibodyPlant(0.001)
-    try:
-        Parser(plant).AddModels(asked["path"])
-        plant.Finalize()
-    except RuntimeError as problem:
-        print(problem)
-        sys.exit(3)
-    context = plant.CreateDefaultContext()
-    frames = [plant.get_frame(FrameIndex(index)) for index in range(plant.num_frames())]
-    root = next(frame for frame in frames if called(frame) == asked["root"])
-    found = []
-    joints = {plant.get_joint(index).name(): plant.get_joint(index) for index in plant.GetJointIndices()}
-    for state in asked["states"]:
-        for name, position in state.items():
-            values = position if isinstance(position, list) else [position]
-            all_of = plant.GetPositions(context)
-            start = joints[name].position_start()
-            all_of[start : start + len(values)] = values
-            plant.SetPositions(context, all_of)
-        found.append({called(f): f.CalcPose(context, root).GetAsMatrix4().tolist() for f in frames})
-    bodies = [plant.get_body(BodyIndex(index)) for index in range(1, plant.num_bodies())]
-    masses, inertias = {}, {}
-    for body in bodies:
-        spatial = body.CalcSpatialInertiaInBodyFrame(context)
-        centre = spatial.get_com()
-        about = spatial.Shift(centre).CalcRotationalInertia().CopyToFullMatrix3()
-        masses[called(body)], inertias[called(body)] = spatial.get_mass(), [about.tolist(), list(centre)]
-    said = {
-        name: [joint.type_name(), list(joint.position_lower_limits()), list(joint.position_upper_limits())]
-        for name, joint in joints.items()
-    }
-    json.dump({"frames": found, "masses": masses, "inertias": inertias, "joints": said}, sys.stdout)
-
-
-if __name__ == "__main__":
-    main()

@@ -5,12 +5,13 @@ for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
 
 Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
 name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
-``verbatim`` (what stays as it stands). ``words`` is what both sides know.
+``verbatim`` (what stays as it stands). ``words`` is what both sides know. ``proof`` holds what comes of a file against
+it in Drake (``engine``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
-    from ..imported import Imported
+    from ..imported import Imported, Proof
     from ..templating import Templates
 
 __all__ = ["FORMAT"]
@@ -42,6 +43,12 @@ def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
     """Return the output of a robot that comes of an SDF; others are not asked for one."""
     wishes = (tree.get("outputs") or {}).get("sdf")
     return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
 
 
 def _facts(text: str) -> Facts:
@@ -109,6 +116,7 @@ FORMAT = Format(
     read=_read,
     facts=_facts,
     syntax=_syntax,
+    prove=_prove,
     frames=lambda robot: [joint.child for joint in robot.joints],
     solids=_solids,
     all_solids=True,

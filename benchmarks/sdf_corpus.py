@@ -2,6 +2,7 @@
 
 Each file is imported, compiled, and the SDF that it becomes is read again: that has to be the same robot. A file is
 *same*, *listed* (something is not carried over, and told), or *refused* with the reason. One content counts once.
+Where DRAKE names a Python that has Drake, both files are held against each other there, too.
 
 Get the packages with pip (``pip download --no-deps``), unpack them, and run it on the folder. For example: drake 1.12,
 gym-ignition-models, pybullet, manipulation, underactuated, example-robot-data, genesis-world.
@@ -20,8 +21,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from rosorin_compile.diagnostics import ERROR
-from rosorin_compile.formats.imported import ReadOptions
+from rosorin_compile.formats.imported import Proof, ReadOptions
 from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.sdf.proof import prove
 from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.pipeline import compile_robot
@@ -94,7 +96,12 @@ def judged(path: Path) -> tuple[str, str]:
     found = different(first, second, TOLERANCE, carried_by_urdf=True)
     if found:
         return "differs", found[0]
-    return ("listed", "; ".join(one.what for one in imported.left_out)[:100]) if imported.left_out else ("same", "")
+    proof = prove(imported, text, {}, os.environ["DRAKE"]) if "DRAKE" in os.environ else Proof()
+    if proof.wrong:
+        return "differs", next(iter(proof.wrong.values()))[0]
+    if imported.left_out:
+        return "listed", "; ".join(one.what for one in imported.left_out)[:100]
+    return "same", proof.unknown
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""What Drake makes of an SDF: the engine of the format, run with the Python that has Drake (DRAKE, as .ci/run sets it)."""
+"""What Drake makes of an SDF: the format's engine, run with the Python that has Drake (DRAKE, as .ci/run sets it)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Engine: what Drake makes of SDF files. A program of its own, run with a Python that has Drake; it imports none of ours.
+"""Engine: what Drake makes of SDF files. A program of its own for a Python that has Drake; it imports none of ours.
 
 Standard input is JSON: ``files``, the frame ``root``, and ``states`` (positions by joint). It prints, for each file,
 ``refused`` or: ``frames``, 4x4 poses in the frame ``root`` by name for each of the states; ``masses`` and ``inertias``

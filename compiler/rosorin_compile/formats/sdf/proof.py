@@ -1,4 +1,4 @@
-"""Proof: the SDF that an imported one becomes is held against it in Drake, where the Python that runs this has Drake."""
+"""Proof: the SDF that an imported one becomes is held against it in Drake, where the Python that runs this has it."""
 
 from __future__ import annotations
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import random
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -21,7 +20,7 @@ from rosorin_compile.frontend.lower import lower
 from rosorin_compile.meaning.sameness import different
 from rosorin_compile.model import Output, Robot
 from support.cases import header, read, told_in_xml
-from support.machines import robot_of
+from support.machines import as_in_sdf, robot_of
 from support.paths import DATA
 
 SDF = DATA / "sdf"
@@ -74,21 +73,14 @@ def test_there_are_cases():
     assert sum(case.parent.name == "told" for case in CASES) > 15
 
 
-def plain(robot: Robot, weightless: frozenset[str] = frozenset()) -> Robot:
-    """Return a robot as an SDF can say it: fixed joints have the names of their links, the least mass is none."""
-    links = tuple(replace(link, inertial=None) if link.name in weightless else link for link in robot.links)
-    joints = tuple(replace(j, name=f"{j.child}_joint") if j.is_fixed else j for j in robot.joints)
-    return replace(robot, links=links, joints=joints)
-
-
 @pytest.mark.parametrize("seed", range(30))
 def test_a_robot_comes_back_as_it_was(seed, tmp_path):
     robot = robot_of(random.Random(seed))  # noqa: S311 - a case, no secret
     path = tmp_path / "robot.sdf"
     path.write_text(written(robot), "utf-8")
     weightless = frozenset(bodies_of(robot).weightless)
-    back = plain(robot_in(path), weightless)
-    assert different(plain(robot, weightless), back, 0.0, carried_by_urdf=False) == []
+    back = as_in_sdf(robot_in(path), weightless)
+    assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
 
 
 def test_a_difference_is_seen(tmp_path):
@@ -96,7 +88,7 @@ def test_a_difference_is_seen(tmp_path):
     robot = robot_of(random.Random(3))  # noqa: S311 - a case, no secret
     path = tmp_path / "robot.sdf"
     path.write_text(re.sub(r"<mass>(\d)", r"<mass>1\1", written(robot), count=1), "utf-8")
-    assert different(plain(robot), plain(robot_in(path)), 0.0, carried_by_urdf=False) != []
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(path)), 0.0, carried_by_urdf=False) != []
 
 
 @pytest.mark.parametrize("path", sorted((SDF / "corners").glob("*.sdf")), ids=lambda path: path.stem)
@@ -104,7 +96,7 @@ def test_what_is_written_is_read_as_the_same(path, tmp_path):
     robot = robot_in(path)
     again = tmp_path / path.name
     again.write_text(written(robot), "utf-8")
-    assert different(plain(robot), plain(robot_in(again)), 1e-12, carried_by_urdf=False) == []
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(again)), 1e-12, carried_by_urdf=False) == []
 
 
 def test_a_model_that_is_included_is_that_model_within(tmp_path):

@@ -1,4 +1,4 @@
-"""What holds for every SDF: no text makes the reader fail, and what it takes has places and is written and read again."""
+"""What holds for every SDF: no text makes its reader fail, and what it takes has places and is written and read again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds for every SDF: no text makes its reader fail, and what it takes has places and is written and read again."""
+"""What holds for every SDF: no text makes its reader fail, and what it takes is written and read again as the same."""
 
 from __future__ import annotations
 

@@ -305,7 +305,7 @@ class _Writer:
                 yield Diagnostic("sdf-cannot-say", WARNING, message, help="give it another name in the description")
         followers = [joint.name for joint in self.robot.joints if joint.mimic]
         if followers and self.form.version in (OLDEST, "1.10"):
-            message = f"SDF {self.form.version} has no mimic: Gazebo lets {quoted(followers, 3)} move by themselves"
+            message = f"SDF {self.form.version} has no mimic: Gazebo lets {quoted(followers, 3)} move freely"
             yield Diagnostic("sdf-cannot-say", WARNING, message, help=f'say version: "{FOLLOWERS}"')
 
 

@@ -21,7 +21,8 @@ from rosorin_compile.meaning.sameness import different
 from rosorin_compile.model import Output, Robot
 from support.cases import header, read, told_in_xml
 from support.machines import as_in_sdf, robot_of
-from support.paths import DATA
+from support.paths import DATA, ROOT, ROSORIN
+from support.robots import compiled
 
 SDF = DATA / "sdf"
 CASES = sorted([*SDF.glob("bad/*.sdf"), *SDF.glob("told/*.sdf")])
@@ -81,6 +82,21 @@ def test_a_robot_comes_back_as_it_was(seed, tmp_path):
     weightless = frozenset(bodies_of(robot).weightless)
     back = as_in_sdf(robot_in(path), weightless)
     assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "file", [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))], ids=lambda f: f.parent.name
+)
+def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_path):
+    """All that a URDF says of them comes back, sensors aside, which an SDF has in words of its own."""
+    robot = compiled(file).robot
+    assert robot is not None
+    path = tmp_path / "robot.sdf"
+    path.write_text(written(robot, gazebo=False), "utf-8")
+    weightless = frozenset(bodies_of(robot).weightless)
+    sides = (as_in_sdf(one, weightless) for one in (robot, robot_in(path)))
+    assert different(*sides, 1e-12, carried_by_urdf=True) == []
 
 
 def test_a_difference_is_seen(tmp_path):

@@ -229,6 +229,16 @@ def test_import_writes_a_description(home, capsys):
     assert code == 0, out + err
 
 
+@pytest.mark.parametrize(
+    "case", ["corners/world", "told/two-pieces", "told/universal", "corners/shapes", "corners/kept"]
+)
+def test_what_is_imported_compiles_and_agrees(case, home, capsys):
+    (home / "source.sdf").write_text((SDF / f"{case}.sdf").read_text("utf-8"), "utf-8")
+    for words in (("import", "source.sdf", "-o", "made"), ("all", "made"), ("check", "made")):
+        code, out, err = asked(capsys, *words)
+        assert code == 0, out + err
+
+
 def test_a_description_includes_an_sdf(home, capsys):
     (home / "whole").mkdir()
     (home / "whole" / "part.sdf").write_text((SDF / "corners" / "kept.sdf").read_text("utf-8"), "utf-8")

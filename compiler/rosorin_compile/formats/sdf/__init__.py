@@ -69,6 +69,14 @@ def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
     return check(case, output)
 
 
+def _frames(robot: Robot) -> Sequence[str]:
+    """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
+    from .names import world_of
+
+    world = world_of(robot)
+    return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
+
+
 def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
     form = str(output.options.get("height_maps", "rows"))
     return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
@@ -117,7 +125,7 @@ FORMAT = Format(
     facts=_facts,
     syntax=_syntax,
     prove=_prove,
-    frames=lambda robot: [joint.child for joint in robot.joints],
+    frames=_frames,
     solids=_solids,
     all_solids=True,
     cannot_say=_cannot_say,

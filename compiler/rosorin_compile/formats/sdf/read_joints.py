@@ -14,7 +14,7 @@ from ...xml.markup import Element
 from ..format import Placed
 from ..urdf.reading import Reading, named
 from .read_links import Entries
-from .reading import Numbers, Said, cleaned, converted, entry_of, others, place
+from .reading import Numbers, Said, cleaned, converted, entry_of, others, place, words
 from .scopes import JOINT, OWN, Models, Node
 from .trees import PAIRS, Joined, Tree, is_along, is_near
 from .verbatim import keep, text_of, wrapped
@@ -99,19 +99,21 @@ class Joints:
         if kind == "fixed":
             entry = self._head("fixed", parent, joint.child.called, self.tree.at_joint(joint), element)
             self._add(name, entry, element)
-            self._ignored(element)
+            self._ignored(element, kind)
             self._rest(joint.node, entry)
         elif kind in PAIRS:
             self._pair(joint, parent)
         else:
             self._moving(joint, parent, kind)
 
-    def _ignored(self, element: Element) -> None:
-        """Tell what has no effect on a joint that is fixed, beside axes, which tools write everywhere."""
+    def _ignored(self, element: Element, kind: str) -> None:
+        """Tell what has no effect on a joint without an axis, beside the axis, which tools write everywhere."""
         for tag in ("axis", "axis2"):
             axis = self.reading.single(element, tag)
-            if axis is not None and any(child.tag == "mimic" for child in axis.children):
-                self.reading.ignored("<mimic> of a fixed joint has no effect", axis.span)
+            for child in axis.children if axis is not None else ():
+                numbers = [word.text for inner in child.iter() for word in words(inner)]
+                if child.tag in ("mimic", "dynamics") and any(word.strip("0.") for word in numbers):
+                    self.reading.ignored(f"<{child.tag}> of a {kind} joint has no effect", child.span)
 
     def _head(self, kind: str, parent: str, child: str, said: Said, element: Element) -> dict[str, Any]:
         ends = {"parent": parent, "child": child}
@@ -136,6 +138,8 @@ class Joints:
             there = joint.there if at and not is_near(joint.there) else Transform()
             entry["axis"] = axis.entry(there, (axis.element or element).span)
             self._details(joint.node, name, entry, axis.element)
+        else:
+            self._ignored(element, "ball")
         self._rest(joint.node, entry)
         if not at:
             self.fix_to(joint, child)

@@ -217,6 +217,9 @@ class _Robot:
         if scope.overriding is not None:
             gazebo += [child for child in scope.overriding.children if child.tag == "plugin"]
             self.reading.known(scope.overriding, _OF_INCLUDE, ("merge",), None)
+        for child in (one for one in rest if one.tag == "drake:joint"):
+            message = f"{named(child)} is a joint of Drake's own, which no description has"
+            self.reading.lenient("sdf-joint", message, child.span, "make it one of SDF", "keeps it as it is")
         texts = {tag: [(child, text_of(child, scope, self.models)) for child in found]
                  for tag, found in (("gazebo", gazebo), ("sdf", rest))}  # fmt: skip
         for tag, found in texts.items():

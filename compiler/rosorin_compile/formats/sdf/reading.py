@@ -19,7 +19,7 @@ from ..format import Placed
 from ..urdf.reading import Reading, meant, named
 
 _NUMBER = re.compile(r"[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
-_ENDLESS = re.compile(r"[-+]?(?:inf|infinity|nan)\Z", re.I)
+_ENDLESS = re.compile(r"[-+]?(?:inf|infinity)\Z", re.I)
 _OF_POSE = ("relative_to", "frame", "rotation_format", "degrees")
 UNLIMITED = 1e16  # from here on, a limit is none
 _UNITS = {"rad": (ANGLE, FULL_TURN), "m": (LENGTH, FAR)}
@@ -107,7 +107,11 @@ class Numbers:
         """Return a number; one beyond any robot with its unit, so that nobody takes it for another unit."""
         if not _NUMBER.match(word.text) or not math.isfinite(float(word.text)):
             message = f'{named(element)}: "{word.text[:40]}" is not a number'
-            help = "write a finite number" if _ENDLESS.match(word.text) else "write a number such as 0.5 or 1e-3"
+            help = (
+                "write a finite number"
+                if _ENDLESS.match(word.text) or word.text.lower() == "nan"
+                else "write a number such as 0.5 or 1e-3"
+            )
             self.reading.error("not-a-number", message, word.span, help)
             return None
         value = float(word.text)

@@ -38,6 +38,7 @@ def main() -> None:
     """Print what became of each file, and a table by package."""
     parser = argparse.ArgumentParser()
     parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--lenient", action="store_true")
     options = parser.parse_args()
     if hasattr(os, "nice"):
         os.nice(NICE)
@@ -45,7 +46,7 @@ def main() -> None:
     reasons: Counter[str] = Counter()
     for package, path in models(options.folders):
         try:
-            end, reason = judged(path)
+            end, reason = judged(path, options.lenient)
         except Exception as problem:  # one file is not to end the run; it is counted
             end, reason = "crash", f"{type(problem).__name__}: {problem}"
         print(f"{package} {path.name}: {end} {reason}", flush=True)
@@ -72,10 +73,10 @@ def models(folders: list[Path]) -> Iterator[tuple[str, Path]]:
                 yield path.relative_to(folder).parts[0], path
 
 
-def judged(path: Path) -> tuple[str, str]:
+def judged(path: Path, lenient: bool) -> tuple[str, str]:
     """Return what became of a file, and the reason where there is one."""
     packages = {"models": path.parent.parent, path.parent.name: path.parent}
-    imported = read_robot(path, ReadOptions(packages=packages))
+    imported = read_robot(path, ReadOptions(packages=packages, lenient=lenient))
     errors = [d for d in imported.diagnostics if d.severity == ERROR]
     if imported.tree is None:
         return "refused", f"{errors[0].rule}: {errors[0].message}"

@@ -141,8 +141,8 @@ class Models:
         if version is None:
             return None
         if not models:
-            self._no_model(root)
-            return None
+            alone = self._no_model(root)
+            return None if alone is None else self._scope(alone, file, version, None, self._name(alone))
         if len(models) > 1:
             message = f"the file holds {len(models)} models; a description is of one robot"
             related = [Related("the first", models[0].span)]
@@ -151,18 +151,24 @@ class Models:
         self.reading.known(root, (MODEL,), ("version",), None)
         return self._scope(models[0], file, version, None, self._name(models[0]))
 
-    def _no_model(self, root: Element) -> None:
-        """Say that a file has no model, and what it has."""
+    def _no_model(self, root: Element) -> Element | None:
+        """Say that a file has no model, and what it has; leniently return the one model of a world."""
         other = next((child for child in root.children if child.tag in ("world", "actor", "light")), None)
         if other is None:
             self.reading.error("sdf-models", "<sdf> holds no <model>", root.span, 'add <model name="...">')
-            return
+            return None
         message = f"the file holds <{other.tag}>, not a model"
-        models = [child.get("name") for child in other.children if child.tag == MODEL]
+        models = [child for child in other.children if child.tag == MODEL]
         if models:
-            message = f"the file holds a world, with {counted(len(models), 'model')}: {quoted(models, 3)}"
+            names = quoted([one.get("name") for one in models], 3)
+            message = f"the file holds a world, with {counted(len(models), 'model')}: {names}"
         help = "put the <model> of the robot into a file of its own, in <sdf>"
-        self.reading.error("sdf-models", message, other.span, help)
+        if len(models) != 1:
+            self.reading.error("sdf-models", message, other.span, help)
+        elif self.reading.lenient("sdf-models", message, other.span, help, "takes the model alone"):
+            self.reading.cannot_carry("the world around the model", other.span)
+            return models[0]
+        return None
 
     def _version(self, root: Element) -> str | None:
         attribute = root.attributes.get("version")

@@ -134,7 +134,7 @@ def test_an_unknown_output_is_met_with_what_there_is(capsys: Shown) -> None:
     said = ask(capsys, "print", "udrf", str(ROSORIN), code=2)
     assert 'error[unknown-output]: rosorin has no output "udrf", and there is no format of that name' in said
     assert 'did you mean "urdf"? (its outputs: urdf, ' in said
-    assert "; with their defaults: frames_picture, page, template)" in said
+    assert "; with their defaults: sdf, frames_picture, page, template)" in said
 
 
 def test_a_format_that_needs_options_says_which(capsys: Shown) -> None:

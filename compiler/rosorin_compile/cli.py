@@ -32,7 +32,7 @@ GROUPS = {
         "rule": "say what the id of a message means, and what to do",
     },
     "bring in": {
-        "import": "make a description of a URDF, a xacro or an MJCF",
+        "import": "make a description of a URDF, a xacro, an SDF or an MJCF",
         "extract": "take boxes and height maps out of meshes",
         "diff": "compare two robots by meaning, in any of the formats",
     },

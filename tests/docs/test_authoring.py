@@ -246,3 +246,13 @@ def test_patterns_are_legal_in_an_editor() -> None:
     assert len(patterns) > 10
     for pattern in {json.loads(f'"{pattern}"') for pattern in patterns}:
         assert set(re.findall(r"\\(.)", pattern)) <= set("dswSDWbB^$\\.*+?()[]{}|/"), pattern
+
+
+@pytest.mark.parametrize(
+    ("backend", "option", "value"),
+    [("sdf", "version", '"1.11"'), ("mjcf", "height_maps", "hfield"), ("mjcf", "visuals", "own")],
+)
+def test_an_option_of_several_formats_may_have_the_words_of_each(backend, option, value):
+    text = "robot: r\nlinks: {{a: {{}}}}\noutputs: {{{}: {{file: a, {}: {}}}}}\n"
+    assert complaints(text.format(backend, option, value)) == []
+    assert complaints(text.format(backend, option, "nonsense")) != []

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Collection
 from dataclasses import replace
 
 from rosorin_compile.formats.templating import Templates
@@ -180,6 +181,13 @@ def robot_of(chance: random.Random) -> Robot:
             joint = replace(joint, axis=_axis(chance), limit=_limit(chance, kind), mimic=mimic)
         joints.append(joint)
     return Robot("any", tuple(links), tuple(joints))
+
+
+def as_in_sdf(robot: Robot, weightless: Collection[str] = ()) -> Robot:
+    """Return a robot as an SDF can say it: fixed joints have the names of their links, the least mass is none."""
+    links = tuple(replace(link, inertial=None) if link.name in weightless else link for link in robot.links)
+    joints = tuple(replace(j, name=f"{j.child}_joint") if j.is_fixed else j for j in robot.joints)
+    return replace(robot, links=links, joints=joints)
 
 
 def _vector(chance: random.Random, size: float) -> Vector:

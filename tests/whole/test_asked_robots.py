@@ -1,4 +1,4 @@
-"""Questions about robots in other formats (URDF, xacro, MJCF, driver's JSON), and about planar and floating joints."""
+"""Questions about robots in other formats (URDF, xacro, SDF, MJCF, JSON), and about planar and floating joints."""
 
 from __future__ import annotations
 

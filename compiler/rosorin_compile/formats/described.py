@@ -59,8 +59,9 @@ def imported(made: object, opened: Opened) -> Imported:
     return Imported(accepted, [*diagnostics, *told], files=(opened.path,), left_out=what)
 
 
-def as_tree(value: Any, span: Span, path: Steps) -> Any:
+def as_tree(value: Any, span: Span, path: Steps | None = None) -> Any:
     """Return a plain value as a tree; what has no place of its own is at ``span``. Raises TypeError."""
+    path = path or []
     if isinstance(value, Placed):
         return as_tree(value.value, value.span, path)
     if len(path) > MAX_DEPTH:

@@ -36,8 +36,7 @@ RULES = (
 
 
 _OTHER_FORMATS = {
-    "sdf": ("SDF, the format of Gazebo", "import the URDF or xacro that it was made of"),
-    "world": ("a world of Gazebo", "import the URDF or xacro of the robot"),
+    "world": ("a world of Gazebo", "name the SDF, URDF or xacro of the robot"),
     "html": ("a web page", "download the file itself: on GitHub by the button Raw"),
     "svg": ("a picture", "name the file of the robot"),
     "collada": ("a mesh (COLLADA)", "name the file of the robot, which names its meshes"),

@@ -62,7 +62,9 @@ def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
     meanings: dict[str, dict[str, list[str]]] = {}
     for one in formats:
         for key, option in one.options.items():
-            options.setdefault(key, dict(option))
+            known = options.setdefault(key, dict(option))
+            if "enum" in known and "enum" in option:  # editors ask this schema; each format's own words are held later
+                known["enum"] = [*known["enum"], *(value for value in option["enum"] if value not in known["enum"])]
             meanings.setdefault(key, {}).setdefault(option.get("description", ""), []).append(one.name)
     for key, option in options.items():
         texts = (f"{', '.join(names)}: {_uncapitalised(text)}" for text, names in meanings[key].items())

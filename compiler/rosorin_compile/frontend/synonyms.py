@@ -294,7 +294,7 @@ VALUES: dict[str, dict[str, str]] = {
     "backend": {
         **_all("mujoco mjcfxml mujocoxml", "mjcf"),
         **_all("xacro robotdescription urdfxml", "urdf"),
-        **_all("sdf gazebo sdformat ignition", "Gazebo reads the urdf"),
+        **_all("gazebo sdformat ignition", "Gazebo reads the sdf, or the urdf"),
         **_all("statictransforms statictransformpublisher statictf launch", "static_tf"),
         **_all("picture svg dot graph tree", "frames_picture"),
         **_all("markdown md doc docs", "frames"),

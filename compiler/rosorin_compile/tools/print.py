@@ -39,7 +39,7 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="OUTPUT [ROBOT]",
         completes="ARTIFACT [ROBOT]",
         help="a name under outputs, or a format such as urdf, which has its defaults then; the robot (name, folder or "
-        "file, also a URDF, xacro or MJCF) is needed where there are several",
+        "file, also a URDF, xacro, SDF or MJCF) is needed where there are several",
     )
     command.add_argument("-o", "--output", type=place, metavar="FILE", help="write this file instead, all at once")
     command.add_argument(
@@ -59,7 +59,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--lenient",
         action="store_true",
-        help="of a URDF, xacro or MJCF, take what breaks the specification where that works",
+        help="of a URDF, xacro, SDF or MJCF, take what breaks the specification where that works",
     )
     package_option(command)
     argument_options(command)

@@ -31,7 +31,7 @@ class Known(NamedTuple):
 
 
 def read(given: Given, description: Description, console: Console) -> Understood:
-    """Return what a description says, or a URDF, xacro, MJCF or driver's JSON in its place. Raises LoadError."""
+    """Return what a description says, or a URDF, xacro, SDF, MJCF or driver's JSON in its place. Raises LoadError."""
     arguments = given.values()
     if is_foreign(description.path):
         from .foreign import understand_foreign

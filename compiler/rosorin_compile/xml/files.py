@@ -17,7 +17,7 @@ from .markup import Document, MarkupError
 
 RULES = (
     Rule("file-empty", "There is nothing in the file.", "Name the right file.", READING),
-    Rule("not-text", "The file is not text.", "Name a URDF, a xacro or an MJCF.", READING),
+    Rule("not-text", "The file is not text.", "Name a URDF, a xacro, an SDF or an MJCF.", READING),
 )
 
 
@@ -84,7 +84,7 @@ def decode(data: bytes, name: str, asked: Span | None = None) -> Source:
     encoding, skip = _encoding(data, name)
     if b"\0" in data.rstrip(b"\0 \r\n\t")[:1000] and not encoding.startswith(("utf-16", "utf-32")):
         message = f"{name} is not a text file: it holds zero bytes"
-        raise MarkupError(error("not-text", message, asked, "name a URDF, xacro or MJCF file"))
+        raise MarkupError(error("not-text", message, asked, "name a URDF, xacro, SDF or MJCF file"))
     try:
         return Source(name, data[skip:].decode(encoding))
     except UnicodeDecodeError as problem:

@@ -10,7 +10,7 @@ import pytest
 
 from rosorin_compile.diagnostics import NOTE
 from rosorin_compile.diagnostics.report import text as report
-from rosorin_compile.formats.urdf.gazebo import DISTRIBUTIONS
+from rosorin_compile.formats.gazebo_sensors import DISTRIBUTIONS
 from support import sdformat
 from support.comparing import compared, told
 from support.paths import ROSORIN

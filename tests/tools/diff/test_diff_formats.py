@@ -260,7 +260,7 @@ def test_a_broken_file_of_arguments_is_told(tmp_path: Path) -> None:
 
 def test_a_file_of_another_kind_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "world.sdf"
-    path.write_text("<sdf version='1.9'/>", "utf-8")
+    path.write_text("<world name='w'/>", "utf-8")
     code, out, err = diff(ROSORIN, path)
     assert (code, out) == (1, "")
     assert "error[wrong-root]" in err

@@ -15,9 +15,10 @@ from markupsafe import Markup
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
-from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, SdfElement, Sensor, pose_of
+from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, Sensor, pose_of
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
+from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
 from ..templating import attributes
 
 RULES = (
@@ -28,9 +29,6 @@ RULES = (
         FORMATS,
     ),
 )
-
-# Who reads the block, and the element that names the frame of its messages there. SDF up to 1.11 has no word for it.
-DISTRIBUTIONS = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id"}
 
 
 class Carried(NamedTuple):
@@ -45,11 +43,6 @@ class Carried(NamedTuple):
     masses: Mapping[str, Inertial]
     collisions: Callable[[str], Sequence[str]]
     kept: Set[str]
-
-
-def distribution(asked: object) -> str:
-    """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
-    return "harmonic" if asked is True else str(asked or "")
 
 
 def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[Markup], list[Diagnostic]]:
@@ -204,37 +197,7 @@ class _Writer:
         lines = [Markup("  <gazebo{}>").format(attributes(reference=reference))]
         if keep:
             lines.append(Markup("    <preserveFixedJoint>true</preserveFixedJoint>"))
-        lines.append(Markup("    <sensor{}>").format(attributes(name=one.name, type=one.type)))
-        if pose != IDENTITY:
-            numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
-            lines.append(Markup("      <pose>{}</pose>").format(numbers))
-        said = {element.name for element in one.elements}
-        if one.stamp and not said & set(DISTRIBUTIONS.values()):
-            lines.append(Markup("      <{0}>{1}</{0}>").format(self.frame_id, one.stamp))
-        for element in one.elements:
-            more = [SdfElement("collision", name) for name in collisions] if element.name == "contact" else []
-            lines += self._lines(element, "      ", more)
-        if collisions and "contact" not in said:
-            lines += self._lines(
-                SdfElement("contact"), "      ", [SdfElement("collision", name) for name in collisions]
-            )
-        yield Markup("\n").join([*lines, Markup("    </sensor>"), Markup("  </gazebo>")])
-
-    def _lines(self, element: SdfElement, indent: str, more: Sequence[SdfElement] = ()) -> Iterator[Markup]:
-        """Yield the lines of an element; ``more`` elements come first in it."""
-        values = attributes(**{name: self._word(value) for name, value in element.attributes.items()})
-        if element.value is not None:
-            form = Markup("{0}<{1}{2}>{3}</{1}>")
-            yield form.format(indent, element.name, values, self._word(element.value))
-        elif not element.elements and not more:
-            yield Markup("{}<{}{}/>").format(indent, element.name, values)
-        else:
-            yield Markup("{}<{}{}>").format(indent, element.name, values)
-            for inner in (*more, *element.elements):
-                yield from self._lines(inner, indent + "  ")
-            yield Markup("{}</{}>").format(indent, element.name)
-
-    def _word(self, value: float | str | bool) -> str:
-        if isinstance(value, bool):
-            return "true" if value else "false"
-        return self.number(value) if isinstance(value, float) else value
+        numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
+        place = Markup() if pose == IDENTITY else Markup("<pose>{}</pose>").format(numbers)
+        lines += sensor_lines(one, self.frame_id, self.number, "    ", place, collisions)
+        yield Markup("\n").join([*lines, Markup("  </gazebo>")])

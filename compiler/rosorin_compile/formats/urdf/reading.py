@@ -58,7 +58,7 @@ _ATTRIBUTES = {
     *("iyx", "izx", "izy", "size", "radius", "length", "filename", "scale", "rgba"),
 }
 
-_DECIDING = ("origin", "parent", "child", "axis", "limit", "mimic", "geometry", "mass", "inertia")
+_DECIDING = ("origin", "pose", "parent", "child", "axis", "xyz", "limit", "mimic", "geometry", "mass", "inertia")
 
 
 class Reading:
@@ -181,11 +181,7 @@ class Reading:
 
         What is near to a known name is misspelt. Other elements are kept in ``keep``, where the language has a place.
         """
-        for attribute in element.attributes.values():
-            if attribute.name not in attributes and not attribute.name.startswith("xmlns"):
-                self._unknown(
-                    f'the attribute "{attribute.name}"', attribute.name, attributes, element, attribute.name_span
-                )
+        self.known_attributes(element, attributes)
         for child in element.children:
             if child.tag in tags:
                 continue
@@ -201,6 +197,14 @@ class Reading:
             else:
                 self.keep(child, keep)
         self._remarks(element)
+
+    def known_attributes(self, element: Element, attributes: Collection[str]) -> None:
+        """Look for attributes that a reader of this element does not know."""
+        for attribute in element.attributes.values():
+            if attribute.name not in attributes and not attribute.name.startswith("xmlns"):
+                self._unknown(
+                    f'the attribute "{attribute.name}"', attribute.name, attributes, element, attribute.name_span
+                )
 
     def _unknown(self, what: str, name: str, legal: Collection[str], element: Element, span: Span) -> None:
         near = meant(name, [other for other in legal if other not in element.attributes])
@@ -308,12 +312,14 @@ def _distance(one: str, other: str) -> int:
 _LINE_END = re.compile("\r\n|\r")
 
 
-def kept(element: Element) -> Text:
+def kept(element: Element, text: str = "") -> Text:
     """Return an element as text: as it stands, its further lines moved left, where space means nothing.
+
+    ``text`` is what stands for it where something in it has been renamed.
 
     A prefix that an element around it declares (``xmlns:sim``) is declared in the text, so that it can stand alone.
     """
-    text = _LINE_END.sub("\n", element.verbatim)
+    text = _LINE_END.sub("\n", text or element.verbatim)
     declared = _declared(element)
     if declared:
         at = 1 + len(element.tag)

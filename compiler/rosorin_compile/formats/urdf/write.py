@@ -135,7 +135,8 @@ def _gazebo(
     robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
 ) -> tuple[list[Markup], list[Diagnostic]]:
     """Return what Gazebo has of the sensors, and what it will not see of them."""
-    from .gazebo import Carried, distribution, kept_joints, sensors
+    from ..gazebo_sensors import distribution
+    from .gazebo import Carried, kept_joints, sensors
 
     carried = links_of(robot, output)
 

@@ -294,7 +294,7 @@ class Reader:
                 place = Place(item.key_spans[key], item.via)
                 known = f"known: {', '.join(_OF_FILE)}"
                 help = (
-                    f"{known}; {key} is for a robot that is included as a URDF, xacro or MJCF"
+                    f"{known}; {key} is for a robot that is included as a URDF, xacro, SDF or MJCF"
                     if key in _OF_ROBOT
                     else known
                 )

@@ -1,4 +1,4 @@
-"""A foreign robot (URDF, xacro, MJCF), included as it is: prefixed, attached, joined like any file.
+"""A foreign robot (URDF, xacro, SDF, MJCF), included as it is: prefixed, attached, joined like any file.
 
 It is read when the arguments of the description are known, so that an include may have expressions, loops and
 conditions. What it holds is never evaluated: ``${...}`` in another one's file is that one's.

@@ -53,7 +53,7 @@ def options(command: argparse.ArgumentParser) -> None:
 
 def _boxes_options(way: argparse.ArgumentParser) -> None:
     way.add_argument(
-        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: URDF, xacro, MJCF, description"
+        "words", nargs="+", metavar="SOURCE", help="mesh files, or one robot: URDF, xacro, SDF, MJCF, description"
     )
     way.add_argument("--link", action="append", default=[], help="only this link of the robot; may be given again")
     _section_option(way)

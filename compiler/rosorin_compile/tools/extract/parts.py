@@ -70,7 +70,7 @@ class RobotSource:
 
 
 def read_source(word: str, options: ReadOptions) -> RobotSource:
-    """Return the robot of a URDF, xacro or MJCF file, or of a description by name, folder or file.
+    """Return the robot of a URDF, xacro, SDF or MJCF file, or of a description by name, folder or file.
 
     Raises NotThere if there is none, else ExtractProblem; other problems are among the diagnostics of what is returned.
     """

@@ -1,4 +1,4 @@
-"""rosorin-compile import: make a description of a robot that exists as URDF, xacro or MJCF."""
+"""rosorin-compile import: make a description of a robot that exists as URDF, xacro, SDF or MJCF."""
 
 from __future__ import annotations
 

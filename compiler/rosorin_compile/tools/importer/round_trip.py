@@ -33,7 +33,7 @@ RULES = (
     ),
     Rule(
         "import-untold",
-        "The engine of the source's format, MuJoCo, finds something in the result that is otherwise than in the "
+        "The engine of the source's format (MuJoCo, Drake) finds something in the result that is otherwise than in the "
         "source, and no other message of the import says so; nothing is written.",
         "Please report it with the file. `--lenient` writes it all the same, with a warning.",
         READING,

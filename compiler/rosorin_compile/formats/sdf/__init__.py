@@ -1,0 +1,141 @@
+"""SDF: the robot for Gazebo and Drake.
+
+Written by ``write``, from which links are bodies and which are frames (``bodies``), and from what a description keeps
+for Gazebo (``kept``); ``facts`` reads such a file back for comparison.
+
+Foreign files are read, in this order, by ``robot`` (the file as a whole), ``scopes`` (models within models, and what a
+name stands for), ``reading`` (numbers and poses), ``trees`` (what hangs on what), ``read_links``, ``read_joints`` and
+``verbatim`` (what stays as it stands). ``words`` is what both sides know. ``proof`` holds what comes of a file against
+it in Drake (``engine``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+
+if TYPE_CHECKING:
+    from ...diagnostics import Diagnostic
+    from ...frontend.tree import Map
+    from ...model import Output, Robot, Shape
+    from ...rules.case import Case
+    from ..imported import Imported, Proof
+    from ..templating import Templates
+
+__all__ = ["FORMAT"]
+
+
+def _write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
+    from .write import write
+
+    return write(robot, output, templates)
+
+
+def _read(opened: Opened) -> Imported:
+    from .robot import read_sdf
+
+    return read_sdf(opened)
+
+
+def _asked(tree: Map, version: str, name: str) -> Asked | None:  # noqa: ARG001
+    """Return the output of a robot that comes of an SDF; others are not asked for one."""
+    wishes = (tree.get("outputs") or {}).get("sdf")
+    return None if wishes is None else Asked({"file": "", **wishes} | {"file": f"{name}.sdf"})
+
+
+def _prove(imported: Imported, text: str, files: Mapping[str, str]) -> Proof:
+    from .proof import prove
+
+    return prove(imported, text, files)
+
+
+def _facts(text: str) -> Facts:
+    from .facts import read
+
+    return read(text)
+
+
+def _syntax(text: str) -> object:
+    from ...xml.elements import canonical, tree_of
+
+    return canonical(tree_of(text))
+
+
+def _check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    from .names import check
+
+    return check(case, output)
+
+
+def _frames(robot: Robot) -> Sequence[str]:
+    """Return what hangs on something: not what is free in the world, which is no link of an SDF."""
+    from .names import world_of
+
+    world = world_of(robot)
+    return [one.child for one in robot.joints if one.parent != world or one.type not in ("floating", "planar")]
+
+
+def _solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> Sequence[Shape]:  # noqa: ARG001
+    form = str(output.options.get("height_maps", "rows"))
+    return [solid for shape in robot.link[link].collision for solid in shape.solids(form)]
+
+
+def _cannot_say(robot: Robot, fact: Fact) -> bool:
+    """Say whether a fact is of a link whose inertial says no mass: the least stands for it."""
+    from .bodies import has_mass
+
+    return fact.kind == "link" and fact.name in robot.link and not has_mass(robot.link[fact.name].inertial)
+
+
+FORMAT = Format(
+    name="sdf",
+    word="SDF",
+    article="an",
+    about="the model for Gazebo and Drake",
+    rank=25,
+    options={
+        "number_format": NUMBER_FORMAT,
+        "version": {
+            "enum": ["1.9", "1.10", "1.11", "1.12", 1.9, 1.1, 1.11, 1.12],
+            "description": "Version of the format; default: 1.9, or 1.11 if a joint follows another. Fortress reads up"
+            " to 1.9, Harmonic up to 1.11, Ionic and Drake 1.12.",
+        },
+        "height_maps": {
+            "enum": FORMS_OF_BOXES,
+            "description": f"The boxes of height maps; default: rows. {BOXES_OF_HEIGHT_MAPS}.",
+        },
+        "visuals": {
+            "enum": ["from_collision"],
+            "description": "from_collision: a link without a visual is seen as its collision shapes, a colour a link.",
+        },
+        "gazebo": {
+            "enum": [True, False, "harmonic", "fortress"],
+            "description": "The sensors, and who reads them: true or harmonic, fortress, with the frame of their"
+            " messages in its word, which Drake refuses; false: none. Default: sensors in the words of SDF alone.",
+        },
+    },
+    file="{}.sdf",
+    endings=(".sdf",),
+    roots=("sdf",),
+    check=_check,
+    write=_write,
+    read=_read,
+    facts=_facts,
+    syntax=_syntax,
+    prove=_prove,
+    frames=_frames,
+    solids=_solids,
+    all_solids=True,
+    cannot_say=_cannot_say,
+    complete=True,
+    lacks=frozenset(
+        {"armature", "calibration", "safety", "simulation", "actuator", "pose", "servo", "sensor", "contact"}
+        | {"publisher", "edge", "drive", "fixed joint name", "urdf_elements"}
+    ),
+    folder="sdf",
+    deploys=True,
+    meshes=True,
+    asked=_asked,
+)

@@ -1,0 +1,59 @@
+"""Names: what SDF keeps for itself, and nothing in a robot can be called."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from ...diagnostics import Diagnostic
+from ...diagnostics.registry import FORMATS, Rule
+from ...model import Output, Robot
+
+if TYPE_CHECKING:
+    from ...rules.case import Case
+
+RULES = (
+    Rule(
+        "sdf-name",
+        "A name that SDF keeps for itself: `world`, names between two underscores and two, and those with `::`, which"
+        " leads into a model.",
+        "Rename it.",
+        FORMATS,
+    ),
+)
+
+
+WORLD = "world"
+RESERVED = re.compile(r"__.*__\Z")
+
+
+def world_of(robot: Robot) -> str:
+    """Return the link that is the world itself; empty if none is."""
+    root = robot.link[robot.root]
+    bare = not ((root.inertial and root.inertial.mass) or root.visual or root.collision)
+    return root.name if bare and root.name == WORLD and len(robot.links) > 1 else ""
+
+
+def check(case: Case, output: Output) -> Iterator[Diagnostic]:
+    """Find names that no link, frame or joint of an SDF can have."""
+    robot = case.robot
+    found = [("link", link.name, case.link(link.name)) for link in robot.links if link.name != world_of(robot)]
+    found += [("joint", joint.name, case.joint(joint)) for joint in robot.joints]
+    for kind, name, path in found:
+        why = _why(name)
+        if why:
+            message = f'no {kind} of {output.file} can be called "{name}": {why}'
+            help = (
+                "rename it; a root that is nothing but the world may have this name" if name == WORLD else "rename it"
+            )
+            yield case.problem("sdf-name", message, path, help, key=True)
+
+
+def _why(name: str) -> str:
+    """Return why SDF has no such name; empty if it may have it."""
+    if name == WORLD:
+        return "that is the world itself"
+    if "::" in name:
+        return ":: leads into a model"
+    return "SDF keeps names between two underscores for itself" if RESERVED.match(name) else ""

@@ -1,0 +1,111 @@
+"""Proof: the SDF that an imported one becomes is held against it in Drake, where the Python that runs this has it."""
+
+from __future__ import annotations
+
+import json
+import random
+import subprocess
+import sys
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+from ...diagnostics.wording import counted
+from ...frontend.lower import lower
+from ...model import Robot
+from ..imported import Imported, Proof
+
+STATES = 20
+TOLERANCE = 1e-9  # between the poses of frames, in metres and entries of rotations
+EXACT = 1e-12  # between masses and inertias, relative or absolute
+SECONDS = 300
+_SEED = 14
+_ENGINE = Path(__file__).with_name("engine.py")
+
+
+def prove(imported: Imported, text: str, files: Mapping[str, str], python: str = "") -> Proof:  # noqa: ARG001
+    """Return how Drake tells an SDF of ours from its source; nothing where there is no Drake.
+
+    ``python`` has Drake; default: this one, if it has. Meshes are not opened.
+    """
+    if not python and find_spec("pydrake") is None:
+        return Proof()
+    robot = lower(imported.tree).robot if imported.tree is not None else None
+    if robot is None:
+        return Proof()
+    chance = random.Random(_SEED)  # noqa: S311 - the same states in every run
+    led = [joint.name for joint in robot.joints if joint.moves and joint.mimic is None]
+    states: list[dict[str, Any]] = [{name: chance.uniform(-1, 1) for name in led} for _ in range(STATES)]
+    for state in states:
+        state |= {one.name: robot.position(one, state) for one in robot.joints if one.mimic is not None}
+    with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as folder:
+        made = Path(folder, "made.sdf")
+        made.write_text(text, "utf-8")
+        answer = ask([imported.files[0].absolute(), made], "world", states, python)
+    if isinstance(answer, str):
+        return Proof(unknown=answer)
+    source, ours = answer
+    for who, one in (("the source", source), ("what it becomes", ours)):
+        if "refused" in one:
+            lines = [line for line in one["refused"].splitlines() if line.strip()] or ["no reason said"]
+            return Proof(unknown=f"Drake does not load {who}: {lines[-1].strip()[:200]}")
+    return _compared(robot, source, ours, bool(imported.left_out))
+
+
+def ask(files: Sequence[Path], root: str, states: Sequence[Mapping[str, Any]], python: str = "") -> list[Any] | str:
+    """Return what the engine says of files; why it says nothing in its place."""
+    words = json.dumps({"files": [str(file) for file in files], "root": root, "states": list(states)})
+    call = [python or sys.executable, "-P", str(_ENGINE)]
+    try:
+        ran = subprocess.run(call, input=words, capture_output=True, text=True, timeout=SECONDS, check=False)  # noqa: S603
+    except (OSError, subprocess.TimeoutExpired) as problem:
+        return f"Drake did not come to an end: {type(problem).__name__}"
+    if ran.returncode:
+        return f"Drake gave up: {(ran.stderr.strip().splitlines() or ['no reason said'])[-1][:200]}"
+    found: list[Any] = json.loads(ran.stdout)
+    return found
+
+
+def _compared(robot: Robot, source: Mapping[str, Any], ours: Mapping[str, Any], listed: bool) -> Proof:
+    """Return what differs; where the import has listed something as left out, that is known."""
+    found: dict[str, list[str]] = {}
+    worst, count = 0.0, 0
+    for name in robot.link:
+        if name not in ours["frames"][0] or name not in source["frames"][0]:
+            continue
+        count += 1
+        pairs = zip(source["frames"], ours["frames"], strict=True)
+        apart = max(_apart(before[name], after[name]) for before, after in pairs)
+        worst = max(worst, apart)
+        if apart > TOLERANCE:
+            found.setdefault("frames", []).append(f"frame {name} is {apart:.2g} elsewhere")
+    for name, mass in source["masses"].items():
+        other = ours["masses"].get(name)
+        if other is None or abs(other - mass) > EXACT * max(1.0, mass):
+            found.setdefault("masses", []).append(f"link {name} weighs {mass} -> {other} kg")
+        elif _apart(source["inertias"][name], ours["inertias"][name]) > EXACT:
+            found.setdefault("inertias", []).append(f"the inertia of link {name} is another")
+    for name, said in source["joints"].items():
+        kept = ours["joints"].get(name)
+        if kept is not None and kept != said:
+            found.setdefault("joints", []).append(f"joint {name}: {said} -> {kept}")
+    said = "" if found else (
+        f"Drake sees the same robot: {counted(count, 'frame')} at {STATES} random joint states, largest difference"
+        f" {worst:.2g}, and {counted(len(source['masses']), 'mass')} with their inertias"
+    )  # fmt: skip
+    return Proof(known=found) if listed else Proof(found, said=said)
+
+
+def _apart(one: Any, other: Any) -> float:
+    """Return the largest difference between the numbers of two nested lists."""
+    return max((abs(a - b) for a, b in zip(_numbers(one), _numbers(other), strict=True)), default=0.0)
+
+
+def _numbers(nested: Any) -> Iterator[float]:
+    for item in nested:
+        if isinstance(item, list):
+            yield from _numbers(item)
+        else:
+            yield item

@@ -1,0 +1,256 @@
+"""SDF is read: files with corners, broken ones with their messages, and what a description becomes and is read from."""
+
+from __future__ import annotations
+
+import random
+import re
+from pathlib import Path
+
+import pytest
+import yaml
+
+from rosorin_compile.cli import main
+from rosorin_compile.diagnostics import ERROR, has_errors
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.imported import Imported, ReadOptions
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.formats.sdf.bodies import bodies_of
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.frontend.lower import lower
+from rosorin_compile.meaning.sameness import different
+from rosorin_compile.model import Output, Robot
+from support.cases import header, read, told_in_xml
+from support.machines import as_in_sdf, robot_of
+from support.paths import DATA, ROOT, ROSORIN
+from support.robots import compiled
+
+SDF = DATA / "sdf"
+CASES = sorted([*SDF.glob("bad/*.sdf"), *SDF.glob("told/*.sdf")])
+FOLLOWERS = '<sdf version="{}"><model name="m">{}</model></sdf>'
+
+
+def read_text(text: str, folder: Path, **options) -> Imported:
+    path = folder / "robot.sdf"
+    path.write_text(text, "utf-8")
+    return read_robot(path, ReadOptions(environment={}, **options))
+
+
+def robot_in(path: Path, **options) -> Robot:
+    imported = read_robot(path, ReadOptions(environment={}, **options))
+    assert imported.tree is not None, imported.diagnostics
+    robot = lower(imported.tree).robot
+    assert robot is not None
+    return robot
+
+
+def asked(capsys: pytest.CaptureFixture[str], *words: str) -> tuple[int, str, str]:
+    """Return the exit code and what a command prints."""
+    code = main([*words])
+    said = capsys.readouterr()
+    return code, said.out, said.err
+
+
+def written(robot: Robot, **options) -> str:
+    return FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
+
+
+@pytest.mark.parametrize("case", CASES, ids=[f"{case.parent.name}-{case.stem}" for case in CASES])
+def test_message(case, monkeypatch):
+    monkeypatch.chdir(case.parent)
+    expected = [line for line in header(case) if not line.startswith("options: ")]
+    imported = read(Path(case.name))
+    found = told_in_xml(imported.diagnostics, case.name)
+    assert expected, "\n".join(["the case expects nothing; it gets", *found])
+    assert found == expected, "\n".join(["it gets", *found])
+    assert (imported.tree is None) == has_errors(imported.diagnostics) == (case.parent.name == "bad")
+    for index, line in enumerate(expected):
+        if f" {ERROR}[" in line:
+            assert re.match(r"expect: (.+:)?\d+:\d+: ", line), line
+            assert expected[index + 1].startswith("  help: "), line
+
+
+def test_there_are_cases():
+    assert sum(case.parent.name == "bad" for case in CASES) > 60
+    assert sum(case.parent.name == "told" for case in CASES) > 15
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_a_robot_comes_back_as_it_was(seed, tmp_path):
+    robot = robot_of(random.Random(seed))  # noqa: S311 - a case, no secret
+    path = tmp_path / "robot.sdf"
+    path.write_text(written(robot), "utf-8")
+    weightless = frozenset(bodies_of(robot).weightless)
+    back = as_in_sdf(robot_in(path), weightless)
+    assert different(as_in_sdf(robot, weightless), back, 0.0, carried_by_urdf=False) == []
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "file", [ROSORIN, *sorted((ROOT / "examples").glob("*/robot.yaml"))], ids=lambda f: f.parent.name
+)
+def test_the_reference_robot_and_the_examples_come_back_as_they_were(file, tmp_path):
+    """All that a URDF says of them comes back, sensors aside, which an SDF has in words of its own."""
+    robot = compiled(file).robot
+    assert robot is not None
+    path = tmp_path / "robot.sdf"
+    path.write_text(written(robot, gazebo=False), "utf-8")
+    weightless = frozenset(bodies_of(robot).weightless)
+    sides = (as_in_sdf(one, weightless) for one in (robot, robot_in(path)))
+    assert different(*sides, 1e-12, carried_by_urdf=True) == []
+
+
+def test_a_difference_is_seen(tmp_path):
+    """The comparison can say no."""
+    robot = robot_of(random.Random(3))  # noqa: S311 - a case, no secret
+    path = tmp_path / "robot.sdf"
+    path.write_text(re.sub(r"<mass>(\d)", r"<mass>1\1", written(robot), count=1), "utf-8")
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(path)), 0.0, carried_by_urdf=False) != []
+
+
+@pytest.mark.parametrize("path", sorted((SDF / "corners").glob("*.sdf")), ids=lambda path: path.stem)
+def test_what_is_written_is_read_as_the_same(path, tmp_path):
+    robot = robot_in(path)
+    again = tmp_path / path.name
+    again.write_text(written(robot), "utf-8")
+    assert different(as_in_sdf(robot), as_in_sdf(robot_in(again)), 1e-12, carried_by_urdf=False) == []
+
+
+def test_a_model_that_is_included_is_that_model_within(tmp_path):
+    """What an <include> brings is what stands there when the model is written into the file."""
+    source = SDF / "included" / "include.sdf"
+    part = re.search(r"<model name=.*</model>", (source.parent / "part/hand.sdf").read_text("utf-8"), re.DOTALL)
+    assert part is not None
+    text = source.read_text("utf-8")
+
+    def inline(match: re.Match[str]) -> str:
+        words = dict(re.findall(r"<(name|placement_frame)>(.*?)<", match[0]))
+        pose = re.search(r"<pose.*?</pose>", match[0])
+        assert pose is not None
+        frame = f' placement_frame="{words["placement_frame"]}"' if "placement_frame" in words else ""
+        body = part[0].replace('<model name="hand">', f'<model name="{words["name"]}"{frame}>{pose[0]}')
+        return body.replace("meshes/palm", "part/meshes/palm")
+
+    whole = tmp_path / "whole.sdf"
+    whole.write_text(re.sub(r"<include>.*?</include>", inline, text, flags=re.DOTALL), "utf-8")
+    robot = robot_in(source)
+    assert different(robot, robot_in(whole), 0.0, carried_by_urdf=False) == []
+    assert [link.name for link in robot.links] == ["a", "left_palm", "left_tip", "right_palm", "right_tip"]
+    assert robot.link["left_palm"].visual[0].geometry.file == "part/meshes/palm.stl"
+
+
+def test_a_model_that_is_merged_keeps_its_names():
+    robot = robot_in(SDF / "included" / "include-merged.sdf")
+    assert [link.name for link in robot.links] == ["a", "palm", "tip"]
+
+
+def test_old_files_may_have_a_link_and_a_joint_of_one_name():
+    robot = robot_in(SDF / "included" / "joint-of-the-name-of-a-link.sdf")
+    assert (robot.joint["b"].parent, robot.joint["b"].child) == ("a", "b")
+
+
+def test_a_model_is_found_in_a_package_and_by_its_folder(tmp_path):
+    """``model://NAME`` names a folder, whose model.config names the file."""
+    folder = tmp_path / "elsewhere" / "gripper"
+    folder.mkdir(parents=True)
+    files = '<sdf version="1.5">old.sdf</sdf><sdf version="1.9">new.sdf</sdf>'
+    (folder / "model.config").write_text(f"<model>{files}</model>", "utf-8")
+    (folder / "new.sdf").write_text(FOLLOWERS.format("1.9", '<link name="new"/>'), "utf-8")
+    (folder / "old.sdf").write_text(FOLLOWERS.format("1.5", '<link name="old"/>'), "utf-8")
+    text = FOLLOWERS.format("1.9", '<link name="a"/><include><uri>model://gripper</uri></include>')
+    for options in ({"packages": {"gripper": folder}}, {"environment": {"GZ_SIM_RESOURCE_PATH": str(folder.parent)}}):
+        path = tmp_path / "robot.sdf"
+        path.write_text(text, "utf-8")
+        imported = read_robot(path, ReadOptions(**{"environment": {}, **options}))
+        assert imported.tree is not None
+        assert "m_new" in imported.tree["links"]
+        assert [file.name for file in imported.files] == ["robot.sdf", "new.sdf"]
+
+
+def test_comments_go_with_what_they_speak_of():
+    imported = read_robot(SDF / "corners" / "kept.sdf", ReadOptions(environment={}))
+    assert [comment.text for comment in imported.comments] == [" it stands "]
+
+
+def test_what_has_no_word_is_kept_and_written_again():
+    source = SDF / "corners" / "kept.sdf"
+    text = written(robot_in(source))
+    flat = re.sub(r' xmlns:drake="[^"]*"', "", text)
+    for element in (
+        "<self_collide>true</self_collide>",
+        "<gravity>0</gravity>",
+        '<sensor name="eye" type="camera"><pose relative_to="mark">0 0 1 0 0 0</pose>',
+        "<stiffness>1e7</stiffness></limit>",
+        "<physics><ode><cfm_damping>1</cfm_damping></ode></physics>",
+        "<drake:rotor_inertia>1e-4</drake:rotor_inertia>",
+        '<plugin name="drive" filename="drive.so"><joint>ab</joint></plugin>',
+        "<drake:member>a</drake:member>",
+    ):
+        assert element in flat
+        assert element.split(">")[0] in source.read_text("utf-8")
+    shapes = written(robot_in(SDF / "corners" / "shapes.sdf"))
+    for colour in ("<ambient>0 0 1 1</ambient>", "<diffuse>1 0 0 1</diffuse>", "<specular>0.1 0.1 0.1 1</specular>"):
+        assert colour in shapes
+    assert "<plane><normal>0 0 1</normal><size>1 1</size></plane>" in shapes
+    assert shapes.count("<transparency>0.5</transparency>") == 1
+
+
+def test_an_inertial_may_be_computed(tmp_path):
+    shape = '<collision name="c"><geometry><box><size>1 1 1</size></box></geometry></collision>'
+    inertial = '<inertial auto="true"><density>300</density></inertial>'
+    imported = read_text(FOLLOWERS.format("1.11", f'<link name="a">{inertial}{shape}</link>'), tmp_path)
+    assert imported.tree is not None
+    robot = lower(imported.tree).robot
+    assert robot is not None
+    assert robot.link["a"].inertial.mass == pytest.approx(300.0)
+    assert robot.link["a"].inertial.ixx == pytest.approx(50.0)
+
+
+def test_newer_words_are_written_in_their_version(tmp_path):
+    for version, wanted in (("1.6", None), ("1.9", None), ("1.11", "1.11"), ("1.12", "1.12")):
+        imported = read_text(FOLLOWERS.format(version, '<link name="a"/>'), tmp_path)
+        assert imported.tree is not None
+        assert imported.tree["outputs"]["sdf"].get("version") == wanted
+
+
+def test_import_writes_a_description(home, capsys):
+    source = home / "arm.sdf"
+    source.write_text((SDF / "corners" / "followers.sdf").read_text("utf-8"), "utf-8")
+    code, out, _ = asked(capsys, "import", "arm.sdf")
+    assert code == 0, out
+    folder = home / "descriptions" / "corner"
+    outputs = yaml.safe_load((folder / "robot.yaml").read_text("utf-8"))["outputs"]
+    assert outputs["sdf"] == {"file": "corner.sdf", "version": "1.11"}
+    code, out, err = asked(capsys, "diff", "arm.sdf", str(folder))
+    assert code == 0, out + err
+    assert "the same robot" in out
+    code, out, err = asked(capsys, "all", str(folder))
+    assert code == 0, out + err
+    code, out, err = asked(capsys, "diff", "arm.sdf", "outputs/corner/corner.sdf")
+    assert code == 0, out + err
+
+
+@pytest.mark.parametrize(
+    "case", ["corners/world", "told/two-pieces", "told/universal", "corners/shapes", "corners/kept"]
+)
+def test_what_is_imported_compiles_and_agrees(case, home, capsys):
+    (home / "source.sdf").write_text((SDF / f"{case}.sdf").read_text("utf-8"), "utf-8")
+    for words in (("import", "source.sdf", "-o", "made"), ("all", "made"), ("check", "made")):
+        code, out, err = asked(capsys, *words)
+        assert code == 0, out + err
+
+
+def test_a_description_includes_an_sdf(home, capsys):
+    (home / "whole").mkdir()
+    (home / "whole" / "part.sdf").write_text((SDF / "corners" / "kept.sdf").read_text("utf-8"), "utf-8")
+    (home / "whole" / "robot.yaml").write_text(
+        "rosorin_compile: 1\nrobot: whole\nlinks: {base: {}}\n"
+        "include: [{file: part.sdf, prefix: left_, parent: base, xyz: [0, 0, 1]}]\n"
+        "outputs: {sdf: {file: whole.sdf}, urdf: {file: whole.urdf}}\n",
+        "utf-8",
+    )
+    code, out, err = asked(capsys, "all", "whole")
+    assert code == 0, out + err
+    text = (home / "outputs" / "whole" / "whole.sdf").read_text("utf-8")
+    assert '<plugin name="drive" filename="drive.so"><joint>left_ab</joint></plugin>' in text
+    assert '<pose relative_to="left_mark">0 0 1 0 0 0</pose>' in text
+    assert '<sensor name="eye" type="camera">' in text

@@ -1,0 +1,90 @@
+"""The text of an SDF: its version, the order of its frames, sensors, and what a description keeps for Gazebo."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+from rosorin_compile.formats import FORMATS
+from rosorin_compile.formats.sdf.facts import read as facts
+from rosorin_compile.formats.templating import Templates
+from rosorin_compile.model import Joint, Link, Mimic, Output, Pose, Robot
+from rosorin_compile.model.simulation import Root
+from support.machines import BODY, chain
+from support.robots import compiled_text, sound
+
+SENSING = """\
+robot: sensing
+links:
+  base_link: {inertial: {mass: 2, inertia: {ixx: 0.01, iyy: 0.01, izz: 0.01}}}
+  mast: {}
+joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, 0.5]}}
+sensors:
+  lidar: {type: lidar_2d, parent: mast, frame: laser, xyz: [0.1, 0, 0]}
+  imu: {type: imu, parent: base_link, frame: imu_link}
+urdf_elements:
+  - <gazebo><plugin name="drive" filename="drive.so"><x>1</x></plugin></gazebo>
+  - <gazebo reference="mast"><light name="lamp" type="point"><pose>0 0 1 0 0 0</pose></light></gazebo>
+  - <gazebo reference="base_link"><mu1>0.5</mu1><self_collide>1</self_collide></gazebo>
+  - <sdf><frame_of_others/></sdf>
+outputs: {sdf: {file: sensing.sdf}}
+"""
+
+
+def written(robot: Robot, **options) -> str:
+    return FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", options), Templates())[0]
+
+
+def test_the_version_is_the_first_that_says_all():
+    robot = chain(child=BODY)
+    assert '<sdf version="1.9">' in written(robot)
+    follower = replace(robot.joint["bend"], mimic=Mimic("turn"))
+    followed = replace(robot, joints=(*robot.joints[:2], follower))
+    assert '<sdf version="1.11">' in written(followed)
+    for said, meant in (("1.9", "1.9"), (1.1, "1.10"), (1.12, "1.12")):
+        assert f'<sdf version="{meant}">' in written(followed, version=said)
+
+
+def test_a_frame_stands_after_what_it_is_attached_to():
+    """Drake 1.51 takes the pose of one that stands before for another."""
+    links = (Link("tip"), Link("wrist"), Link("base", BODY))
+    joints = (Joint("a", "fixed", "base", "wrist", Pose((0, 0, 1))), Joint("b", "fixed", "wrist", "tip"))
+    assert re.findall(r'<(?:link|frame) name="(\w+)"', written(Robot("r", links, joints))) == ["base", "wrist", "tip"]
+
+
+def test_the_model_stands_where_the_root_does():
+    robot = chain(child=BODY)
+    placed = replace(robot.simulation, root=Root(Pose((1.0, 2.0, 3.0)), placed=True))
+    assert "<pose>1 2 3 0 0 0</pose>\n    <link" in written(replace(robot, simulation=placed))
+    assert "<pose>1 2 3" not in written(robot)
+
+
+def test_sensors_and_what_is_kept_for_gazebo(tmp_path: Path):
+    robot, artifacts, compiled = sound(compiled_text(tmp_path, SENSING))
+    text = artifacts["sdf"]
+    assert '<sensor name="lidar" type="gpu_lidar">\n        <pose relative_to="laser"/>' in text
+    assert '<sensor name="imu" type="imu">' in text
+    assert "gz_frame_id" not in text
+    assert '    <plugin name="drive" filename="drive.so"><x>1</x></plugin>' in text
+    assert '<light name="lamp" type="point"><pose relative_to="mast">0 0 1 0 0 0</pose></light>' in text
+    assert "<self_collide>1</self_collide>" in text
+    assert "    <frame_of_others/>" in text
+    assert "mu1" not in text
+    (told,) = [one.message for one in compiled.diagnostics if one.rule == "sdf-cannot-say"]
+    assert told == "not in the SDF, for the reader of URDF alone knows it: <mu1> of base_link"
+    assert "<gz_frame_id>laser</gz_frame_id>" in written(robot, gazebo=True)
+    assert "<ignition_frame_id>laser</ignition_frame_id>" in written(robot, gazebo="fortress")
+    assert "<frame_id>laser</frame_id>" in written(robot, version="1.12")
+    assert "<sensor" not in written(robot, gazebo=False)
+
+
+def test_a_shape_of_its_own_kind_is_a_fact():
+    """A plane that is kept is no shape of the robot, and a change of it is seen."""
+    link = Link("base", BODY, urdf_elements=(f"<sdf>{PLANE}</sdf>",))
+    one, other = (facts(written(Robot("r", (replace(link, urdf_elements=(text,)),), ()))) for text in (
+        link.urdf_elements[0], link.urdf_elements[0].replace("0 0 1", "0 1 0")))  # fmt: skip
+    assert [fact.quantity for fact in one if one[fact] != other[fact]] == ["element 1 of its own collision"]
+
+
+PLANE = '<collision name="c"><geometry><plane><normal>0 0 1</normal></plane></geometry></collision>'

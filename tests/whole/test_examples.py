@@ -81,6 +81,9 @@ def code(path: Path) -> str:
     return "\n".join(line for line in text.splitlines() if line.strip())
 
 
+BESIDE = ("collisions.yaml", "control.yaml")
+
+
 def size(paths: list[Path]) -> tuple[int, int, int]:
     """Return lines, words and characters; a word is a run of letters, digits, underscores and points."""
     text = "\n".join(code(path) for path in paths)
@@ -90,10 +93,10 @@ def size(paths: list[Path]) -> tuple[int, int, int]:
 def sizes(name: str) -> list[tuple[int, int]]:
     """Return lines, words and characters of a description and of its xacro, each with the tables that it loads.
 
-    ``control.yaml`` is left out: what it says has no place in the xacro, but in files beside it.
+    What has no place in the xacro, but in files beside it, is left out.
     """
     folder = ROOT / "examples" / name
-    ours = [path for path in sorted(folder.glob("*.yaml")) if path.name != "control.yaml"]
+    ours = [path for path in sorted(folder.glob("*.yaml")) if path.name not in BESIDE]
     xacro = sorted((folder / "xacro").iterdir())
     own = {path.name for path in xacro}
     shared = [path for path in ours if path.name != "robot.yaml" and path.name not in own]

@@ -238,8 +238,9 @@ def test_an_artifact_is_the_same_whether_others_are_made_or_not(
     """Its meshes are measured also where no URDF names them."""
     shutil.copytree(FOLDER / "fetcher", tmp_path / "fetcher")
     monkeypatch.chdir(tmp_path)
-    assert main(["all", "fetcher/robot.yaml", "--only", "nav2", "-q"]) == 0
+    assert main(["all", "fetcher/robot.yaml", "--only", "nav2", "--depfile", "made.d", "-q"]) == 0
     capsys.readouterr()
+    assert "shell.stl" in (tmp_path / "made.d").read_text("utf-8")
     text = next((tmp_path / "outputs").glob("*/nav2.yaml")).read_text("utf-8")
     assert text == (FOLDER / "outputs" / "fetcher" / "nav2.yaml").read_text("utf-8")
 

@@ -151,7 +151,7 @@ def test_the_whole_description_is_fine(tmp_path: Path, monkeypatch: pytest.Monke
     """Otherwise the tests below would break what is broken already."""
     monkeypatch.chdir(tmp_path)
     write(whole(), tmp_path)
-    assert len(held(Path("robot.yaml")).artifacts) == 6
+    assert len(held(Path("robot.yaml")).artifacts) == 8
 
 
 def test_any_value_at_any_place(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

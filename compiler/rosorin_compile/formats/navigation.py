@@ -6,7 +6,7 @@ begins, which is the map (REP 105). A node is what its name says, or its package
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, did_you_mean
@@ -15,6 +15,7 @@ from ..diagnostics.wording import listed, quoted
 from ..frontend.tree import Path
 from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
 from ..rules.case import Case, exists
+from ..rules.tf_tree import is_tree
 from .parameters.tables import kinds
 
 RULES = (
@@ -150,10 +151,12 @@ def stated_topic(robot: Robot, name: str) -> str:
     return ""
 
 
-def told(case: Case, output: Output, found: Sequence[Found]) -> Iterator[Diagnostic]:
-    """Yield what is wrong with an output at its place."""
+def told(case: Case, output: Output, find: Callable[[Robot, Output], Sequence[Found]]) -> Iterator[Diagnostic]:
+    """Yield what ``find`` finds wrong with an output, at its place; nothing of a robot that is no tree."""
+    if not is_tree(case):
+        return
     entry: Path = ("outputs", output.name)
-    for one in found:
+    for one in find(case.robot, output):
         path = one.path if one.absolute else (*entry, *one.path)
         key = one.key or not exists(case.tree, path)
         yield case.problem(one.rule, one.message, path, one.help, severity=one.severity, key=key)

@@ -134,7 +134,7 @@ def footprint(
     lowest, highest = -_reach(placed, (0.0, 0.0, -1.0)), _reach(placed, (0.0, 0.0, 1.0))
     if not all(abs(_reach(placed, way)) < LARGEST for way in _WAYS):
         raise ValueError(f"the robot is larger than {LARGEST:,.0f} m")
-    sides = [(normal, _reach(placed, (*normal, 0.0)) + margin) for normal in _normals(placed)]
+    sides = [(normal, _reach(placed, (*normal, 0.0)) + margin) for normal in _normals(placed, corners)]
     sides = _fewer(sides, max(corners, LEAST_CORNERS))
     points = _rounded(placed, sides, margin)
     within = min(_offset(points, index) for index in range(len(points)))
@@ -179,15 +179,16 @@ def outside(placed: Sequence[Placed], points: Sequence[Point], margin: float = 0
     return worst, link
 
 
-def _normals(placed: Sequence[Placed]) -> list[Point]:
-    """Return the directions of the sides, by angle: each once."""
+def _normals(placed: Sequence[Placed], most: int) -> list[Point]:
+    """Return the directions of the sides, by angle: each once. Of a robot that is round alone they are ``most``."""
     cornered = [one for one in placed if one.has_corners]
     ring = _hull([corner for one in cornered for corner in _corners(one)])
     sides = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
     longest = sorted(sides, key=lambda side: -math.dist(*side))[:_SIDES]
     angles = [math.atan2(ax - bx, by - ay) for (ax, ay), (bx, by) in longest]
     if len(longest) < max(3, len(sides)) or outside([one for one in placed if not one.has_corners], ring)[0]:
-        angles += [2 * math.pi * step / _ROUND for step in range(_ROUND)]
+        steps = max(most, LEAST_CORNERS) if not cornered else _ROUND
+        angles += [2 * math.pi * step / steps for step in range(steps)]
     turns = sorted({round(angle % (2 * math.pi), 9) % round(2 * math.pi, 9) for angle in angles})
     turns = [turn for at in range(len(turns)) for turn in _blunted(turns[at], turns[(at + 1) % len(turns)])]
     return [(_plain(math.cos(angle)), _plain(math.sin(angle))) for angle in turns]

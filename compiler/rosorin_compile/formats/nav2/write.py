@@ -91,7 +91,7 @@ def known(robot: Robot, output: Output) -> tuple[Known | None, list[Found]]:
         return None, wrong
     base = str(output.options.get("base_frame", frames.moved))
     wrong += [*_base(robot, base, frames), *_owners(robot, frames)]
-    if not frames.map:
+    if not frames.map and not any(one.rule == "navigation-owner" for one in wrong):
         message = f"nobody is said to publish map -> {frames.odom}: what needs the frame of a map is left out"
         way_out = f"add it to edges: {{parent: map, child: {frames.odom}, publisher: NAME}}"
         wrong.append(Found("navigation-no-map", message, (), way_out, WARNING, key=True))
@@ -113,8 +113,9 @@ def _owners(robot: Robot, frames: Frames) -> Iterator[Found]:
         if kind_of(publisher) in (AMCL, SLAM):
             for lead in frames.owned(publisher):
                 if lead.child != frames.odom or lead.parent != frames.map:
-                    message = f'"{publisher.name}" is to publish {lead}, and it publishes map -> {frames.odom} alone'
-                    way_out = f"{{parent: {frames.map or 'map'}, child: {frames.odom}, publisher: {publisher.name}}}"
+                    step = f"{frames.map or 'map'} -> {frames.odom if frames.map else 'odom'}"
+                    message = f'"{publisher.name}" is to publish {lead}, and it publishes {step} alone'
+                    way_out = "correct the edge: the step from the odometry to the robot is of another node"
                     yield Found("navigation-owner", message, lead.path, way_out, absolute=True)
 
 
@@ -223,7 +224,7 @@ def _topic(robot: Robot, source: Mapping[str, Any]) -> str:
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     """Yield what is wrong with an entry."""
-    yield from told(case, output, known(case.robot, output)[1])
+    yield from told(case, output, lambda robot, output: known(robot, output)[1])
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:

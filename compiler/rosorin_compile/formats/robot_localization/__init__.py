@@ -53,7 +53,7 @@ FORMAT = Format(
         "distribution": DISTRIBUTION,
         "node": {
             "type": "string",
-            "description": "The filter, a name in publishers; default: the only one of package robot_localization.",
+            "description": "The filter, by the name of its node; default: the only one of robot_localization.",
         },
         "odom_frame": {
             "type": "string",

@@ -10,6 +10,7 @@ from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.tree import Path
 from ...model import Edge, Output
 from ...rules.case import Case, at
+from ...rules.tf_tree import is_tree
 from ..distributions import known
 from ..parameters.checking import Finding, against_kind, unwritable
 from ..parameters.files import asked
@@ -50,8 +51,8 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     values = managed(output, distribution)
     for found in against_kind(f"the {MANAGER}", manager(distribution), values):
         yield _placed(case, found, ("outputs", output.name), ("manager",))
-    if not all(name in case.robot.joint for name in _of_drive(case)):
-        return  # which is told of the drive
+    if not is_tree(case) or not all(name in case.robot.joint for name in _of_drive(case)):
+        return  # which has rules of its own
     for one in filled(case.robot, distribution):
         findings = list(_findings(case, one, distribution))
         for found in findings:

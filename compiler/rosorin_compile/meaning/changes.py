@@ -36,7 +36,12 @@ _QUANTITIES = (
     *("mass", "centre", "inertia", "collision", "visual", "site", "contact"),
 )
 # What is said of two links, and what a change of it is called.
-_BETWEEN = {"contact with ": "excluded contacts", "pairs with ": "contact pairs"}
+_BETWEEN = {
+    "contact with ": "excluded contacts",
+    "pairs with ": "contact pairs",
+    "disabled collision with ": "disabled collisions",
+    "checked collision with ": "checked collisions",
+}
 # Numbers that say one thing together.
 _GROUPS: Mapping[str, Sequence[str]] = {
     "origin": AXES,

@@ -94,7 +94,7 @@ FORMAT = Format(
     word="SDF",
     article="an",
     about="the model for Gazebo and Drake",
-    rank=25,
+    rank=22,
     options={
         "number_format": NUMBER_FORMAT,
         "version": {

@@ -3,7 +3,7 @@
 A link or a frame sits in what its pose is relative to; where that is a joint, in what the pose of the joint is relative
 to. A shape belongs to the frame that its pose is relative to. Beside those terms there are of a joint "damping",
 "friction", "spring_stiffness" and "spring_reference"; of a shape its "name" and its colour ("visual 1 red"), and the
-"file" of a mesh; and the elements that no other artifact has, by their number and tag, as the text that they come to.
+"file" of a mesh; and the elements that no other artifact has, by their names or numbers, as the text that they come to.
 
 The importer reads an SDF, too, but not for this: a proof that the artifacts are right had better not go through the
 code that reads those of others.
@@ -11,6 +11,7 @@ code that reads those of others.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -117,9 +118,13 @@ def _frame(sheet: _Sheet, element: Element, joints: Mapping[str, _Placed], ends:
 
 
 def _elements(sheet: _Sheet, fact: Fact, element: Element, known: tuple[str, ...]) -> None:
-    """Take down the elements that no other artifact has."""
-    for number, inner in enumerate((one for one in element if one.tag not in known), 1):
-        sheet.add(fact._replace(quantity=f"element {number} {inner.tag}"), canonical(inner))
+    """Take down the elements that no other artifact has, by their names where those tell them apart."""
+    kept = [one for one in element if one.tag not in known]
+    names = Counter((one.tag, one.get("name", "")) for one in kept)
+    for number, inner in enumerate(kept, 1):
+        name = inner.get("name", "")
+        called = f"{inner.tag} {name}" if name and names[inner.tag, name] == 1 else f"{number} {inner.tag}"
+        sheet.add(fact._replace(quantity=f"element {called}"), canonical(inner))
 
 
 def _link(sheet: _Sheet, link: Element) -> None:

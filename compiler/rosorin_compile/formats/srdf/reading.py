@@ -513,9 +513,9 @@ def facts(text: str) -> Facts:
             joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
             sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
         elif element.tag == "disable_collisions":
-            _pair_facts(sheet, element, f"off: {element.get('reason', USER)}")
+            _pair_fact(sheet, element, "disabled collision with {} " + f"({element.get('reason', USER)})")
         elif element.tag == "enable_collisions":
-            _pair_facts(sheet, element, "on")
+            _pair_fact(sheet, element, "checked collision with {}")
         elif element.tag == "disable_default_collisions":
             sheet.add(Fact("collision of", sheet.text(element, "link"), "and others"), "off")
         elif element.tag == "link_sphere_approximation":
@@ -524,9 +524,9 @@ def facts(text: str) -> Facts:
     return sheet.facts
 
 
-def _pair_facts(sheet: FactSheet, element: Parsed, said: str) -> None:
-    pair = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
-    sheet.add(Fact("collision of", pair[0], f"and {pair[1]}"), said)
+def _pair_fact(sheet: FactSheet, element: Parsed, quantity: str) -> None:
+    one, other = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
+    sheet.add(Fact("link", one, quantity.replace("{}", other)), "said")
 
 
 def _group_facts(sheet: FactSheet, element: Parsed) -> None:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 from rosorin_compile.cli import main
@@ -56,10 +57,11 @@ def changed(folder: Path, *changes: tuple[str, str], text: str = ARM) -> Path:
     return path
 
 
-# What tests of golden comparison share: the reference robot as it is committed, and copies that differ.
+# What tests of golden comparison share: the reference robot, and copies that differ.
 
 
-BASE = compiled()
+with TemporaryDirectory() as _folder:
+    BASE = compiled(copy_of_rosorin(Path(_folder)))
 COMMITTED = {artifact.file: artifact.text.encode() for artifact in BASE.artifacts}
 
 

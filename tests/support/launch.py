@@ -297,8 +297,10 @@ class Node:
 
 def _parameter(value: Any, context: Context) -> Any:
     """Return a parameter as the node gets it: what is no ParameterValue is read as YAML."""
-    if isinstance(value, bool | int | float | list | dict):
+    if isinstance(value, bool | int | float | dict):
         return value
+    if isinstance(value, tuple):  # of plain values, not of substitutions
+        return list(value)
     return value.read(context) if isinstance(value, ParameterValue) else yaml.safe_load(performed(value, context))
 
 
@@ -338,7 +340,7 @@ class MoveItConfigsBuilder:
         return self._loaded("trajectory_execution", file_path)
 
     def planning_pipelines(self, *, pipelines: list[str]) -> MoveItConfigsBuilder:
-        return self._with("planning_pipelines", {"planning_pipelines": pipelines})
+        return self._with("planning_pipelines", {"planning_pipelines": tuple(pipelines)})
 
     def to_moveit_configs(self) -> MoveItConfigsBuilder:
         return self

@@ -25,13 +25,25 @@ from support.paths import DATA, ROSORIN
 RECORDED = json.loads((DATA / "recorded_checks.json").read_text("utf-8"))
 
 
-def copy_of_rosorin(folder: Path, changes: Mapping[str, tuple[str, str]] | None = None) -> Path:
+# What programs that move the reference robot know of it: controllers, planning, navigation.
+MOVING = ("control.yaml", "collisions.yaml")
+
+
+def copy_of_rosorin(folder: Path, changes: Mapping[str, tuple[str, str]] | None = None, *, whole: bool = False) -> Path:
     """Copy the reference description into ``folder``; in each named file replace the first text by the second.
 
+    Only a ``whole`` copy has the files of ``MOVING``, whose artifacts say most of what those of the others say again.
     Returns the first file of the copy.
     """
     copy = folder / "descriptions" / "rosorin"
     shutil.copytree(ROSORIN.parent, copy, dirs_exist_ok=True)
+    if not whole:
+        first = copy / "robot.yaml"
+        text = first.read_text("utf-8")
+        for name in MOVING:
+            (copy / name).unlink()
+            text = text.replace(f"  - {name}\n", "")
+        first.write_text(text, "utf-8")
     for name, (old, new) in (changes or {}).items():
         path = copy / name
         before = path.read_text("utf-8")

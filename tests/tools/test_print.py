@@ -23,15 +23,21 @@ from support.projects import foreign, meshes, packaged, rosorin_alone, ur5e
 
 PROGRAM = [sys.executable, "-m", "rosorin_compile"]
 LISTED = {
+    "controllers": ("controllers", "controllers.yaml"),
     "frames": ("frames", "frames.md"),
     "frames_amcl": ("frames_picture", "frames_amcl.svg"),
     "frames_slam": ("frames_picture", "frames_slam.svg"),
     "mjcf": ("mjcf", "rosorin.xml"),
+    "nav2": ("nav2", "nav2.yaml"),
+    "robot_localization": ("robot_localization", "ekf_frames.yaml"),
     "robot_model": ("robot_model", "robot_model.json"),
     "scene": ("scene", "scene.xml"),
+    "sdf": ("sdf", "rosorin.sdf"),
+    "srdf": ("srdf", "rosorin.srdf"),
     "static_tf": ("static_tf", "static_tf.launch.py"),
     "static_tf_json": ("static_tf_json", "static_tf.json"),
     "urdf": ("urdf", "rosorin.urdf"),
+    "urdf_control": ("urdf", "rosorin_control.urdf"),
     "urdf_sim": ("urdf", "rosorin_sim.urdf"),
 }
 PLAIN = """\
@@ -133,7 +139,7 @@ def test_a_name_goes_before_a_format(home: Path, capsys: Shown) -> None:
 def test_an_unknown_output_is_met_with_what_there_is(capsys: Shown) -> None:
     said = ask(capsys, "print", "udrf", str(ROSORIN), code=2)
     assert 'error[unknown-output]: rosorin has no output "udrf", and there is no format of that name' in said
-    assert 'did you mean "urdf"? (its outputs: urdf, ' in said
+    assert 'did you mean "urdf"? (its outputs: urdf_control, ' in said
     assert "; with their defaults: " in said
     assert "frames_picture, page, template)" in said
 

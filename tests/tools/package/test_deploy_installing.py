@@ -26,7 +26,8 @@ def test_what_setup_py_forgets_is_told(base: Path, capsys: pytest.CaptureFixture
     assert "does not install launch/static_tf.launch.py" not in said
     text = (base / "setup.py").read_text("utf-8")
     added = "    ('share/rosorin_base/urdf', ['urdf/rosorin.urdf']),\n"
-    added += "    ('share/rosorin_base/config', glob('config/*.json')),\n"
+    for folder in ("config/*.json", "config/*.yaml", "sdf/*", "srdf/*"):
+        added += f"    ('share/rosorin_base/{folder.partition('/')[0]}', glob('{folder}')),\n"
     (base / "setup.py").write_text(text.replace("])\n", f"{added}])\n"), "utf-8")
     deploy(base)
     assert "deploy-not-installed" not in capsys.readouterr().err
@@ -87,9 +88,12 @@ def test_an_install_space_beside_that_is_older(base: Path, capsys: pytest.Captur
     shutil.copytree(base, share)
     assert deploy(base) == 0
     said = capsys.readouterr().err
-    stale = "launch/static_tf.launch.py (missing), config/static_tf.json (missing), urdf/rosorin.urdf (older)"
-    message = f"{share} is what runs, and it is not what was deployed: {stale}"
-    assert f"warning[deploy-not-built]: {message}\n    colcon build --packages-select rosorin_base;" in said
+    message = f"{share} is what runs, and it is not what was deployed: "
+    told = said.partition(f"warning[deploy-not-built]: {message}")[2]
+    assert {"launch/static_tf.launch.py (missing)", "urdf/rosorin.urdf (older)"} <= set(
+        told.splitlines()[0].split(", ")
+    )
+    assert told.splitlines()[1].startswith("    colcon build --packages-select rosorin_base;")
     shutil.rmtree(share)
     shutil.copytree(base, share)
     deploy(base, "--install", str(base.parent.parent / "install"))

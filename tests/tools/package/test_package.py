@@ -43,6 +43,9 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "CHANGELOG.rst",
         "CMakeLists.txt",
         "README.md",
+        "config/controllers.yaml",
+        "config/ekf_frames.yaml",
+        "config/nav2.yaml",
         "config/robot_model.json",
         "config/static_tf.json",
         "doc/frames.md",
@@ -55,8 +58,11 @@ def test_what_is_in_it(tmp_path: Path) -> None:
         "mjcf/scene.xml",
         "package.xml",
         "rviz/rosorin.rviz",
+        "sdf/rosorin.sdf",
+        "srdf/rosorin.srdf",
         "test/test_urdf.py",
         "urdf/rosorin.urdf",
+        "urdf/rosorin_control.urdf",
         "urdf/rosorin_sim.urdf",
     ]
 

@@ -526,7 +526,7 @@ def facts(text: str) -> Facts:
 
 def _pair_fact(sheet: FactSheet, element: Parsed, quantity: str) -> None:
     one, other = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
-    sheet.add(Fact("link", one, quantity.replace("{}", other)), "said")
+    sheet.add(Fact("planning", one, quantity.replace("{}", other)), "said")
 
 
 def _group_facts(sheet: FactSheet, element: Parsed) -> None:

@@ -150,8 +150,10 @@ def _of_meshes(names: Sequence[str]) -> Iterator[Diagnostic]:
 
 
 def _left_out(planning: Planning) -> Iterator[Diagnostic]:
-    """Yield a note on pairs that are not to collide, of links that the URDF does not have."""
-    pairs = [pair for pair in planning.robot.disabled_contacts if not planning.links.issuperset(pair)]
+    """Yield a note on pairs that are not to collide, of links that the URDF does not have, and not just simulations."""
+    simulated = {joint.child for joint in planning.robot.joints if joint.publisher.simulated}
+    said = (pair for pair in planning.robot.disabled_contacts if simulated.isdisjoint(pair))
+    pairs = [pair for pair in said if not planning.links.issuperset(pair)]
     if pairs:
         names = first_of([" and ".join(pair) for pair in pairs], 3)
         message = f"not in the SRDF, because {planning.urdf.file} has not both links: disabled contacts of {names}"

@@ -143,7 +143,7 @@ def test_what_there_is_to_say_has_rule_severity_message_and_place() -> None:
     assert len(repr(first)) < 500
     assert {path.name for path in made.inputs} == {path.name for path in ROSORIN.parent.glob("*.yaml")}
     assert repr(made) == (
-        "<Compiled <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 16 artifacts, 6 notes>"
+        "<Compiled <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 16 artifacts, 7 notes>"
     )
     assert len(repr(made.artifacts)) < 1000
 

@@ -25,6 +25,7 @@ from rosorin_compile.tools.understanding import understood
 from support.cases import told
 from support.commands import Shown
 from support.paths import DATA, ROOT
+from support.robots import copy_of_rosorin
 
 pytest.importorskip("mujoco", minversion="4")
 pytest.importorskip("trimesh")
@@ -62,6 +63,7 @@ def test_each_rule_of_physics_has_a_case() -> None:
 
 
 def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Path, capsys: Shown) -> None:
+    copy_of_rosorin(rosorin, whole=True)
     shutil.copytree(ROOT / "outputs", rosorin / "outputs")
     assert main(["check", "--physics"]) == 0
     shown = capsys.readouterr()
@@ -71,7 +73,7 @@ def test_the_reference_robot_is_told_that_the_chassis_is_a_stand_in(rosorin: Pat
     ) in shown.err
     assert "checking the physics" not in shown.err  # the bar: this is no terminal
     assert shown.out == (
-        "rosorin: 10 artifacts as committed in outputs/rosorin\n"
+        "rosorin: 16 artifacts as committed in outputs/rosorin\n"
         "rosorin: physics of 1 pose, zero and the ranges of 46 joints: 1 warning and 2 notes\n"
     )
 

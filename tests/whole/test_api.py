@@ -322,7 +322,7 @@ def test_a_description_is_read_as_it_is_compiled() -> None:
     made, read = rosorin_compile.compile(ROSORIN), rosorin_compile.read(ROSORIN)
     assert read.robot == made.robot
     assert set(read.inputs) <= set(made.inputs)
-    assert repr(read) == "<Reading <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 6 notes>"
+    assert repr(read) == "<Reading <Robot rosorin: 60 links, 59 joints (51 that move), 3 sensors>, 7 notes>"
 
 
 @pytest.mark.parametrize("file", ["rosorin.urdf", "rosorin.xml", "robot_model.json"])

@@ -182,7 +182,7 @@ def test_package_deploy_and_verify(machine: Machine):
     machine.run("all", "cart", code=0)
     machine.run("package", "cart", "-o", "cart_description", code=0)
     assert machine.read("cart_description/toy/cart.toy") == machine.read("outputs/cart/cart.toy")
-    assert "config doc launch meshes mjcf rviz toy urdf" in machine.read("cart_description/CMakeLists.txt")
+    assert "config doc launch meshes mjcf rviz sdf srdf toy urdf" in machine.read("cart_description/CMakeLists.txt")
     machine.write("mine/package.xml", '<package format="3"><name>mine</name><version>1.0.0</version></package>\n')
     assert "toy/cart.toy" in machine.run("deploy", "cart", "--to", "mine", code=0)
     machine.write("mine/toy/cart.toy", machine.read("mine/toy/cart.toy").replace("0.500000", "0.600000"))

@@ -79,7 +79,9 @@ def remarks(folder: Path) -> list[Remark]:
         artifacts = compiled(description).artifacts
         robot = {one.backend: one.file for one in artifacts}
         for artifact in artifacts:
-            if artifact.file.endswith(ENDINGS):
+            # A URDF without shapes and masses is for the controller_manager alone.
+            shaped = any(word in artifact.text for word in ("<collision", "<geom", "<include"))
+            if artifact.file.endswith(ENDINGS) and shaped:
                 path = folder / artifact.file
                 path.write_text(artifact.text, "utf-8")
                 said = [*by_simcheck(path), *(by_mjcf_doctor(path) if path.suffix == ".xml" else ())]

@@ -30,15 +30,17 @@ def test_the_artifacts_go_where_they_belong(base: Path, capsys: pytest.CaptureFi
     assert deploy(base) == 0
     after = contents(base)
     changed = {name for name in after if after[name] != before.get(name)}
-    assert changed == {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", RECORD}
+    own = {"urdf/rosorin.urdf", "config/static_tf.json", "launch/static_tf.launch.py", RECORD}
+    moving = {"controllers.yaml", "ekf_frames.yaml", "nav2.yaml"}
+    assert changed == {*own, *(f"config/{name}" for name in moving), "sdf/rosorin.sdf", "srdf/rosorin.srdf"}
     assert after["urdf/rosorin.urdf"] == TEXTS["rosorin.urdf"]
     assert after["config/static_tf.json"] == TEXTS["static_tf.json"]
     out = capsys.readouterr().out
     assert "urdf/rosorin.urdf: link1 moved 10.0 mm in base_link: origin z 0.17044 -> 0.16044 m\n" in out
     assert "config/static_tf.json: new\n" in out
-    assert out.endswith(f"rosorin: 3 of 4 files in {base} written\n")
+    assert out.endswith(f"rosorin: 8 of 9 files in {base} written\n")
     assert deploy(base) == 0
-    assert capsys.readouterr().out == "rosorin: all 4 files as compiled\n"
+    assert capsys.readouterr().out == "rosorin: all 9 files as compiled\n"
     assert contents(base) == after
 
 
@@ -54,7 +56,7 @@ def test_a_dry_run_writes_nothing(base: Path, capsys: pytest.CaptureFixture[str]
     before = contents(base)
     assert deploy(base, "--dry-run") == 1
     assert contents(base) == before
-    assert f"rosorin: 3 of 4 files in {base} would be written\n" in capsys.readouterr().out
+    assert f"rosorin: 8 of 9 files in {base} would be written\n" in capsys.readouterr().out
     assert deploy(base) == 0
     capsys.readouterr()
     assert deploy(base, "-n") == 0

@@ -275,7 +275,7 @@ LACKING = XACRO.replace("<link", '<xacro:include filename="$(find not_there_at_a
         ("size: a", LACKING, "package-missing", 3, "say where it is: packages: {not_there_at_all: FOLDER}"),
         ("sise: a", XACRO, "unknown-argument", 1, 'did you mean "size"?'),
         ("size: a", "<robot>", "xml-syntax", 1, ""),
-        ("size: a", XACRO.replace("robot", "svg"), "wrong-root", 1, "import the URDF"),
+        ("size: a", XACRO.replace("robot", "svg"), "wrong-root", 1, "name the file of the robot"),
     ],
 )
 def test_mistakes_point_into_the_foreign_file_in_the_words_of_an_include(tmp_path, args, text, rule, line, help):

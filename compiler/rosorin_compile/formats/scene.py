@@ -16,7 +16,6 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
-from xml.sax.saxutils import unescape
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import FORMATS, Rule
@@ -195,9 +194,11 @@ _LOOKED_AT = 1_000
 
 def robot_of(path: Path) -> str:
     """Return the robot that a scene was generated for; empty if the file is no scene. Raises OSError."""
+    from html import unescape  # that of xml.sax.saxutils would load http
+
     with path.open("rb") as file:
         found = _HEAD.match(file.read(_LOOKED_AT).decode("utf-8", "replace"))
-    return unescape(found[1], {"&#34;": '"', "&#39;": "'"}) if found else ""
+    return unescape(found[1]) if found else ""
 
 
 FORMAT = Format(

@@ -182,6 +182,8 @@ def _limits(planning: Planning) -> Iterator[tuple[str, float]]:
 
 def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str]) -> tuple[Bringup, Diagnostic | None]:
     """Return what a package starts, and what is wrong where no output is for it; ``placed`` are artifacts by place."""
+    from ...formats.parameters.files import nodes_of
+
     places: dict[str, str] = {}
     outputs: dict[str, str] = {}
     control = {output.name for output in robot.outputs if output.options.get(CONTROL)}
@@ -191,13 +193,14 @@ def bringup(robot: Robot, placed: Mapping[str, Artifact], starts: Sequence[str])
             outputs.setdefault(artifact.backend, artifact.output)
     if MOVEIT in starts and _SRDF in outputs:
         places["moveit_urdf"] = _urdf_of_moveit(robot, placed)
-    ekf = _node_of(placed[places[_EKF]].text) if _EKF in places else ""
+    ekf = next(iter(nodes_of(placed[places[_EKF]].text))).rpartition("/")[2] if _EKF in places else ""
     made = Bringup(robot, tuple(word for word in STARTS if word in starts), places, outputs, ekf)
-    missing = next((_missing(word, outputs) for word in made.starts if _missing(word, outputs)), "")
-    if not missing:
-        return made, None
-    word = next(word for word in made.starts if _missing(word, outputs))
-    return made, error("package-start", f"--{word} is for {_ABOUT[word]}: no output has {missing}", None, _HELP[word])
+    for word in made.starts:
+        missing = _missing(word, outputs)
+        if missing:
+            message = f"--{word} is for {_ABOUT[word]}: no output has {missing}"
+            return made, error("package-start", message, None, _HELP[word])
+    return made, None
 
 
 _HELP = {
@@ -225,10 +228,3 @@ def _urdf_of_moveit(robot: Robot, placed: Mapping[str, Artifact]) -> str:
     urdf = urdf_of(robot)
     found = (place for place, one in placed.items() if urdf is not None and one.output == urdf.name)
     return next(found, "")
-
-
-def _node_of(text: str) -> str:
-    """Return the name of the node that a parameter file is for."""
-    import yaml
-
-    return str(next(iter(yaml.safe_load(text)))).rpartition("/")[2]

@@ -48,7 +48,7 @@ class Options:
     """What a package is called and what its package.xml says; ``topics`` are topics by the name of the sensor.
 
     ``at_launch`` says that it compiles its description whenever it is launched, ``starts`` what it starts besides the
-    publishers (``bringup.STARTS``).
+    publishers (``naming.STARTS``).
     """
 
     name: str

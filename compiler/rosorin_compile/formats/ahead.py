@@ -143,7 +143,7 @@ def python_of(name: str, source: str) -> str:
     import jinja2
 
     options: dict[str, Any] = {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-    jinja = jinja2.Environment(autoescape=is_xml(name), undefined=jinja2.StrictUndefined, **options)
+    jinja = jinja2.Environment(autoescape=is_xml, undefined=jinja2.StrictUndefined, **options)  # noqa: S701
     made: str = jinja.compile(source, name, raw=True)
     text = "".join(_OWN if line.startswith(_IMPORT) else line for line in made.splitlines(keepends=True))
     more = (_names(compile(text, name, "exec")) - _ASKED) | (set(_FILTER.findall(text)) - set(_Environment.filters))

@@ -20,7 +20,7 @@ from ...rules.case import Case
 from ..distributions import HUMBLE
 from ..mesh_vertices import clouds_of
 from ..navigation import AMCL, SLAM, Found, Frames, frames_of, kind_of, stated_topic, told
-from ..parameters.files import Node, asked, nodes_of, text
+from ..parameters.files import Node, asked, nodes_of, text, value_of
 from ..templating import Templates
 
 RULES = (
@@ -322,16 +322,18 @@ def _scan(robot: Robot, output: Output) -> str:
 
 def disagreements(robot: Robot, output: Output, written: str) -> Iterator[str]:
     """Yield where the robot reaches out of a footprint that an artifact has. Raises ValueError for a damaged one."""
-    import yaml
-
     pose = output.options.get("pose")
     positions = robot.positions(pose) if pose is not None else {}
+    seen: dict[tuple[str, str], tuple[float, str]] = {}  # two costmaps have one footprint, as a rule
     for name, values in nodes_of(written).items():
-        if "footprint" not in values or values.get("robot_base_frame") not in robot.link:
+        base = values.get("robot_base_frame", "")
+        if "footprint" not in values or base not in robot.link:
             continue
-        points = yaml.safe_load(values["footprint"])
-        if points:
-            placed, _ = solids(robot, values["robot_base_frame"], positions, _clouds(robot))
-            beyond, link = reaching_out(placed, [(x, y) for x, y in points])
-            if beyond:
-                yield f'"{link}" reaches {1000 * beyond:.3g} mm out of the footprint of {name}'
+        said = str(values["footprint"])
+        if (base, said) not in seen:
+            points = value_of(said)
+            placed, _ = solids(robot, base, positions, _clouds(robot)) if points else ([], [])
+            seen[base, said] = reaching_out(placed, [(x, y) for x, y in points]) if points else (0.0, "")
+        beyond, link = seen[base, said]
+        if beyond:
+            yield f'"{link}" reaches {1000 * beyond:.3g} mm out of the footprint of {name}'

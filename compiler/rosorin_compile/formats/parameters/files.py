@@ -105,12 +105,7 @@ def facts(written: str) -> Facts:
 
 def nodes_of(written: str) -> dict[str, dict[str, Any]]:
     """Return the parameters of a file by node and full name. Raises ValueError for a damaged text."""
-    import yaml
-
-    try:
-        tree = yaml.safe_load(written)
-    except yaml.YAMLError as problem:
-        raise ValueError(f"it is not YAML: {problem}") from None
+    tree = value_of(written)
     if not isinstance(tree, dict):
         raise ValueError("it is no parameter file: its top is no mapping")
     found: dict[str, dict[str, Any]] = {}
@@ -118,6 +113,20 @@ def nodes_of(written: str) -> dict[str, dict[str, Any]]:
     if not found:
         raise ValueError(f"it is no parameter file: it has no {PARAMETERS}")
     return found
+
+
+def value_of(written: str) -> Any:
+    """Return the value of a text of YAML. Raises ValueError for a damaged one."""
+    import yaml
+
+    try:
+        return yaml.load(written, getattr(yaml, "CSafeLoader", yaml.SafeLoader))  # noqa: S506 - both are safe
+    except yaml.YAMLError:  # libyaml says it in other words
+        pass
+    try:
+        return yaml.safe_load(written)
+    except yaml.YAMLError as problem:
+        raise ValueError(f"it is not YAML: {problem}") from None
 
 
 _DEEPEST = 40

@@ -1,6 +1,4 @@
-"""An SRDF, read: by ``facts`` for comparison, by ``join`` beside the robot that it belongs to.
-
-One that somebody has becomes the section ``moveit``, and poses.
+"""An SRDF that somebody has, read beside the robot that it belongs to: it becomes the section ``moveit``, and poses.
 
 MoveIt passes over what it does not know (``moveit/srdfdom@ros2:src/model.cpp``, ``moveit_core/robot_model``): a link
 that the URDF lacks, a group without a joint, a state of another group. What it passes over is left out here, too, and
@@ -10,7 +8,7 @@ listed. What it reads is kept. Joints of a second chain of a group are named one
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from ...diagnostics import Span, has_errors, nearest
 from ...diagnostics.wording import quoted
@@ -20,14 +18,10 @@ from ...model import Output, Robot
 from ...model.geometry import transform_of_quaternion
 from ...model.moveit import FIXED, FLOATING, PLANAR, USER, Group, Moveit, Pair, VirtualJoint
 from ...xml.markup import Element
-from ..facts import FactSheet
-from ..format import Fact, Facts, Joined, Opened, Placed
+from ..format import Joined, Opened, Placed
 from ..urdf.reading import Reading, meant, named
 from ..urdf.values import ANGLES, LENGTHS, PLAIN, number_of, numbers
 from .planning import URDF, Planning, ordered
-
-if TYPE_CHECKING:
-    from xml.etree.ElementTree import Element as Parsed
 
 Entry = dict[str, Any]
 
@@ -493,70 +487,3 @@ def _base(found: list[float]) -> Entry:
 def _pose(state: _State) -> Placed:
     base = {} if state.base is None else {"base": state.base}
     return Placed({"positions": dict(state.positions), **base}, state.span)
-
-
-def facts(text: str) -> Facts:
-    """Return what an SRDF says. Raises ValueError for a damaged one."""
-    sheet = FactSheet(text, "robot")
-    readers = {
-        "group": _group_facts,
-        "group_state": _state_facts,
-        "end_effector": _end_effector_facts,
-        "virtual_joint": _virtual_joint_facts,
-    }
-    for element in sheet.root:
-        if element.tag in readers:
-            readers[element.tag](sheet, element)
-        elif element.tag == "passive_joint":
-            sheet.add(Fact("planning", "passive joints", sheet.text(element, "name")), "passive")
-        elif element.tag == "joint_property":
-            joint, name = sheet.text(element, "joint_name"), sheet.text(element, "property_name")
-            sheet.add(Fact("joint", joint, f"property {name}"), sheet.text(element, "value"))
-        elif element.tag == "disable_collisions":
-            _pair_fact(sheet, element, "disabled collision with {} " + f"({element.get('reason', USER)})")
-        elif element.tag == "enable_collisions":
-            _pair_fact(sheet, element, "checked collision with {}")
-        elif element.tag == "disable_default_collisions":
-            sheet.add(Fact("collision of", sheet.text(element, "link"), "and others"), "off")
-        elif element.tag == "link_sphere_approximation":
-            balls = (" ".join((sheet.text(one, "center"), sheet.text(one, "radius"))) for one in element)
-            sheet.add(Fact("link", sheet.text(element, "link"), "spheres"), ", ".join(balls))
-    return sheet.facts
-
-
-def _pair_fact(sheet: FactSheet, element: Parsed, quantity: str) -> None:
-    one, other = sorted((sheet.text(element, "link1"), sheet.text(element, "link2")))
-    sheet.add(Fact("planning", one, quantity.replace("{}", other)), "said")
-
-
-def _group_facts(sheet: FactSheet, element: Parsed) -> None:
-    name = sheet.text(element, "name")
-    said: dict[str, list[str]] = {}
-    for one in element:
-        if one.tag == "chain":
-            chain = f"{sheet.text(one, 'base_link')} to {sheet.text(one, 'tip_link')}"
-            said.setdefault("chain", []).append(chain)
-        else:
-            said.setdefault(f"{one.tag}s", []).append(sheet.text(one, "name"))
-    for key, names in said.items():
-        sheet.add(Fact("group", name, key), ", ".join(names))
-
-
-def _state_facts(sheet: FactSheet, element: Parsed) -> None:
-    name = f"{sheet.text(element, 'name')} of {sheet.text(element, 'group')}"
-    for one in element:
-        fact, value = Fact("state", name, sheet.text(one, "name")), sheet.text(one, "value")
-        sheet.add(fact, value if " " in value else sheet.number(one, "value"))
-
-
-def _end_effector_facts(sheet: FactSheet, element: Parsed) -> None:
-    for quantity in ("group", "parent_link", "parent_group"):
-        if element.get(quantity) is not None:
-            name = sheet.text(element, "name")
-            sheet.add(Fact("end effector", name, quantity.replace("_", " ")), sheet.text(element, quantity))
-
-
-def _virtual_joint_facts(sheet: FactSheet, element: Parsed) -> None:
-    for quantity in ("type", "parent_frame", "child_link"):
-        name = sheet.text(element, "name")
-        sheet.add(Fact("virtual joint", name, quantity.replace("_", " ")), sheet.text(element, quantity))

@@ -19,6 +19,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from ...model import MERGED, Joint, Mesh, Robot, Shape, Transform, Vector
@@ -126,9 +127,14 @@ class _Across:
         self.places = places
         self.form = form
         self.base = places[joint.parent].then(joint.origin.transform())
-        states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
-        positions = [0.0, *(robot.position(joint, state) for state in states), *_spread(joint)]
-        self.ways = [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
+
+    @cached_property
+    def ways(self) -> list[Transform]:
+        """Where the joint puts its child, in all of its positions; of most joints nobody asks."""
+        joint = self.joint
+        states = [{}, *(pose.positions for pose in self.robot.poses)] if joint.moves else []
+        positions = [0.0, *(self.robot.position(joint, state) for state in states), *_spread(joint)]
+        return [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
 
     def candidates(self, above: Sequence[str], below: Sequence[str]) -> Iterator[tuple[tuple[str, str], list[Meeting]]]:
         """Yield the links of both sides that matter to each other, with the shapes that the joint can bring together.

@@ -16,7 +16,7 @@ link        by link: "mass", "centre of mass x|y|z", "inertia xx|yy|zz|xy|xz|yz"
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -24,7 +24,7 @@ from ..model import Inertial, Joint, Pose, Robot, Transform, Vector
 from ..model.geometry import dot
 from ..numbers import SIX, six
 from ..xml.elements import tree_of
-from .format import Fact, Facts, Value, row_name
+from .format import Block, Blocks, Fact, Facts, Value, row_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -102,10 +102,38 @@ class FactSheet:
 
     def __init__(self, text: str, tag: str) -> None:
         self.root = parse(text, tag)
-        self.facts: Facts = {}
+        self.blocks: Blocks = []
+        # What is said of many things in the same words is worked out once: their blocks are one object.
+        self._known: dict[Hashable, Block] = {}
+        self._transforms: dict[Hashable, Transform] = {}
+        self._kept: dict[int, Transform] = {}
         self.exact = is_exact(self.root)
         # How well a printed rotation is known (rad).
         self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
+
+    @property
+    def facts(self) -> Facts:
+        """What was taken down, fact by fact."""
+        return flat(self.blocks)
+
+    def once(self, key: Hashable, make: Callable[[], Block]) -> Block:
+        """Return what is made of words that may be said of many things; ``key`` are all of those words."""
+        block = self._known.get(key)
+        if block is None:
+            block = self._known[key] = make()
+        return block
+
+    def transform(self, key: Hashable, make: Callable[[], Transform]) -> Transform:
+        """Return the transform that is made of some words, ``key``: the same object for the same ones."""
+        transform = self._transforms.get(key)
+        if transform is None:
+            transform = self._transforms[key] = make()
+        return transform
+
+    def _key(self, transform: Transform) -> int:
+        """Return what tells a transform from others: it is kept, so that no other one gets its identity."""
+        self._kept[id(transform)] = transform
+        return id(transform)
 
     def tolerance(self, value: float) -> float:
         """Return how well a printed value is known: 0 where every digit was printed."""
@@ -137,43 +165,66 @@ class FactSheet:
         """Return the number of an attribute. Raises ValueError if it is none."""
         return self.vector(element, attribute, 1, (default,))[0]
 
-    def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
-        """Take down a fact; the tolerance of a number is what was printed of it unless it is given."""
+    def value(self, value: float | str, unit: str = "", tolerance: float | None = None) -> Value:
+        """Return a value; the tolerance of a number is what was printed of it unless it is given."""
         if isinstance(value, str):
-            self.facts[fact] = Value(value)
-        else:
-            self.facts[fact] = Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
+            return Value(value)
+        return Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
+
+    def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
+        """Take down a fact; its value as in ``value``."""
+        self.blocks.append((fact[0], fact[1], {fact[2]: self.value(value, unit, tolerance)}))
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
-        self.add(Fact("frame", link, "parent"), parent)
-        for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
-            self.add(Fact("frame", link, axis), value, "m")
+        self.blocks.append(("frame", link, {"parent": Value(parent)}))
+        self.blocks.append(("frame", link, self.once(self._key(transform), lambda: self._origin(transform))))
+
+    def _origin(self, transform: Transform) -> Block:
+        values = {axis: self.value(value, "m") for axis, value in zip(_ORIGIN, transform.xyz, strict=True)}
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            self.add(Fact("frame", link, angle), value, "rad", self._turning)
+            values[angle] = self.value(value, "rad", self._turning)
+        return values
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
-        self.add(Fact("link", link, "mass"), mass, "kg")
+        block = self.once((mass, self._key(frame), inertia), lambda: self._inertial(mass, frame, inertia))
+        self.blocks.append(("link", link, block))
+
+    def _inertial(self, mass: float, frame: Transform, inertia: Six) -> Block:
+        values = {"mass": self.value(mass, "kg")}
         for axis, value in zip(_CENTRE, frame.xyz, strict=True):
-            self.add(Fact("link", link, axis), value, "m")
+            values[axis] = self.value(value, "m")
         rounding = 0.0 if self.exact else _turned(inertia, 4 * self.tolerance(1.0))
         if frame.rows != _UPRIGHT:
             rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
         for name, value in zip(_MOMENTS, along_link(inertia, frame), strict=True):
-            tolerance = self.tolerance(value) + rounding
-            self.add(Fact("link", link, name), value, "kg*m^2", tolerance)
+            values[name] = self.value(value, "kg*m^2", self.tolerance(value) + rounding)
+        return values
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
         """Take down a shape, such as "collision 3": its kind, where its middle is in the link, its full sizes (m)."""
-        self.add(Fact("link", link, f"{shape} geometry"), kind)
+        sizes = tuple(sizes)
+        block = self.once(
+            (shape, kind, sizes, self._key(transform)), lambda: self._shape(shape, kind, sizes, transform)
+        )
+        self.blocks.append(("link", link, block))
+
+    def _shape(self, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> Block:
+        values = {f"{shape} geometry": self.value(kind)}
         for axis, value in zip(AXES, transform.xyz, strict=True):
-            self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m")
+            values[f"{shape} origin {axis}"] = self.value(value, "m")
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", self._turning)
+            values[f"{shape} {angle}"] = self.value(value, "rad", self._turning)
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
-            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
+            values[f"{shape} {name}"] = self.value(value, unit, 2 * self.tolerance(value))
+        return values
+
+
+def flat(blocks: Iterable[tuple[str, str, Block]]) -> Facts:
+    """Return what blocks say, fact by fact."""
+    return {Fact(kind, name, quantity): value for kind, name, block in blocks for quantity, value in block.items()}
 
 
 # Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.
@@ -239,25 +290,54 @@ def frame_facts(
     return facts
 
 
-def facts_of(robot: Robot) -> Facts:
+# What the model says of each thing: what many may say, and what it alone says (names of parents and children).
+Known = dict[tuple[str, str], tuple[Block, Block]]
+
+
+def said_by(robot: Robot) -> Known:
     """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
-    facts: Facts = {}
+    known: Known = {}
+    once: dict[Hashable, Block] = {}
     for joint in robot.joints:
-        facts |= frame_facts(joint.child, joint.parent, joint.origin)
-        facts |= _joint_facts(joint)
+        known["frame", joint.child] = _frame(joint.parent, joint.origin, once)
+        known["joint", joint.name] = _joint(joint, once)
     for edge in robot.edges:
         # Of several rows for one frame the first one bears its name alone.
         if edge.joint:
-            facts |= frame_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
-        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
-            facts |= frame_facts(edge.child, edge.parent, edge.pose)
+            known["frame", row_name(edge)] = _frame(edge.parent, robot.joint[edge.joint].origin, once)
+        elif edge.pose is not None and ("frame", edge.child) not in known:
+            known["frame", edge.child] = _frame(edge.parent, edge.pose, once)
     for link in robot.links:
-        facts |= mass_facts(link.name, link.inertial) if link.inertial is not None else {}
-    return facts
+        if link.inertial is not None:
+            known["link", link.name] = (mass_block(link.inertial, once), _NOTHING)
+    return known
 
 
-def _joint_facts(joint: Joint) -> Facts:
-    values: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
+_NOTHING: Block = {}
+
+
+def _frame(parent: str, pose: Pose, once: dict[Hashable, Block]) -> tuple[Block, Block]:
+    key = (pose.xyz, pose.rpy)
+    if key not in once:
+        facts = frame_facts("", "", pose)
+        once[key] = {fact[2]: value for fact, value in facts.items() if fact[2] != "parent"}
+    return once[key], {"parent": Value(parent)}
+
+
+def _joint(joint: Joint, once: dict[Hashable, Block]) -> tuple[Block, Block]:
+    limit, mimic = joint.limit, joint.mimic
+    key = (
+        *("joint", joint.type, joint.axis),
+        limit and (limit.lower, limit.upper, limit.velocity, limit.effort),
+        mimic and (mimic.joint, mimic.multiplier, mimic.offset),
+    )
+    if key not in once:
+        once[key] = _joint_block(joint)
+    return once[key], {"child": Value(joint.child)}
+
+
+def _joint_block(joint: Joint) -> Block:
+    values: dict[str, Value] = {"type": Value(joint.type)}
     unit = "m" if joint.type == "prismatic" else "rad"
     if joint.moves or joint.type == "planar":
         values |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
@@ -269,14 +349,17 @@ def _joint_facts(joint: Joint) -> Facts:
         values["mimic joint"] = Value(joint.mimic.joint)
         values["mimic multiplier"] = Value(float(joint.mimic.multiplier))
         values["mimic offset"] = Value(float(joint.mimic.offset), unit)
-    return {Fact("joint", joint.name, quantity): value for quantity, value in values.items()}
+    return values
 
 
-def mass_facts(link: str, inertial: Inertial) -> Facts:
-    """Return what is said of the mass of a link."""
-    values = {"mass": Value(float(inertial.mass), "kg")}
-    values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, inertial.pose.xyz, strict=True)}
+def mass_block(inertial: Inertial, once: dict[Hashable, Block]) -> Block:
+    """Return what is said of the mass of a link; ``once`` remembers it."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
-    along = along_link(six, inertial.pose.transform())
-    values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, along, strict=True)}
-    return {Fact("link", link, quantity): value for quantity, value in values.items()}
+    key = (inertial.mass, inertial.pose.xyz, inertial.pose.rpy, six)
+    if key not in once:
+        values = {"mass": Value(float(inertial.mass), "kg")}
+        values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, inertial.pose.xyz, strict=True)}
+        along = along_link(six, inertial.pose.transform())
+        values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, along, strict=True)}
+        once[key] = values
+    return once[key]

@@ -59,6 +59,10 @@ class Value(NamedTuple):
 
 Facts = dict[Fact, Value]
 
+# Facts about one thing by their quantity; of many things that are alike it is one object. Then kind, name and block.
+Block = Mapping[str, Value]
+Blocks = list[tuple[str, str, Block]]
+
 
 def row_name(edge: Edge) -> str:
     """Return what the facts of an artifact call a frame in the row of a publisher that takes turns."""
@@ -187,7 +191,8 @@ class Format:
       are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
       more than such a companion of one.
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
-      ValueError for a damaged text. Without it artifacts are compared as text.
+      ValueError for a damaged text. Without it artifacts are compared as text. ``blocks``: the same, together as it
+      stands there; for the proof alone, which is quicker by that where a robot has thousands of parts.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
     - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
       that is not JSON itself. Raises ValueError.
@@ -252,6 +257,7 @@ class Format:
     takes_arguments: bool = False
     becomes: str = ""
     facts: Callable[[str], Facts] | None = None
+    blocks: Callable[[str], Blocks] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     data: Callable[[str], Any] | None = None

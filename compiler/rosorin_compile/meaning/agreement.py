@@ -4,19 +4,19 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Sequence
-from itertools import chain
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import ANGLES, facts_of, mass_facts
+from ..formats import FORMATS, Artifact, Blocks, Fact, Facts, Format, Value
+from ..formats.facts import Known, flat, mass_block, said_by
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
-from .solids import COLLISION, Solid, remainder, same_set, solid_from
+from .news import news
+from .solids import COLLISION, remainder, same_set, solid_from
 from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, names_in, view_of, view_of_model
+from .view import View, called, check, view_of, view_of_model
 from .wording import number_pair, subject, value_text
 
 RULES = (
@@ -68,57 +68,59 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
     for the words.
     """
-    model = facts_of(robot)
+    model = said_by(robot)
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
+        if FORMATS[artifact.backend].facts is None:
+            continue
         try:
             known = _known(robot, artifact, model)
-            reading = _reading(robot, artifact, known)
+            names = called(robot, artifact)
+            if names:
+                reading = _Reading(artifact, view_of(_facts(artifact), names))
+                meant = view_of_model(_flat(known), reading.view.turns)
+            else:
+                view, meant = news(_blocks(artifact), known)
+                reading = _Reading(artifact, view)
         except ValueError:
             return _disagreements(robot, artifacts)
-        if reading is None:
-            continue
-        meant = view_of_model(known, reading.view.turns)
         if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
             return _disagreements(robot, artifacts)
     return []
 
 
-def _known(robot: Robot, artifact: Artifact, model: Facts) -> Facts:
+def _facts(artifact: Artifact) -> Facts:
+    read = FORMATS[artifact.backend].facts
+    return read(artifact.text) if read else {}
+
+
+def _blocks(artifact: Artifact) -> Blocks:
+    """Return what an artifact says, block by block. Raises ValueError if it is damaged."""
+    blocks = FORMATS[artifact.backend].blocks
+    if blocks is not None:
+        return blocks(artifact.text)
+    facts = _facts(artifact)
+    for fact, value in facts.items():
+        check(fact, value)
+    return [(fact[0], fact[1], {fact[2]: value}) for fact, value in facts.items()]
+
+
+def _flat(known: Known) -> Facts:
+    return flat((kind, name, block) for (kind, name), blocks in known.items() for block in blocks)
+
+
+def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     """Return what the model says, as an artifact has to say it: its links may weigh more, for they carry others."""
     weighs = FORMATS[artifact.backend].inertials
     if weighs is None:
         return model
     output = next(output for output in robot.outputs if output.name == artifact.output)
-    weights = weighs(robot, output).items()
-    others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
-    more = (mass_facts(name, inertial).items() for name, inertial in others.items())
-    return {**model, **dict(chain.from_iterable(more))} if others else model
-
-
-def _reading(robot: Robot, artifact: Artifact, known: Facts) -> _Reading | None:
-    """Return an artifact and what it says beside what is known; None for one that is not read back. Raises ValueError.
-
-    Where each frame sits stays, and of a rotation that is not known all three angles.
-    """
-    read = FORMATS[artifact.backend].facts
-    if read is None:
-        return None
-    facts, names = read(artifact.text), called(robot, artifact)
-    if names or not known:
-        return _Reading(artifact, view_of(facts, names))
-    news = {
-        fact: value
-        for fact, value in facts.items()
-        if (meant := known.get(fact)) is None
-        or value[0] != meant[0]
-        or type(value[0]) is not type(meant[0])
-        or fact[2] == "parent"
-    }
-    turned = {fact[1] for fact in news if fact[0] == "frame" and fact[2] in ANGLES}
-    angles = (Fact("frame", name, angle) for name in turned for angle in ANGLES)
-    view = view_of(news | {fact: facts[fact] for fact in angles if fact in facts}, names)
-    return _Reading(artifact, view._replace(names=view.names | names_in(facts)))
+    known = dict(model)
+    for name, one in weighs(robot, output).items():
+        own = robot.link[name].inertial if name in robot.link else one
+        if own is not one and own != one:
+            known["link", name] = (mass_block(one, {}), {})
+    return known
 
 
 def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -126,18 +128,19 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
     readings: list[_Reading] = []
     found: list[Diagnostic] = []
     for artifact in artifacts:
+        if FORMATS[artifact.backend].facts is None:
+            continue
         try:
-            reading = _reading(robot, artifact, {})
+            reading = _Reading(artifact, view_of(_facts(artifact), called(robot, artifact)))
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
-            if reading:
-                found += _misfits(artifact)
-                readings.append(reading)
+            found += _misfits(artifact)
+            readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    facts = facts_of(robot)
+    said = said_by(robot)
     for reading in readings:
-        model = view_of(_known(robot, reading.artifact, facts), {})
+        model = view_of(_flat(_known(robot, reading.artifact, said)), {})
         found += _wrong(robot, reading, model, readings)
     return found
 
@@ -212,11 +215,17 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     every = reading.format.all_solids and bool(told)
+    same: dict[tuple[tuple[int, ...], tuple[int, ...]], Sequence[Shape]] = {}
     for link in sorted(reading.view.names) if every else sorted(told):
+        shapes = _meant(robot, link, reading)
+        key = (tuple(map(id, told.get(link, ()))), tuple(map(id, shapes or ())))
+        if shapes is None or key in same:
+            continue
         # Names of shapes and the like are not in every artifact.
         solids = [solid._replace(words=()) for solid in told.get(link, ())]
-        meant = _meant(robot, link, reading)
-        if meant is None or same_set(solids, meant):
+        meant = [solid_from(solid, _TOLERANCE) for shape in shapes for solid in shape.solids()]
+        if same_set(solids, meant):
+            same[key] = shapes  # kept, and so its identity
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
@@ -225,15 +234,13 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
         yield error(_RULE, message, None, _HELP)
 
 
-def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
-    """Return the solids that a link should have in an artifact; None if they cannot be compared."""
+def _meant(robot: Robot, link: str, reading: _Reading) -> Sequence[Shape] | None:
+    """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
     if reading.format.solids is not None:
         own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
-    if own is None:
+    if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
-    if any(isinstance(shape.geometry, Mesh) for shape in own):
-        return None
-    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]
+    return own

@@ -57,7 +57,7 @@ def view_of(facts: Facts, names: Mapping[str, str]) -> View:
     shapes: dict[tuple[str, str, int], dict[str, Value]] = {}
     heights: dict[str, dict[tuple[int, int], float]] = {}
     for written, value in facts.items():
-        _check(written, value)
+        check(written, value)
         kind, name, quantity = fact = written
         part = _part(kind, quantity)
         if names or (part is not None and part[0] == _ROWS):
@@ -91,12 +91,6 @@ def view_of_model(facts: Facts, frames: Iterable[str]) -> View:
     return View(facts, turns, {}, {}, frozenset())
 
 
-def names_in(facts: Facts) -> frozenset[str]:
-    """Return the frames and links that facts speak of, under the names that an artifact has for them."""
-    names = {fact[1] for fact in facts if fact[0] in ("frame", "link")}
-    return frozenset(names.union(str(value[0]) for fact, value in facts.items() if fact[2] == "parent"))
-
-
 # What is not plain: an angle, a property of a shape, how many shapes there are, a cell, a frame of several rows.
 _TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
 
@@ -120,7 +114,14 @@ def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
     return (_HEIGHT, "", int(cell[1]), cell[2]) if cell else None
 
 
-def _check(fact: Fact, value: Value) -> None:
+def solid_part(quantity: str) -> tuple[str, int, str] | None:
+    """Return the purpose and the number of the shape of a link that a quantity is of, and what of it; else None."""
+    part = _part("link", quantity)
+    return part[1:] if part is not None and part[0] == _SOLID else None
+
+
+def check(fact: Fact, value: Value) -> None:
+    """Raise ValueError for a fact that no artifact in order says."""
     said = value.value
     sound = isfinite(said) if isinstance(said, float) else isinstance(said, str)
     kind, name, quantity = fact

@@ -22,7 +22,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Blocks, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -59,6 +59,12 @@ def _facts(text: str) -> Facts:
     from .facts import read
 
     return read(text)
+
+
+def _blocks(text: str) -> Blocks:
+    from .facts import blocks
+
+    return blocks(text)
 
 
 def _syntax(text: str) -> object:
@@ -254,6 +260,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
+    blocks=_blocks,
     syntax=_syntax,
     refusal=_refusal,
     prove=_prove,

@@ -14,8 +14,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ...model.geometry import transform_of_quaternion
-from ..facts import AXES, FactSheet, Six, number_of
-from ..format import Fact, Facts
+from ..facts import AXES, FactSheet, Six, flat, number_of
+from ..format import Block, Blocks, Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
 
@@ -41,6 +41,11 @@ _PAIRED = ("geom1", "geom2")
 
 def read(text: str) -> Facts:
     """Return what an MJCF says. Raises ValueError if it is damaged."""
+    return flat(blocks(text))
+
+
+def blocks(text: str) -> Blocks:
+    """Return the same block by block."""
     sheet = FactSheet(text, "mujoco")
     worldbody = sheet.root.find("worldbody")
     if worldbody is None:
@@ -76,7 +81,7 @@ def read(text: str) -> Facts:
     _pairs(sheet, worldbody, owners)
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
-    return sheet.facts
+    return sheet.blocks
 
 
 def _root_is_world(worldbody: Element) -> None:
@@ -207,7 +212,10 @@ def _numbers(text: str) -> list[float]:
 
 
 def _transform(sheet: FactSheet, element: Element) -> Transform:
-    return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
+    return sheet.transform(
+        (element.get("pos"), element.get("quat")),
+        lambda: transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN)),
+    )
 
 
 def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
@@ -235,19 +243,26 @@ def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
-    name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
+    name = sheet.text(joint, "name")
+    sheet.add(Fact("joint", name, "child"), child)
+    key = tuple(item for item in joint.items() if item[0] not in ("name", "class"))
+    sheet.blocks.append(("joint", name, sheet.once(("joint", key), lambda: _motion(sheet, joint))))
+
+
+def _motion(sheet: FactSheet, joint: Element) -> Block:
+    kind = joint.get("type", "hinge")
     slides = kind == "slide"
     unit, force = ("m", "N") if slides else ("rad", "N*m")
     ends = sheet.vector(joint, "range", 2, ())
     if not slides:
         kind = "revolute" if ends else "continuous"
-    sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
-    sheet.add(Fact("joint", name, "child"), child)
-    _axis(sheet, name, joint)
+    said = {"type": sheet.value("prismatic" if slides else kind)}
+    axis = sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))
+    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, axis, strict=True)}
     for quantity, value in zip(("lower", "upper"), ends, strict=False):
-        sheet.add(Fact("joint", name, quantity), value, unit)
+        said[quantity] = sheet.value(value, unit)
     for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
-        sheet.add(Fact("joint", name, "effort"), effort, force)
+        said["effort"] = sheet.value(effort, force)
     dynamics = (
         ("damping", "damping", f"{force}*s/{unit}"),
         ("friction", "frictionloss", force),
@@ -255,7 +270,8 @@ def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
     )
     for quantity, attribute, dimension in dynamics:
         if attribute in joint.attrib:
-            sheet.add(Fact("joint", name, quantity), sheet.number(joint, attribute), dimension)
+            said[quantity] = sheet.value(sheet.number(joint, attribute), dimension)
+    return said
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
@@ -278,8 +294,10 @@ def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str,
             kind = geom.get("type", "sphere")
             sizes = _full_sizes(sheet, geom, kind, scales)
             sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
-            for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
-                sheet.add(Fact("link", name, f"{purpose} {index} {part}"), value)
+            colour = zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False)
+            look = {f"{purpose} {index} {part}": sheet.value(value) for part, value in colour}
+            if look:
+                sheet.blocks.append(("link", name, look))
 
 
 def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, Element]) -> tuple[float, ...]:

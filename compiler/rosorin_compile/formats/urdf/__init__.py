@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
 from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Blocks, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
@@ -41,6 +41,12 @@ def _facts(text: str) -> Facts:
     from .facts import read
 
     return read(text)
+
+
+def _blocks(text: str) -> Blocks:
+    from .facts import blocks
+
+    return blocks(text)
 
 
 def _syntax(text: str) -> object:
@@ -168,6 +174,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
+    blocks=_blocks,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,

@@ -18,8 +18,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from ...model import Pose, Transform
-from ..facts import AXES, SIZES, FactSheet, number_of
-from ..format import Fact, Facts
+from ..facts import AXES, SIZES, FactSheet, flat, number_of
+from ..format import Block, Blocks, Fact, Facts
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -29,12 +29,18 @@ _OF_ROBOT = ("link", "joint", "material")
 _OF_LINK = ("inertial", "visual", "collision")
 _OF_SHAPE = ("origin", "geometry", "material")
 _OF_JOINT = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
+_ENDS = ("parent", "child", "origin")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _COLOUR = ("red", "green", "blue", "alpha")
 
 
 def read(text: str) -> Facts:
     """Return what a URDF says about frames, joints and links. Raises ValueError if it is damaged."""
+    return flat(blocks(text))
+
+
+def blocks(text: str) -> Blocks:
+    """Return the same block by block."""
     sheet = FactSheet(text, "robot")
     materials = {material.get("name", ""): material for material in sheet.root.iterfind("material")}
     for name, material in materials.items():
@@ -45,14 +51,14 @@ def read(text: str) -> Facts:
     for joint in sheet.root.iterfind("joint"):
         _joint(sheet, joint)
     _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
-    return sheet.facts
+    return sheet.blocks
 
 
 def _elements(
     sheet: FactSheet, fact: Fact, element: Element, known: Sequence[str], foreign: Sequence[Element] = ()
 ) -> None:
     """Take down the elements that no other artifact has; space between elements means nothing."""
-    kept = [inner for inner in element if inner.tag not in known or inner in foreign]
+    kept = [inner for inner in element if inner.tag not in known or (foreign and inner in foreign)]
     for number, inner in enumerate(kept, 1):
         sheet.add(fact._replace(quantity=f"{fact.quantity} element {number} {inner.tag}".strip()), _plain(inner))
 
@@ -79,8 +85,11 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
     """Return what the <origin> of an element says; none is the identity."""
     origin = element.find("origin")
     if origin is None:
-        return Transform()
-    return Pose(sheet.vector3(origin, "xyz"), sheet.vector3(origin, "rpy")).transform()
+        return sheet.transform(None, Transform)
+    return sheet.transform(
+        (origin.get("xyz"), origin.get("rpy")),
+        lambda: Pose(sheet.vector3(origin, "xyz"), sheet.vector3(origin, "rpy")).transform(),
+    )
 
 
 def _joint(sheet: FactSheet, joint: Element) -> None:
@@ -90,16 +99,16 @@ def _joint(sheet: FactSheet, joint: Element) -> None:
     sheet.add(Fact("joint", name, "type"), kind)
     sheet.add(Fact("joint", name, "child"), child)
     if kind in _MOVING:
-        _motion(sheet, joint, name, _MOVING[kind])
+        key = (kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
+        sheet.blocks.append(("joint", name, sheet.once(key, lambda: _motion(sheet, joint, _MOVING[kind]))))
     _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
 
 
-def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
+def _motion(sheet: FactSheet, joint: Element, unit: str) -> Block:
     force = "N" if unit == "m" else "N*m"
     axis = joint.find("axis")
     xyz = (1.0, 0.0, 0.0) if axis is None else sheet.vector3(axis, "xyz")
-    for letter, value in zip(AXES, xyz, strict=True):
-        sheet.add(Fact("joint", name, f"axis {letter}"), value)
+    said = {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     calibration = {"rising": unit, "falling": unit, "reference_position": unit}
@@ -118,12 +127,13 @@ def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
         element = joint.find(tag)
         for quantity, dimension in quantities.items():
             if element is not None and quantity in element.attrib:
-                sheet.add(Fact("joint", name, called + quantity), sheet.number(element, quantity), dimension)
+                said[called + quantity] = sheet.value(sheet.number(element, quantity), dimension)
     mimic = joint.find("mimic")
     if mimic is not None:
-        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(mimic, "joint"))
-        sheet.add(Fact("joint", name, "mimic multiplier"), sheet.number(mimic, "multiplier", 1.0))
-        sheet.add(Fact("joint", name, "mimic offset"), sheet.number(mimic, "offset"), unit)
+        said["mimic joint"] = sheet.value(sheet.text(mimic, "joint"))
+        said["mimic multiplier"] = sheet.value(sheet.number(mimic, "multiplier", 1.0))
+        said["mimic offset"] = sheet.value(sheet.number(mimic, "offset"), unit)
+    return said
 
 
 def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> None:

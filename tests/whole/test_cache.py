@@ -13,8 +13,8 @@ import pytest
 
 from rosorin_compile import plugins
 from rosorin_compile.cli import main
-from rosorin_compile.project import cache
-from rosorin_compile.project.cache import cache_folder, cache_refused, keep, recalled
+from rosorin_compile import cache
+from rosorin_compile.cache import cache_folder, cache_refused, keep, recalled
 
 ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}}\n"
 

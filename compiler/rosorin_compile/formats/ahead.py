@@ -17,8 +17,8 @@ from typing import Any, NoReturn
 
 from markupsafe import Markup, escape
 
+from ..cache import cache_folder, keep, recalled
 from ..project import data_folder
-from ..project.cache import cache_folder, keep, recalled
 
 FOLDER = "ahead"
 XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")

@@ -17,7 +17,7 @@ from jinja2 import __version__ as jinja_version
 from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from ..project.cache import cache_folder, keep, recalled
+from ..cache import cache_folder, keep, recalled
 
 if TYPE_CHECKING:
     from pathlib import Path

@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from itertools import chain
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Fact, Facts, Format, Value
-from ..formats.facts import ANGLES, facts_of, mass_facts
+from ..formats import FORMATS, Artifact, Fact, Format, Value
+from ..formats.facts import ANGLES, COLLISION, Held, Known, Solid, known_of, with_masses
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
-from .solids import COLLISION, Solid, remainder, same_set, solid_from
+from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
 from .view import View, called, names_in, view_of, view_of_model
 from .wording import number_pair, subject, value_text
@@ -35,10 +34,11 @@ _TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
-    """An artifact and what it says."""
+    """An artifact, what it says, and the parents of its frames."""
 
     artifact: Artifact
     view: View
+    parents: Mapping[str, str]
 
     @property
     def format(self) -> Format:
@@ -68,7 +68,7 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
     for the words.
     """
-    model = facts_of(robot)
+    model = known_of(robot)
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
         try:
@@ -78,13 +78,13 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
             return _disagreements(robot, artifacts)
         if reading is None:
             continue
-        meant = view_of_model(known, reading.view.turns)
+        meant = view_of_model(known.facts, reading.view.turns)
         if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
             return _disagreements(robot, artifacts)
     return []
 
 
-def _known(robot: Robot, artifact: Artifact, model: Facts) -> Facts:
+def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     """Return what the model says, as an artifact has to say it: its links may weigh more, for they carry others."""
     weighs = FORMATS[artifact.backend].inertials
     if weighs is None:
@@ -92,25 +92,27 @@ def _known(robot: Robot, artifact: Artifact, model: Facts) -> Facts:
     output = next(output for output in robot.outputs if output.name == artifact.output)
     weights = weighs(robot, output).items()
     others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
-    more = (mass_facts(name, inertial).items() for name, inertial in others.items())
-    return {**model, **dict(chain.from_iterable(more))} if others else model
+    return with_masses(model, others) if others else model
 
 
-def _reading(robot: Robot, artifact: Artifact, known: Facts) -> _Reading | None:
+def _reading(robot: Robot, artifact: Artifact, known: Known | None) -> _Reading | None:
     """Return an artifact and what it says beside what is known; None for one that is not read back. Raises ValueError.
 
     Where each frame sits stays, and of a rotation that is not known all three angles.
     """
-    read = FORMATS[artifact.backend].facts
-    if read is None:
+    format, names = FORMATS[artifact.backend], called(robot, artifact)
+    if format.facts is None:
         return None
-    facts, names = read(artifact.text), called(robot, artifact)
-    if names or not known:
-        return _Reading(artifact, view_of(facts, names))
+    if known is not None and not names and format.against is not None:
+        return _held(artifact, format.against(artifact.text, known))
+    facts = format.facts(artifact.text)
+    if known is None or names:
+        view = view_of(facts, names)
+        return _Reading(artifact, view, view.parents())
     news = {
         fact: value
         for fact, value in facts.items()
-        if (meant := known.get(fact)) is None
+        if (meant := known.facts.get(fact)) is None
         or value[0] != meant[0]
         or type(value[0]) is not type(meant[0])
         or fact[2] == "parent"
@@ -118,7 +120,14 @@ def _reading(robot: Robot, artifact: Artifact, known: Facts) -> _Reading | None:
     turned = {fact[1] for fact in news if fact[0] == "frame" and fact[2] in ANGLES}
     angles = (Fact("frame", name, angle) for name in turned for angle in ANGLES)
     view = view_of(news | {fact: facts[fact] for fact in angles if fact in facts}, names)
-    return _Reading(artifact, view._replace(names=view.names | names_in(facts)))
+    return _Reading(artifact, view._replace(names=view.names | names_in(facts)), view.parents())
+
+
+def _held(artifact: Artifact, held: Held) -> _Reading:
+    """Return an artifact that has been held against what is known."""
+    view = view_of(held.facts, {})
+    shapes = {(link, COLLISION): tuple(map(straight, solids)) for link, solids in held.solids.items()}
+    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents)
 
 
 def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -127,7 +136,7 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
     found: list[Diagnostic] = []
     for artifact in artifacts:
         try:
-            reading = _reading(robot, artifact, {})
+            reading = _reading(robot, artifact, None)
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
@@ -135,9 +144,9 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
                 found += _misfits(artifact)
                 readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    facts = facts_of(robot)
+    known = known_of(robot)
     for reading in readings:
-        model = view_of(_known(robot, reading.artifact, facts), {})
+        model = view_of(_known(robot, reading.artifact, known).facts, {})
         found += _wrong(robot, reading, model, readings)
     return found
 
@@ -158,7 +167,7 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     if has_to_carry is None or reading.artifact.withheld:
         return
     for frame in has_to_carry(robot):
-        if not reading.view.parent(frame):
+        if not reading.parents.get(frame):
             message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
             yield error(_RULE, message, None, _HELP)
 

@@ -13,10 +13,10 @@ from math import isfinite
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
-from ..formats.facts import ANGLES, AXES
+from ..formats.facts import ANGLES, AXES, Solid
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
-from .solids import Solid, solid_of
+from .solids import solid_of
 from .tolerance import Turn
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
@@ -40,6 +40,11 @@ class View(NamedTuple):
     def parent(self, frame: str) -> str:
         """Return the frame that a frame sits in; empty if the view does not know it."""
         return self.text("frame", frame, "parent")
+
+    def parents(self) -> dict[str, str]:
+        """Return the frames that frames sit in, by name."""
+        parents = (pair for pair in self.plain.items() if pair[0][2] == "parent" and pair[0][0] == "frame")
+        return {fact[1]: str(value[0]) for fact, value in parents}
 
     def text(self, kind: str, name: str, quantity: str) -> str:
         """Return the value of a fact as text; empty if there is none."""

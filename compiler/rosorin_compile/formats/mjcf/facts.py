@@ -13,16 +13,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...model import Transform
 from ...model.geometry import transform_of_quaternion
-from ..facts import AXES, FactSheet, Six, number_of
+from ..facts import AXES, COLLISION, VISUAL, FactSheet, Held, Known, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
-
-    from ...model import Transform
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -41,7 +40,15 @@ _PAIRED = ("geom1", "geom2")
 
 def read(text: str) -> Facts:
     """Return what an MJCF says. Raises ValueError if it is damaged."""
-    sheet = FactSheet(text, "mujoco")
+    return _read(FactSheet(text, "mujoco")).facts
+
+
+def against(text: str, known: Known) -> Held:
+    """Return what an MJCF says that is not known. Raises ValueError if it is damaged."""
+    return _read(FactSheet(text, "mujoco", known)).held()
+
+
+def _read(sheet: FactSheet) -> FactSheet:
     worldbody = sheet.root.find("worldbody")
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
@@ -76,7 +83,7 @@ def read(text: str) -> Facts:
     _pairs(sheet, worldbody, owners)
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
-    return sheet.facts
+    return sheet
 
 
 def _root_is_world(worldbody: Element) -> None:
@@ -193,9 +200,9 @@ def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
         numbers = _numbers(text)
         for index, number in enumerate(numbers, start=1):
             which = f" {index}" if len(numbers) > 1 else ""
-            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}{which}"), number)
+            sheet.add(Fact(fact.kind, fact.name, f"{fact.quantity} {name}{which}"), number)
         if not numbers:
-            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}"), text)
+            sheet.add(Fact(fact.kind, fact.name, f"{fact.quantity} {name}"), text)
 
 
 def _numbers(text: str) -> list[float]:
@@ -207,6 +214,8 @@ def _numbers(text: str) -> list[float]:
 
 
 def _transform(sheet: FactSheet, element: Element) -> Transform:
+    if "quat" not in element.attrib:
+        return Transform(xyz=sheet.vector3(element, "pos"))
     return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
 
 
@@ -271,7 +280,7 @@ def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
 
 def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
     """Take down the geoms of a body: what they are for stands at the end of their class."""
-    for purpose in ("collision", "visual"):
+    for purpose in (COLLISION, VISUAL):
         ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
         sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
         for index, geom in enumerate(ours, start=1):
@@ -279,7 +288,7 @@ def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str,
             sizes = _full_sizes(sheet, geom, kind, scales)
             sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
             for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
-                sheet.add(Fact("link", name, f"{purpose} {index} {part}"), value)
+                sheet.add_of_shape(name, f"{purpose} {index}", part, value)
 
 
 def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, Element]) -> tuple[float, ...]:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Inertial, Output, Robot, Shape
     from ...rules.case import Case
+    from ..facts import Held, Known
     from ..imported import Imported
     from ..templating import Templates
 
@@ -41,6 +42,12 @@ def _facts(text: str) -> Facts:
     from .facts import read
 
     return read(text)
+
+
+def _against(text: str, known: Known) -> Held:
+    from .facts import against
+
+    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -168,6 +175,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
+    against=_against,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,

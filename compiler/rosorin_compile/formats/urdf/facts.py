@@ -17,8 +17,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ...model import Pose, Transform
-from ..facts import AXES, SIZES, FactSheet, number_of
+from ...model import Transform
+from ...model.geometry import rotation_of_rpy
+from ..facts import AXES, SIZES, FactSheet, Held, Known, number_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
@@ -35,17 +36,25 @@ _COLOUR = ("red", "green", "blue", "alpha")
 
 def read(text: str) -> Facts:
     """Return what a URDF says about frames, joints and links. Raises ValueError if it is damaged."""
-    sheet = FactSheet(text, "robot")
-    materials = {material.get("name", ""): material for material in sheet.root.iterfind("material")}
+    return _read(FactSheet(text, "robot")).facts
+
+
+def against(text: str, known: Known) -> Held:
+    """Return what a URDF says that is not known. Raises ValueError if it is damaged."""
+    return _read(FactSheet(text, "robot", known)).held()
+
+
+def _read(sheet: FactSheet) -> FactSheet:
+    materials = {material.get("name", ""): material for material in sheet.root.findall("material")}
     for name, material in materials.items():
         for quantity, value in _look(sheet, material).items():
             sheet.add(Fact("material", name, quantity), value)
-    for link in sheet.root.iterfind("link"):
+    for link in sheet.root.findall("link"):
         _link(sheet, link, materials)
-    for joint in sheet.root.iterfind("joint"):
+    for joint in sheet.root.findall("joint"):
         _joint(sheet, joint)
     _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
-    return sheet.facts
+    return sheet
 
 
 def _elements(
@@ -53,6 +62,9 @@ def _elements(
 ) -> None:
     """Take down the elements that no other artifact has; space between elements means nothing."""
     kept = [inner for inner in element if inner.tag not in known or inner in foreign]
+    if sheet.known is not None and kept:
+        sheet.add(fact, "")  # nothing of it is known but the name
+        return
     for number, inner in enumerate(kept, 1):
         sheet.add(fact._replace(quantity=f"{fact.quantity} element {number} {inner.tag}".strip()), _plain(inner))
 
@@ -80,7 +92,7 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
     origin = element.find("origin")
     if origin is None:
         return Transform()
-    return Pose(sheet.vector3(origin, "xyz"), sheet.vector3(origin, "rpy")).transform()
+    return Transform(rotation_of_rpy(sheet.vector3(origin, "rpy")), sheet.vector3(origin, "xyz"))
 
 
 def _joint(sheet: FactSheet, joint: Element) -> None:
@@ -157,18 +169,18 @@ def _shape(sheet: FactSheet, link: str, label: str, shape: Element, materials: M
     solid = geometry[0]
     sheet.add_shape(link, label, solid.tag, _sizes(sheet, solid), _transform(sheet, shape))
     if solid.tag == "mesh":
-        sheet.add(Fact("link", link, f"{label} file"), sheet.text(solid, "filename"))
+        sheet.add_of_shape(link, label, "file", sheet.text(solid, "filename"))
     if "name" in shape.attrib:
-        sheet.add(Fact("link", link, f"{label} name"), sheet.text(shape, "name"))
+        sheet.add_of_shape(link, label, "name", sheet.text(shape, "name"))
     _elements(sheet, Fact("link", link, label), shape, _OF_SHAPE)
     material = shape.find("material")
     if material is None:
         return
     called = sheet.text(material, "name")
-    sheet.add(Fact("link", link, f"{label} material"), called)
+    sheet.add_of_shape(link, label, "material", called)
     look = _look(sheet, material) or _look(sheet, materials.get(called, material))
     for quantity, value in look.items():
-        sheet.add(Fact("link", link, f"{label} {quantity}"), value)
+        sheet.add_of_shape(link, label, quantity, value)
 
 
 def _look(sheet: FactSheet, material: Element) -> dict[str, float | str]:

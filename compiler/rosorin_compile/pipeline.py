@@ -300,7 +300,7 @@ def _emit(
         ]
         withheld = FORMATS[output.backend].is_withheld(output)
         artifacts.append(Artifact(output.file, text, output.backend, output.name, withheld))
-    return tuple(artifacts), diagnostics, templates.own()
+    return tuple(artifacts), diagnostics, templates.read()
 
 
 def _counted(diagnostics: Sequence[Diagnostic]) -> str:

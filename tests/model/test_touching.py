@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 
 import pytest
 
@@ -11,7 +12,8 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
 from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
-from rosorin_compile.model.touching import NEAR, touch  # noqa: E402
+from rosorin_compile.model.touching import NEAR, Solid, around  # noqa: E402
+from rosorin_compile.model.touching import touch as touch_solids  # noqa: E402
 
 CASES = 1500
 QUARTER_TURNS = ([1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1])
@@ -29,6 +31,14 @@ def solid(chance: random.Random) -> tuple[Shape, str, list[float]]:
             (Shape(Sphere(a)), "sphere", [a]),
         ]
     )
+
+
+def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform) -> bool:
+    return touch_solids(solids(ones), solids(others), way)
+
+
+def solids(shapes: Sequence[Shape]) -> list[Solid]:
+    return [solid for solid in map(around, shapes) if solid is not None]
 
 
 def distance(one: str, other: str, pos: str, quat: str) -> float:

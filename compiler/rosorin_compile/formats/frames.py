@@ -16,7 +16,7 @@ from ..rules.proof import in_words, prove
 from .facts import frame_facts, number_of
 from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
 from .static_tf import describe
-from .templating import BUILTIN, Templates
+from .templating import Templates
 
 _FRAME_HEADERS = (
     "parent",
@@ -72,10 +72,11 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "proof": _wrapped(_escape(in_words(prove(robot)))),
         "stamps": list(_stamps(robot)),
         "poses": _table(_POSE_HEADERS, _POSE_WIDTHS, list(_pose_rows(robot, number))),
+        "modes": _escape(", ".join(robot.modes)),
         "source": describe,
         "escape": _escape,
     }
-    return templates.render(f"{BUILTIN}frames.md.jinja", values), []
+    return templates.own("frames.md.jinja", values), []
 
 
 def _frames(robot: Robot) -> list[_Frame]:

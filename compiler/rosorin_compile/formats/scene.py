@@ -28,7 +28,7 @@ from ..numbers import six, vector
 from ..rules.case import Case
 from .format import Format
 from .mesh_vertices import clouds_of
-from .templating import BUILTIN, Templates, comment
+from .templating import Templates, comment
 
 RULES = (
     Rule(
@@ -92,7 +92,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "ground": six(round(min(0.0, c), 6) if of.options.get("base", "fixed") == "fixed" else 0.0),
         "name": lambda name: _free(name, robot),
     }
-    return templates.render(f"{BUILTIN}scene.xml.jinja", values), []
+    return templates.own("scene.xml.jinja", values), []
 
 
 def _included(robot: Robot, output: Output) -> tuple[Output | None, tuple[str, None, str]]:

@@ -23,7 +23,7 @@ from ..rules.conditions import modes_in
 from . import format
 from .facts import NO_TOLERANCE, frame_facts, number_of
 from .format import Fact, Facts, Format, Value
-from .templating import BUILTIN, Templates
+from .templating import Templates
 
 if TYPE_CHECKING:
     import ast
@@ -99,11 +99,36 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics.append(
             Diagnostic("static-tf-no-urdf", WARNING, message, help="add an output with the backend urdf")
         )
-    values: dict[str, Any] = {"robot": robot, "statics": [*transforms, *in_modes], "literal": repr, "source": describe}
-    values |= {"common": ARGUMENTS, "pairs": in_python, **_of_modes(robot, in_modes)}
+    values: dict[str, Any] = {"robot": robot, "statics": [*transforms, *in_modes], "literal": repr, "source": _source}
+    values |= {"pairs": in_python, **_of_modes(robot, in_modes)}
     values["urdf"] = urdf and posixpath.relpath(urdf, posixpath.dirname(output.file) or ".")
+    values["declared"] = list(_declared(values))
     values["publisher"] = moved[0].publisher.name if moved else ROBOT_STATE_PUBLISHER
-    return templates.render(f"{BUILTIN}static_tf.launch.py.jinja", values), diagnostics
+    return templates.own("static_tf.launch.py.jinja", values), diagnostics
+
+
+def _declared(values: Mapping[str, Any]) -> Iterator[tuple[str, str, str, Sequence[str]]]:
+    """Yield the arguments of the launch file: name, default as Python, help, choices."""
+    urdf = values["urdf"]
+    if urdf:
+        default = f"str(Path(__file__).parent / {urdf!r})"
+        yield _URDF_FILE, default, "URDF file that robot_state_publisher publishes", ()
+    for name, help in ARGUMENTS.items() if urdf or values["statics"] else ():
+        yield name, "''", help, ()
+    for mode, name in values["modes"].items():
+        yield name, "'false'", f"the robot is run in the mode {mode}", values["states"]
+
+
+def _source(source: Source) -> list[str]:
+    """Return the lines of a comment that says where numbers are from; none where nobody says."""
+    told = describe(source)
+    if not told:
+        return []
+    import textwrap
+
+    wrap = textwrap.TextWrapper(84, expand_tabs=False, replace_whitespace=False, break_long_words=False)
+    wrap.break_on_hyphens = False
+    return [wrapped for line in told.splitlines() for wrapped in wrap.wrap(line) or [""]]
 
 
 def _of_modes(robot: Robot, in_modes: Sequence[StaticTransform]) -> dict[str, Any]:

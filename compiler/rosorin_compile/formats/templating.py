@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from functools import cached_property
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from markupsafe import Markup, escape
 
@@ -19,6 +20,10 @@ from ..diagnostics import Diagnostic, Source, Span, error
 from ..diagnostics.registry import TEMPLATES, Rule
 from ..project import data_folder, homes
 from ..project import shown as as_shown
+from . import ahead
+
+if TYPE_CHECKING:
+    from .sandbox import Sandbox
 
 RULES = (
     Rule(
@@ -77,23 +82,32 @@ class Templates:
     def __init__(
         self, folder: Path | None = None, named: str = "the folder of the description", first: Path | None = None
     ) -> None:
-        import jinja2
-
-        from .sandbox import Sandbox
-
         self.folder = folder
         self.named = named
         self.homes = homes(first) if first is not None else ()
         self.used: set[Path] = set()
         self.asked: Span | None = None
+
+    @cached_property
+    def environment(self) -> Sandbox:
+        """Jinja, which takes its time to import; the tool's own templates go without."""
+        import jinja2
+
+        from .sandbox import Sandbox
+
         loader = jinja2.FunctionLoader(self._load)
         options: dict[str, Any] = {"undefined": jinja2.StrictUndefined, "loader": loader}
         options |= {"trim_blocks": True, "lstrip_blocks": True, "keep_trailing_newline": True}
-        self.environment = Sandbox(autoescape=_is_xml, **options)
+        return Sandbox(autoescape=ahead.is_xml, **options)
 
-    def own(self) -> tuple[Path, ...]:
+    def read(self) -> tuple[Path, ...]:
         """Return the templates of the description that were used, sorted."""
         return tuple(sorted(file for file in self.used if any(map(file.is_relative_to, self.homes))))
+
+    @staticmethod
+    def own(name: str, values: Mapping[str, Any]) -> str:
+        """Return the text of a template that the tool itself brings for a format ("robot.urdf.jinja")."""
+        return ahead.render(name, values)
 
     def package(self, name: str) -> Templates:
         """Return what renders the templates in the folder ``templates`` of a Python package, and no others."""
@@ -159,11 +173,6 @@ class Templates:
             return None
         places = (anchor.resolve(),) if name.startswith(BUILTIN) else (anchor.resolve(), *self.homes)
         return path if any(path.is_relative_to(place) for place in places) else None
-
-
-def _is_xml(name: str | None) -> bool:
-    stem = (name or "").removesuffix(".jinja")
-    return stem.endswith((".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro"))
 
 
 def _line(problem: BaseException) -> int:

@@ -10,7 +10,8 @@ side grow together. The corners are rounded at last, and moved outwards until no
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from itertools import count
 from typing import NamedTuple
 
@@ -57,26 +58,15 @@ class Footprint(NamedTuple):
 
 
 class Placed(NamedTuple):
-    """A solid, and where the frame of its link is in the base frame; ``link`` is the name of that.
+    """A collision shape in the base frame: its link, and what says how far it reaches along a unit vector (m).
 
-    Of a mesh ``points`` are those of its vertices (in the base frame, m) that reach farthest in the plane and upright.
+    ``corners`` are those of boxes, or of a mesh the vertices that reach farthest in the plane and upright (m); nothing
+    of what is round.
     """
 
-    solid: Shape
-    place: Transform
     link: str
-    points: tuple[Vector, ...] = ()
-
-    @property
-    def has_corners(self) -> bool:
-        """Whether it is a box or a mesh, not something round."""
-        return bool(self.points) or isinstance(self.solid.geometry, Box)
-
-    def reach(self, direction: Vector) -> float:
-        """Return how far it reaches along a unit vector of the plane of the base frame, or up or down (m)."""
-        if self.points:
-            return max(dot(point, direction) for point in self.points)
-        return along(self.solid, self.place, direction)
+    reach: Callable[[Vector], float]
+    corners: Sequence[Vector] = ()
 
 
 def solids(
@@ -94,13 +84,15 @@ def solids(
         there = from_base.then(place)
         for shape in robot.link[name].collision:
             if not isinstance(shape.geometry, Mesh):
-                found += [Placed(solid, there, name) for solid in shape.solids(MERGED)]
+                if shape.solids(MERGED):
+                    found.append(Placed(name, along(shape, there, MERGED), _corners(shape, there)))
                 continue
             cloud = clouds(shape.geometry)
             if cloud is None or not cloud.points:
                 meshes.append(name)
             else:
-                found.append(Placed(shape, there, name, _outermost(shape, there, shape.geometry, cloud.points)))
+                points = _outermost(shape, there, shape.geometry, cloud.points)
+                found.append(Placed(name, partial(_farthest, points), points))
     return found, list(dict.fromkeys(meshes))
 
 
@@ -112,6 +104,20 @@ def _outermost(shape: Shape, place: Transform, mesh: Mesh, vertices: Sequence[Ve
     by_place = {point[:2]: point for point in points}
     ends = (min(points, key=lambda point: point[2]), max(points, key=lambda point: point[2]))
     return (*(by_place[corner] for corner in _hull(list(by_place))), *ends)
+
+
+def _farthest(points: Sequence[Vector], direction: Vector) -> float:
+    """Return how far points reach along a unit vector (m)."""
+    return max(dot(point, direction) for point in points)
+
+
+def _corners(shape: Shape, place: Transform) -> list[Vector]:
+    """Return the corners of the boxes that a shape is made of, each once; none of what is round."""
+    boxes = [one.geometry for one in shape.solids(MERGED) if isinstance(one.geometry, Box)]
+    ends = (zip(box.lower, box.upper, strict=True) for box in boxes)
+    corners = {(x, y, z) for xs, ys, zs in ends for x in xs for y in ys for z in zs}
+    there = place.then(shape.pose.transform())
+    return [there.apply(corner) for corner in corners]
 
 
 def footprint(
@@ -181,12 +187,12 @@ def outside(placed: Sequence[Placed], points: Sequence[Point], margin: float = 0
 
 def _normals(placed: Sequence[Placed], most: int) -> list[Point]:
     """Return the directions of the sides, by angle: each once. Of a robot that is round alone they are ``most``."""
-    cornered = [one for one in placed if one.has_corners]
-    ring = _hull([corner for one in cornered for corner in _corners(one)])
+    cornered = [one for one in placed if one.corners]
+    ring = _hull([corner[:2] for one in cornered for corner in one.corners])
     sides = list(zip(ring, [*ring[1:], *ring[:1]], strict=True)) if len(ring) > 2 else []
     longest = sorted(sides, key=lambda side: -math.dist(*side))[:_SIDES]
     angles = [math.atan2(ax - bx, by - ay) for (ax, ay), (bx, by) in longest]
-    if len(longest) < max(3, len(sides)) or outside([one for one in placed if not one.has_corners], ring)[0]:
+    if len(longest) < max(3, len(sides)) or outside([one for one in placed if not one.corners], ring)[0]:
         steps = max(most, LEAST_CORNERS) if not cornered else _ROUND
         angles += [2 * math.pi * step / steps for step in range(steps)]
     turns = sorted({round(angle % (2 * math.pi), 9) % round(2 * math.pi, 9) for angle in angles})
@@ -204,18 +210,6 @@ def _plain(value: float) -> float:
     """Return a cosine without what rounding left of zero and one."""
     near = round(value)
     return float(near) if abs(value - near) < _STRAIGHT else value
-
-
-def _corners(one: Placed) -> list[Point]:
-    """Return the corners of a box or a mesh seen from above."""
-    if one.points:
-        return [point[:2] for point in one.points]
-    box = one.solid.geometry
-    assert isinstance(box, Box)  # noqa: S101 - asked by who calls
-    there = one.place.then(one.solid.pose.transform())
-    ends = zip(box.lower, box.upper, strict=True)
-    xs, ys, zs = ends
-    return [there.apply((x, y, z))[:2] for x in xs for y in ys for z in zs]
 
 
 def _hull(points: Sequence[Point]) -> list[Point]:

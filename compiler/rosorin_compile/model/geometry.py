@@ -66,7 +66,10 @@ def rotation_of_rpy(rpy: Vector) -> Rows:
     """Return the 3x3 rotation matrix, as rows, of fixed-axis roll, pitch, yaw in radians."""
     if rpy == _ORIGIN:
         return _UNIT_ROWS
-    (sr, cr), (sp, cp), (sy, cy) = ((_snap(math.sin(a)), _snap(math.cos(a))) for a in rpy)
+    roll, pitch, yaw = rpy
+    sr, cr = _snap(math.sin(roll)), _snap(math.cos(roll))
+    sp, cp = _snap(math.sin(pitch)), _snap(math.cos(pitch))
+    sy, cy = _snap(math.sin(yaw)), _snap(math.cos(yaw))
     return (
         (cy * cp, cy * sp * sr - sy * cr, cy * sp * cr + sy * sr),
         (sy * cp, sy * sp * sr + cy * cr, sy * sp * cr - cy * sr),
@@ -107,26 +110,31 @@ class Transform:
 
     def apply(self, point: Vector) -> Vector:
         """Return a point of the child frame in the parent frame (metres)."""
-        x, y, z = (dot(row, point) for row in self.rows)
-        return (x + self.xyz[0], y + self.xyz[1], z + self.xyz[2])
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        (x, y, z), (u, v, w) = point, self.xyz
+        return (a * x + b * y + c * z + u, d * x + e * y + f * z + v, g * x + h * y + i * z + w)
 
     def rotate(self, vector: Vector) -> Vector:
         """Return a direction of the child frame in the parent frame."""
-        x, y, z = (dot(row, vector) for row in self.rows)
-        return (x, y, z)
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        x, y, z = vector
+        return (a * x + b * y + c * z, d * x + e * y + f * z, g * x + h * y + i * z)
 
     def then(self, child: Transform) -> Transform:
         """Return this transform followed by ``child``: parent -> this -> child."""
-        columns = tuple(zip(*child.rows, strict=True))
-        first, second, third = ((dot(row, columns[0]), dot(row, columns[1]), dot(row, columns[2])) for row in self.rows)
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        (j, k, m), (n, o, p), (q, r, s) = child.rows
+        first = (a * j + b * n + c * q, a * k + b * o + c * r, a * m + b * p + c * s)
+        second = (d * j + e * n + f * q, d * k + e * o + f * r, d * m + e * p + f * s)
+        third = (g * j + h * n + i * q, g * k + h * o + i * r, g * m + h * p + i * s)
         return Transform((first, second, third), self.apply(child.xyz))
 
     def inverse(self) -> Transform:
         """Return the transform from child to parent."""
-        first, second, third = zip(*self.rows, strict=True)
-        back = Transform((first, second, third))
-        x, y, z = back.rotate(self.xyz)
-        return Transform(back.rows, (-x, -y, -z))
+        (a, b, c), (d, e, f), (g, h, i) = self.rows
+        x, y, z = self.xyz
+        there = (-(a * x + d * y + g * z), -(b * x + e * y + h * z), -(c * x + f * y + i * z))
+        return Transform(((a, d, g), (b, e, h), (c, f, i)), there)
 
     def quaternion(self) -> Quaternion:
         """Return the rotation as a unit quaternion (w, x, y, z) with w >= 0 (Shepperd's method, 1978)."""

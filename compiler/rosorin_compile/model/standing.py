@@ -9,12 +9,13 @@ from typing import NamedTuple
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
 from .robot import JointPose, Robot
-from .shape import Box, Capsule, Cylinder, Ellipsoid, Mesh, Shape
+from .shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 HOME = "home"
 
 _DIGITS = 9  # of a height in metres: what is left of rounding is no millimetre
 _AXES: tuple[Vector, ...] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0))
+_BACK: tuple[Vector, ...] = ((-1.0, -0.0, -0.0), (-0.0, -1.0, -0.0), (-0.0, -0.0, -1.0))
 
 
 class Cloud(NamedTuple):
@@ -85,30 +86,26 @@ def reach(
     measured: list[tuple[Cloud, Shape, Transform]] = []
     world = at.transform()
     for name, place in robot.poses_in_root(dict(positions)).items():
-        solids = [solid for shape in getattr(robot.link[name], purpose) for solid in shape.solids()]
-        there = world.then(place) if solids else place
-        for solid in solids:
-            if isinstance(solid.geometry, Mesh):
-                cloud = clouds(solid.geometry)
+        shapes = getattr(robot.link[name], purpose)
+        there = world.then(place) if shapes else place
+        for shape in shapes:
+            if isinstance(shape.geometry, Mesh):
+                cloud = clouds(shape.geometry)
                 meshes += cloud is None
                 if cloud is not None and cloud.points:
-                    measured.append((cloud, solid, there))
+                    measured.append((cloud, shape, there))
                 continue
-            for axis, direction in enumerate(_AXES):
-                lower[axis] = min(lower[axis], -along(solid, there, _opposite(direction)))
-                upper[axis] = max(upper[axis], along(solid, there, direction))
-    for axis, direction in enumerate(_AXES):
-        lower[axis] = -_farthest(measured, _opposite(direction), -lower[axis])
-        upper[axis] = _farthest(measured, direction, upper[axis])
+            far = along(shape, there)
+            for axis in range(3):
+                lower[axis] = min(lower[axis], -far(_BACK[axis]))
+                upper[axis] = max(upper[axis], far(_AXES[axis]))
+    for axis in range(3):
+        lower[axis] = -_farthest(measured, _BACK[axis], -lower[axis])
+        upper[axis] = _farthest(measured, _AXES[axis], upper[axis])
     if lower[0] > upper[0]:
         return Reach(None, meshes)
     (a, b, c), (d, e, f) = lower, upper
     return Reach(Bounds((a, b, c), (d, e, f)), meshes)
-
-
-def _opposite(direction: Vector) -> Vector:
-    x, y, z = direction
-    return (-x, -y, -z)
 
 
 def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vector, known: float) -> float:
@@ -131,19 +128,50 @@ def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vec
     return known
 
 
-def along(solid: Shape, place: Transform, direction: Vector) -> float:
-    """Return how far a solid reaches along a unit vector (m); ``place`` is that of its link."""
-    there = place.then(solid.pose.transform())
-    inside = there.inverse().rotate(direction)
-    geometry = solid.geometry
-    if isinstance(geometry, Box):
-        sides = zip(inside, geometry.lower, geometry.upper, strict=True)
-        own = sum(max(part * low, part * high) for part, low, high in sides)
-    elif isinstance(geometry, Cylinder | Capsule):
-        flat = 1.0 if isinstance(geometry, Capsule) else math.hypot(inside[0], inside[1])
-        own = abs(inside[2]) * geometry.length / 2 + geometry.radius * flat
-    elif isinstance(geometry, Ellipsoid):
-        own = math.hypot(*(part * radius for part, radius in zip(inside, geometry.radii, strict=True)))
-    else:
-        own = getattr(geometry, "radius", 0.0)
-    return dot(there.xyz, direction) + own
+def along(shape: Shape, place: Transform, form: str = ROWS) -> Callable[[Vector], float]:
+    """Return what says how far a shape that is no mesh reaches along a unit vector (m).
+
+    ``place`` is that of its link, ``form`` that of the boxes of a height map.
+    """
+    there = place.then(shape.pose.transform())
+    (a, b, c), (d, e, f), (g, h, i) = there.rows
+    u, v, w = there.xyz
+    own = _extent(shape.geometry, form)
+
+    def reach(direction: Vector) -> float:
+        x, y, z = direction
+        inside = own(a * x + d * y + g * z, b * x + e * y + h * z, c * x + f * y + i * z)
+        return u * x + v * y + w * z + inside
+
+    return reach
+
+
+def _extent(geometry: Geometry, form: str) -> Callable[[float, float, float], float]:
+    """Return what says how far a geometry reaches along a unit vector of its own frame (m)."""
+    if isinstance(geometry, Box | HeightMap):
+        return _extent_of_boxes(geometry.boxes(form) if isinstance(geometry, HeightMap) else (geometry,))
+    if isinstance(geometry, Ellipsoid):
+        one, two, three = geometry.radii
+        return lambda x, y, z: math.hypot(x * one, y * two, z * three)
+    if isinstance(geometry, Cylinder):
+        radius, length = geometry.radius, geometry.length
+        return lambda x, y, z: abs(z) * length / 2 + radius * math.hypot(x, y)
+    radius = geometry.radius if isinstance(geometry, Capsule | Sphere) else 0.0
+    length = geometry.length if isinstance(geometry, Capsule) else 0.0
+    return lambda _x, _y, z: abs(z) * length / 2 + radius
+
+
+def _extent_of_boxes(boxes: Sequence[Box]) -> Callable[[float, float, float], float]:
+    """Return what says how far the farthest of some boxes reaches; by the sign of a direction one end of each does."""
+    if not boxes:  # a height map without a body
+        return lambda *_: -math.inf
+    corners = [(box.lower, box.upper) for box in boxes]
+    xs, ys, zs = (
+        ([min(a[axis], b[axis]) for a, b in corners], [max(a[axis], b[axis]) for a, b in corners]) for axis in range(3)
+    )
+
+    def extent(x: float, y: float, z: float) -> float:
+        ends = zip(xs[x > 0], ys[y > 0], zs[z > 0], strict=True)
+        return max([x * a + y * b + z * c for a, b, c in ends])
+
+    return extent

@@ -12,11 +12,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Sequence
+from functools import cached_property
 from typing import NamedTuple
 
 from .bounds import ball_of
 from .geometry import Transform, Vector, dot, minus, plus
-from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Shape, Sphere
+from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Shape, Sphere
 
 # Faces that lie on each other touch, whatever the rounding of the poses made of it (m).
 NEAR = 1e-6
@@ -56,47 +57,71 @@ class _Core(NamedTuple):
         return self.place.apply((u, v, math.copysign(half, w)))
 
 
-def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform, near: float = NEAR) -> bool:
-    """Say whether any of some shapes is closer than ``near`` (m) to any of others; a mesh touches nothing here.
+class Solid:
+    """A shape of known size in the frame of its link, with a ball around it: its middle and its radius (m)."""
+
+    def __init__(self, shape: Shape, middle: Vector, radius: float) -> None:
+        self.shape = shape
+        self.middle = middle
+        self.radius = radius
+
+    @cached_property
+    def pieces(self) -> Sequence[Solid]:
+        """What is convex: the boxes of a height map, or itself."""
+        if not isinstance(self.shape.geometry, HeightMap):
+            return (self,)
+        return [solid for solid in map(around, self.shape.solids(MERGED)) if solid is not None]
+
+    @cached_property
+    def core(self) -> _Core:
+        """What the search asks, seen from the frame of the link."""
+        return _core(self.shape)
+
+    @cached_property
+    def _origin(self) -> Transform:
+        return self.shape.origin().transform()
+
+    def seen(self, way: Transform) -> _Core:
+        """Return what the search asks; ``way`` is where the frame of the link is."""
+        return self.core._replace(place=way.then(self._origin))
+
+
+def touch(ones: Sequence[Solid], others: Sequence[Solid], way: Transform, near: float = NEAR) -> bool:
+    """Say whether any of some solids is closer than ``near`` (m) to any of others.
 
     ``way`` is where the frame that the others are given in sits in the frame of the first ones.
     """
-    first = sorted(_balls(ones, Transform()), key=lambda one: one[0][0])
-    second = _balls(others, way)
-    middles, largest = [middle[0] for middle, _, _ in first], max((radius for _, radius, _ in first), default=0.0)
-    for middle, radius, solid in second:
+    first = sorted((piece for one in ones for piece in one.pieces), key=lambda one: one.middle[0])
+    middles, largest = [one.middle[0] for one in first], max((one.radius for one in first), default=0.0)
+    for solid in (piece for one in others for piece in one.pieces):
+        middle, radius = way.apply(solid.middle), solid.radius
         reach = radius + largest + near
         window = first[bisect_left(middles, middle[0] - reach) : bisect_right(middles, middle[0] + reach)]
-        for other_middle, other_radius, other in window:
-            if math.dist(middle, other_middle) <= radius + other_radius + near:
-                cores = _core(other, Transform()), _core(solid, way)
-                if not _apart(*cores, near + cores[0].around + cores[1].around):
-                    return True
+        apart = ((math.dist(middle, other.middle), other) for other in window)
+        close = [(far - other.radius, other) for far, other in apart if far <= radius + other.radius + near]
+        for _, other in sorted(close, key=lambda pair: pair[0]):  # those that are likely to touch first
+            one, two = other.core, solid.seen(way)
+            if not _apart(one, two, near + one.around + two.around):
+                return True
     return False
 
 
-def _balls(shapes: Sequence[Shape], way: Transform) -> list[tuple[Vector, float, Shape]]:
-    """Return the solids of shapes with a ball around each: its middle and its radius (m)."""
-    solids = ((solid, around(solid)) for shape in shapes for solid in shape.solids(MERGED))
-    return [(way.apply(ball[0]), ball[1], solid) for solid, ball in solids if ball is not None]
-
-
-def around(shape: Shape) -> tuple[Vector, float] | None:
-    """Return the middle and the radius (m) of the smallest ball around a shape; None of a mesh."""
+def around(shape: Shape) -> Solid | None:
+    """Return a shape with the smallest ball around it; None of a mesh."""
     ball, geometry = ball_of(shape), shape.geometry
     if ball is None:
         return None
     if isinstance(geometry, Sphere):
-        return ball.middle, abs(geometry.radius)
+        return Solid(shape, ball.middle, abs(geometry.radius))
     if isinstance(geometry, Capsule):
-        return ball.middle, abs(geometry.radius) + abs(geometry.length) / 2
+        return Solid(shape, ball.middle, abs(geometry.radius) + abs(geometry.length) / 2)
     if isinstance(geometry, Cylinder):
-        return ball.middle, math.hypot(geometry.radius, geometry.length / 2)
-    return ball.middle, ball.radius
+        return Solid(shape, ball.middle, math.hypot(geometry.radius, geometry.length / 2))
+    return Solid(shape, ball.middle, ball.radius)
 
 
-def _core(shape: Shape, way: Transform) -> _Core:
-    geometry, place = shape.geometry, way.then(shape.origin().transform())
+def _core(shape: Shape) -> _Core:
+    geometry, place = shape.geometry, Transform().then(shape.origin().transform())
     if isinstance(geometry, Box):
         x, y, z = (abs(side) / 2 for side in geometry.size)
         return _Core(place, (x, y, z))

@@ -19,12 +19,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import NamedTuple
 
-from ...model import MERGED, Joint, Mesh, Robot, Shape, Transform, Vector
+from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
-from ...model.touching import NEAR, around, touch
+from ...model.touching import NEAR, Solid, around, touch
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .unsaid import has_volume, position_range
@@ -35,7 +36,7 @@ class Geom(NamedTuple):
 
     link: str
     number: int
-    shape: Shape
+    solid: Solid
 
 
 Meeting = tuple[Geom, Geom]
@@ -77,6 +78,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     top_of = {name: top for top, names in groups.items() for name in names}
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     places = _places(robot)
+    geoms = {link.name: _geoms(link, form) for link in robot.links if link.collision} if implied else {}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
@@ -85,7 +87,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         joint = robot.joint_to.get(top)
         if joint is None or not below:
             continue
-        across = _Across(robot, joint, places, form)
+        across = _Across(robot, joint, places, geoms)
         for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
@@ -109,6 +111,13 @@ def _places(robot: Robot) -> dict[str, Transform]:
     return places
 
 
+def _geoms(link: Link, form: str) -> list[Geom]:
+    """Return the collision shapes of a link that become geoms and have a known size."""
+    shapes = (solid for shape in link.collision for solid in solids(shape, form))
+    every = ((number, around(shape)) for number, shape in enumerate(shapes, start=1) if has_volume(shape.geometry))
+    return [Geom(link.name, number, solid) for number, solid in every if solid is not None]
+
+
 def _spread(joint: Joint) -> list[float]:
     """Return positions all over the range of a joint that has one number (rad or m)."""
     if joint.type not in ("revolute", "continuous", "prismatic"):
@@ -120,15 +129,27 @@ def _spread(joint: Joint) -> list[float]:
 class _Across:
     """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side."""
 
-    def __init__(self, robot: Robot, joint: Joint, places: Mapping[str, Transform], form: str) -> None:
+    def __init__(
+        self, robot: Robot, joint: Joint, places: Mapping[str, Transform], geoms: Mapping[str, Sequence[Geom]]
+    ) -> None:
         self.robot = robot
         self.joint = joint
         self.places = places
-        self.form = form
+        self.geoms = geoms
         self.base = places[joint.parent].then(joint.origin.transform())
-        states = [{}, *(pose.positions for pose in robot.poses)] if joint.moves else []
-        positions = [0.0, *(robot.position(joint, state) for state in states), *_spread(joint)]
-        self.ways = [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
+
+    @cached_property
+    def ways(self) -> list[Transform]:
+        """Where the joint puts its child, in all of its positions; of most joints nobody asks."""
+        joint = self.joint
+        states = [{}, *(pose.positions for pose in self.robot.poses)] if joint.moves else []
+        positions = [0.0, *(self.robot.position(joint, state) for state in states), *_spread(joint)]
+        return [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
+
+    @cached_property
+    def axis(self) -> Vector:
+        """The axis of the joint at length 1."""
+        return unit(self.joint.axis)
 
     def candidates(self, above: Sequence[str], below: Sequence[str]) -> Iterator[tuple[tuple[str, str], list[Meeting]]]:
         """Yield the links of both sides that matter to each other, with the shapes that the joint can bring together.
@@ -151,7 +172,7 @@ class _Across:
         if links == (self.joint.parent, self.joint.child) or any(map(self._has_mesh, links)):
             return True
         one, other = (self.places[name] for name in links)
-        mine, theirs = ({geom.number: geom.shape for geom in side}.values() for side in zip(*meeting, strict=True))
+        mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
         ways = (one.inverse().then(way).then(other) for way in self.ways)
         return all(touch(list(mine), list(theirs), way) for way in ways)
 
@@ -178,12 +199,9 @@ class _Across:
 
     def _balls(self, link: str, place: Transform) -> Iterator[_Ball]:
         """Yield balls around the shapes of a link that become geoms; ``place`` is where the joint sees the link."""
-        shapes = (solid for shape in self.robot.link[link].collision for solid in solids(shape, self.form))
-        for number, shape in enumerate(shapes, start=1):
-            ball = around(shape) if has_volume(shape.geometry) else None
-            if ball is not None:
-                first, second = self._constant(place.apply(ball[0]))
-                yield _Ball(first, second, ball[1], Geom(link, number, shape))
+        for geom in self.geoms[link]:
+            first, second = self._constant(place.apply(geom.solid.middle))
+            yield _Ball(first, second, geom.solid.radius, geom)
 
     def _constant(self, point: Vector) -> tuple[float, float]:
         """Return two lengths (m) of a point that the motion of the joint does not change."""
@@ -191,7 +209,7 @@ class _Across:
             return 0.0, 0.0
         if self.joint.type == "ball":
             return norm(point), 0.0
-        along = dot(unit(self.joint.axis), point)
+        along = dot(self.axis, point)
         if self.joint.type == "planar":
             return along, 0.0
         if self.joint.type == "prismatic":

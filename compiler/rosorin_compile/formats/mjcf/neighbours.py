@@ -30,7 +30,7 @@ def add_contacts(reading: Reading) -> None:
     robot = lower(reading.tree).robot if touching or reading.facts["excludes"] else None
     ours = contacts(robot) if robot else Contacts([], [], [])
     said = {frozenset(names) for names, _ in _excludes(reading)}
-    named = {frozenset((one.shape.name, other.shape.name)) for one, other in ours.pairs}
+    named = {frozenset((one.solid.shape.name, other.solid.shape.name)) for one, other in ours.pairs}
     paired = {
         frozenset(reading.called("geom", node["attributes"][word]) for word in ("geom1", "geom2"))
         for node in reading.facts["elements"]["pairs"]

@@ -61,7 +61,7 @@ from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
 from ..mesh_vertices import clouds_of
-from ..templating import BUILTIN, Templates, attributes, comment
+from ..templating import Templates, attributes, comment
 from .bodies import FRAME, SHOWN, VISUAL, body_name
 from .classes import Class, Classes, Named, Part
 from .contacts import Geom, contacts
@@ -137,13 +137,12 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     touching = contacts(robot, form, output.options.get("contacts", "implied") == "implied")
     values = {
         "robot": robot,
-        "free_joint": printer.free_joint() if free else "",
         "classes": printer.tree(bool(shown), output.options.get("groups", {})),
         "materials": [printer.simulated.printed(values) for values in printer.simulated.materials()],
         "textures": [(name, texture_path(file)) for file, name in printer.simulated.textures.items()],
         "meshes": [printer.mesh(name, mesh) for (mesh, *_), name in printer.meshes.items()],
         "fields": list(printer.fields.items()),
-        "bodies": bodies,
+        "bodies": list(zip([[printer.free_joint()] if free else [], *[()] * len(bodies)], bodies, strict=False)),
         "followers": followers(robot, joints, number),
         "simulated": simulated,
         "sensors": elements.sensors,
@@ -160,7 +159,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "printed": printer.simulated.printed,
         "kept": [indented(text, "  ") for text in robot.simulation.elements],
     }
-    text = templates.render(f"{BUILTIN}robot.xml.jinja", values)
+    text = templates.own("robot.xml.jinja", values)
     told = [*refused(robot, free), *unsaid(robot, joints), *unpaired(touching.left), *elements.diagnostics]
     return text, told
 

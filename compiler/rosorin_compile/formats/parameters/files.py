@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from ...model import Output, Robot
 from ..distributions import DISTRIBUTIONS, JAZZY, title
 from ..format import Fact, Facts, Value
-from ..templating import BUILTIN, Templates
+from ..templating import Templates
 from .tables import Kind, kinds
 from .values import converted, written
 
@@ -57,7 +57,7 @@ def text(robot: Robot, output: Output, templates: Templates, head: Sequence[str]
                 path = [*node.name.strip("/").split("/"), PARAMETERS, *key.split(".")]
                 _put(tree, path, converted(value, known.type) if known is not None else value)
     values = {"robot": robot, "distribution": title(asked(output)), "head": head, "rows": list(_rows(tree))}
-    return templates.render(f"{BUILTIN}parameters.yaml.jinja", values)
+    return templates.own("parameters.yaml.jinja", values)
 
 
 def _put(tree: dict[str, Any], path: Sequence[str], value: Any) -> None:

@@ -39,7 +39,7 @@ from ...model import (
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
-from ..templating import BUILTIN, Templates, attributes, comment
+from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of
 from .kept import Kept, at, kept, own
 from .names import WORLD, world_of
@@ -118,7 +118,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         "joints": [writer.joint(joint) for joint in robot.joints if writer.bodies.says(joint)],
         "elements": at(writer.kept.model, "    "),
     }
-    return templates.render(f"{BUILTIN}robot.sdf.jinja", values), [*writer.told()]
+    return templates.own("robot.sdf.jinja", values), [*writer.told()]
 
 
 class _Writer:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +25,7 @@ def digest(planning: Planning) -> str:
         "form": _FORM,
         "links": {name: [_solid(one) for one in solids] for name, solids in planning.solids.items()},
         "joints": [_joint(planning, name) for name in sorted(planning.joints)],
-        "search": asdict(planning.said.search),
+        "search": vars(planning.said.search),
     }
     text = json.dumps(said, sort_keys=True, separators=(",", ":"))
     return hashlib.sha256(text.encode()).hexdigest()[:32]

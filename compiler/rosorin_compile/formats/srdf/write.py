@@ -16,7 +16,7 @@ from ...diagnostics.wording import counted, first_of
 from ...model import JointPose, Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...numbers import NUMBER_FORMATS
-from ..templating import BUILTIN, Templates, attributes, comment
+from ..templating import Templates, attributes, comment
 from .matrix import changed_meshes, digest
 from .planning import Planning, ordered, urdf_of
 
@@ -84,7 +84,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     current = planning.said.matrix is not None and not others and planning.said.matrix.of == digest(planning)
     values["computed"] = _computed(planning) if current else ""
     values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
-    return templates.render(f"{BUILTIN}robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
+    return templates.own("robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]
 
 
 def _group(group: Group) -> tuple[Markup, Markup | None, list[tuple[str, Markup]]]:

@@ -37,7 +37,7 @@ from ...model import (
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
 from ...xml.elements import indented
-from ..templating import BUILTIN, Templates, attributes, comment
+from ..templating import Templates, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much
 
 RULES = (
@@ -119,7 +119,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
         diagnostics += told
     kept += _control(robot, output, form)
     values["elements"] = kept
-    return templates.render(f"{BUILTIN}robot.urdf.jinja", values), diagnostics
+    return templates.own("robot.urdf.jinja", values), diagnostics
 
 
 def _seen(robot: Robot, output: Output) -> Robot:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from typing import NamedTuple
 
 from .geometry import Pose, Transform, Vector, dot, minus, pose_of
@@ -176,7 +177,13 @@ def principal_moments(inertial: Inertial) -> tuple[float, float, float]:
     where moments are equal, which the closed formula is not.
     """
     i = inertial
-    matrix = [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]
+    return _principal(i.ixx, i.iyy, i.izz, i.ixy, i.ixz, i.iyz)
+
+
+# Several rules and formats ask, and many links of a large robot weigh the same.
+@lru_cache(maxsize=20_000)
+def _principal(xx: float, yy: float, zz: float, xy: float, xz: float, yz: float) -> tuple[float, float, float]:
+    matrix = [[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]
     for _ in range(60):
         p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda at: abs(matrix[at[0]][at[1]]))
         size = max(abs(matrix[k][k]) for k in range(3))

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile import cache
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
-from rosorin_compile import cache
 
 KEY = {"description": "/robots/r.yaml", "arguments": {"a": "1"}, "form": ["text", False]}
 SAID = ["warning: ä\n", {"n": [1, 2.5, None]}]

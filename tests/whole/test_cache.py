@@ -11,10 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins
-from rosorin_compile.cli import main
-from rosorin_compile import cache
+from rosorin_compile import cache, plugins
 from rosorin_compile.cache import cache_folder, cache_refused, keep, recalled
+from rosorin_compile.cli import main
 
 ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}}\n"
 

@@ -10,7 +10,7 @@ from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import traced
-from ..frontend.tree import Map, Path, Place, Seq, locate
+from ..frontend.tree import Map, Path, Place, Seq, locate, maker
 from ..model import Joint, Output, Robot
 from .remarkable import Remarkable
 
@@ -104,8 +104,7 @@ class Case(NamedTuple):
         place, use = written(self.tree, path, key, within)
         if self.scope is None or key or within or isinstance(at(self.tree, path), (Map, Seq, NoneType)):
             return place, use
-        holder = at(self.tree, path[:-1])
-        span = traced(self.scope, place.span, holder.via if isinstance(holder, (Map, Seq)) else place.via)
+        span = traced(self.scope, place.span, maker(self.tree, path) if len(path) > 1 else place.via)
         if span is None:
             return place, use
         return Place(span, place.via), use or place.span

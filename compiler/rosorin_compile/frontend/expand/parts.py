@@ -152,8 +152,9 @@ class Parts:
         inner.places = made.scope.places | dict.fromkeys(("name", "mirrored"), place)
         if "prefix" in inner.values:
             inner.places["prefix"] = place
-        for key, value in given.items() if isinstance(given, Map) else ():
-            inner.values[key], inner.places[key] = value, Place(given.value_spans[key], given.via)
+        if isinstance(given, Map):
+            for key, value in given.items():
+                inner.values[key], inner.places[key] = value, Place(given.value_spans[key], given.via)
         inner.said = made.scope.said
         inner.count(made.nodes, where.span, where.via)
         EFFORT.total += made.work

@@ -36,6 +36,7 @@ if TYPE_CHECKING:
 # rollers point at the middle, so those below lie across).
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
 _AROUND = 360  # points on the edge of a cylinder that is not on its axle
+_ROUND = [(math.cos(math.tau * step / _AROUND), math.sin(math.tau * step / _AROUND)) for step in range(_AROUND)]
 _SINGULAR = 1e-9
 
 
@@ -306,6 +307,13 @@ def rolling_radius(robot: Robot, name: str) -> float | None:
     Those that collide count, and where none does those that are seen. None where there is no round one: a mesh or a box
     does not say what it rolls on.
     """
+    known = robot.rolling_radii
+    if name not in known:
+        known[name] = _rolling_radius(robot, name)
+    return known[name]
+
+
+def _rolling_radius(robot: Robot, name: str) -> float | None:
     joint = robot.joint[name]
     axis = unit(joint.axis)
     for purpose in ("collision", "visual"):
@@ -342,11 +350,7 @@ def _reaches(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
         if isinstance(geometry, Capsule):
             yield max(_from_axis(place.apply(end), axis) for end in ends) + geometry.radius
             return
-        edge = [
-            (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), end[2])
-            for angle in (math.tau * step / _AROUND for step in range(_AROUND))
-            for end in ends
-        ]
+        edge = [(geometry.radius * x, geometry.radius * y, end[2]) for x, y in _ROUND for end in ends]
         yield max(_from_axis(place.apply(point), axis) for point in edge)
 
 

@@ -179,6 +179,11 @@ class Robot:
         return html(self)
 
     @cached_property
+    def rolling_radii(self) -> dict[str, float | None]:
+        """The radii of wheels (m) by joint, as far as they were worked out (``driving.rolling_radius``)."""
+        return {}
+
+    @cached_property
     def link(self) -> Mapping[str, Link]:
         """The links by name; a name that is not there raises a KeyError with a way out."""
         return ByName("link", {link.name: link for link in self.links})

@@ -13,7 +13,11 @@ from pathlib import Path
 import pytest
 
 ROBOT = "robot: plain\nargs: {mass: {default: 1 kg}}\nlinks: {base_link: {}, tip: {}}\ninclude: [more.yaml]\n"
-MORE = "joints:\n  arm: {type: fixed, parent: base_link, child: tip, xyz: [0.1, 0, 0]}\noutputs: {urdf: {file: plain.urdf}}\n"
+MORE = """\
+joints:
+  arm: {type: fixed, parent: base_link, child: tip, xyz: [0.1, 0, 0]}
+outputs: {urdf: {file: plain.urdf}}
+"""
 # Says on standard error whether anything of the compiler was imported.
 CALL = """\
 import sys

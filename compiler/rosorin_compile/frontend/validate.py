@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
+from .certain import Certain
 from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, validator_of, with_outputs
 from .tree import Map, Seq, locate
 
@@ -26,6 +27,8 @@ RULES = (
     Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
 )
 
+MANY = 10_000  # mappings and lists
+
 
 def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     """Return what is wrong with the shape of a tree, with the units of its quantities, and with its numbers.
@@ -36,17 +39,24 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
     schema = with_outputs(plain.get("outputs"), formats)
-    held = validator_of(schema)
-    if not held.is_valid(plain):
-        from .complaint import Complaint
-
-        for problem in held.iter_errors(plain):
-            diagnostics += Complaint(tree, problem, schema).diagnostics()
+    # Of a large tree the validator takes less time.
+    if len(walk.done) > MANY or not Certain(schema).fits(plain):
+        diagnostics += _complaints(tree, plain, schema)
     for path, quantity in walk.misfits:
         diagnostics += _wrong_unit(tree, path, quantity, _dimensions(tuple(path)) or ())
     for path, quantity, allowed in _of_options(tree, formats):
         diagnostics += _wrong_unit(tree, path, quantity, (allowed,))
     return diagnostics
+
+
+def _complaints(tree: Map, plain: Any, schema: dict[str, Any]) -> Iterator[Diagnostic]:
+    """Yield what the validator says."""
+    held = validator_of(schema)
+    if not held.is_valid(plain):
+        from .complaint import Complaint
+
+        for problem in held.iter_errors(plain):
+            yield from Complaint(tree, problem, schema).diagnostics()
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:

@@ -1,0 +1,147 @@
+"""Whether a value certainly fits a schema, said without the validator, which costs 16 ms and 12 MiB before it speaks.
+
+Most descriptions fit. Only what is plain is said here: the keywords that our schemas are made of, texts of one line.
+All else, and whatever does not fit, is left to the validator (``schema.validator_of``), which says what is wrong.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from typing import Any
+
+Fits = Callable[[Any], bool]
+
+_KINDS: dict[str, Fits] = {
+    "object": lambda value: isinstance(value, dict),
+    "array": lambda value: isinstance(value, list),
+    "string": lambda value: isinstance(value, str),
+    "boolean": lambda value: value is True or value is False,
+    "null": lambda value: value is None,
+    "number": lambda value: isinstance(value, (int, float)) and not isinstance(value, bool),
+    "integer": lambda value: isinstance(value, int) and not isinstance(value, bool),
+}
+# Keywords that are about values of other kinds, too, which they let pass.
+_ABOUT = {
+    "properties": dict, "additionalProperties": dict, "required": dict, "propertyNames": dict, "minProperties": dict,
+    "maxProperties": dict, "dependentRequired": dict, "items": list, "minItems": list, "maxItems": list,
+    "uniqueItems": list, "pattern": str, "minLength": str, "minimum": (int, float), "maximum": (int, float),
+}  # fmt: skip
+# Keywords that say nothing of what fits.
+_SAYING = frozenset(("description", "title", "default", "examples", "$schema", "$id", "$defs"))
+
+
+class Certain:
+    """Asks one schema; what is made of its parts is kept."""
+
+    def __init__(self, schema: Mapping[str, Any]) -> None:
+        self.schema = schema
+        self.made: dict[int, Fits] = {}
+
+    def fits(self, value: Any) -> bool:
+        """Say whether a plain value certainly fits the schema."""
+        return self.of(self.schema)(value)
+
+    def of(self, schema: Any) -> Fits:
+        """Return what says whether a value certainly fits a part of the schema."""
+        if isinstance(schema, bool):
+            return lambda _: schema
+        known = self.made.get(id(schema))
+        if known is None:
+            self.made[id(schema)] = lambda value: self.made[id(schema)](value)  # for parts that hold themselves
+            known = self.made[id(schema)] = self._made(schema)
+        return known
+
+    def _made(self, schema: Mapping[str, Any]) -> Fits:
+        if set(schema) - _SAYING == {"$ref"}:
+            return self.of(self._named(schema["$ref"]))
+        tests = list(self._tests(schema))
+        return tests[0] if len(tests) == 1 else lambda value: all(test(value) for test in tests)
+
+    def _named(self, reference: str) -> Any:
+        """Return the part that a reference names; one elsewhere fits nothing certainly."""
+        return self.schema["$defs"].get(reference.removeprefix("#/$defs/"), False)
+
+    def _tests(self, schema: Mapping[str, Any]) -> Iterator[Fits]:
+        """Yield a test a keyword; the kind of a value comes first."""
+        for word in sorted(schema, key=lambda word: word not in ("type", "$ref")):
+            given = schema[word]
+            if word == "$ref":
+                yield self.of(self._named(given))
+            elif word == "type":
+                kinds = [_KINDS[kind] for kind in ([given] if isinstance(given, str) else given)]
+                yield kinds[0] if len(kinds) == 1 else partial(_any, kinds)
+            elif word == "enum":
+                texts = frozenset(one for one in given if isinstance(one, str))
+                yield lambda value, texts=texts: isinstance(value, str) and value in texts  # type: ignore[misc]
+            elif word == "const":
+                yield lambda value, given=given: type(value) is type(given) and value == given  # type: ignore[misc]
+            elif word == "if" and given.keys() == {"not"} and given["not"].keys() == {"required"}:
+                yield partial(_lacking, given["not"]["required"], self.of(schema.get("then", True)))
+            elif word in ("properties", "additionalProperties"):
+                if word == "properties" or "properties" not in schema:
+                    yield self._of_entries(schema)
+            elif word in _ABOUT:
+                yield partial(_about, _ABOUT[word], self._of(word, given))
+            elif word not in ("then", *_SAYING) and not word.startswith("x-"):
+                yield lambda _: False  # left to the validator
+
+    def _of_entries(self, schema: Mapping[str, Any]) -> Fits:
+        known: dict[str, Fits] = {}
+        properties, more = schema.get("properties", {}), schema.get("additionalProperties", True)
+
+        def fits(value: Any) -> bool:
+            if not isinstance(value, dict):
+                return True
+            for key, item in value.items():
+                test = known.get(key)
+                if test is None:
+                    test = known[key] = self.of(properties.get(key, more))
+                if not test(item):
+                    return False
+            return True
+
+        return fits
+
+    def _of(self, word: str, given: Any) -> Fits:
+        """Return the test of a keyword, for values of its kind."""
+        match word:
+            case "required":
+                return lambda value: all(key in value for key in given)
+            case "propertyNames":
+                return partial(_all, self.of(given))
+            case "items":
+                return partial(_all, self.of(given))
+            case "dependentRequired":
+                return lambda value: all(key not in value or all(one in value for one in given[key]) for key in given)
+            case "pattern":
+                found = re.compile(given).search
+                return lambda value: "\n" not in value and found(value) is not None
+            case "uniqueItems":
+                return lambda value: all(isinstance(one, str) for one in value) and len(set(value)) == len(value)
+            case "minimum":
+                return lambda value: value >= given
+            case "maximum":
+                return lambda value: value <= given
+            case "minItems" | "minProperties" | "minLength":
+                return lambda value: len(value) >= given
+            case _:
+                return lambda value: len(value) <= given
+
+
+def _any(tests: list[Fits], value: Any) -> bool:
+    return any(test(value) for test in tests)
+
+
+def _lacking(names: list[str], test: Fits, value: Any) -> bool:
+    """Say whether a mapping has all the names, or else fits."""
+    return (isinstance(value, dict) and all(name in value for name in names)) or test(value)
+
+
+def _all(test: Fits, values: Any) -> bool:
+    return all(map(test, values))
+
+
+def _about(kind: Any, test: Fits, value: Any) -> bool:
+    return test(value) if isinstance(value, kind) else True

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import json
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from rosorin_compile.formats import FORMATS
 from rosorin_compile.frontend import validate
 from rosorin_compile.frontend.certain import Certain
 from rosorin_compile.frontend.expand import expand
-from rosorin_compile.frontend.schema import validator_of, with_outputs
+from rosorin_compile.frontend.schema import schema, validator, validator_of, with_outputs
 from rosorin_compile.pipeline import Readers
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -62,10 +63,8 @@ def whole() -> Any:
     return plain_of(WHOLE)
 
 
-@settings(max_examples=400, deadline=None)
-@given(data=st.data())
-def test_anything_put_anywhere(whole: Any, data: st.DataObject) -> None:
-    plain = copy.deepcopy(whole)
+def change(plain: Any, data: st.DataObject) -> None:
+    """Put anything anywhere, or take something away."""
     place = plain
     while True:
         keys = list(place) if isinstance(place, dict) else list(range(len(place)))
@@ -82,5 +81,24 @@ def test_anything_put_anywhere(whole: Any, data: st.DataObject) -> None:
             place[data.draw(st.sampled_from(["mass", "x", "min", "of", "a b", "joints"]))] = data.draw(ANYTHING)
         case "add":
             place.append(data.draw(ANYTHING))
+
+
+@settings(max_examples=400, deadline=None)
+@given(data=st.data())
+def test_anything_put_anywhere(whole: Any, data: st.DataObject) -> None:
+    plain = copy.deepcopy(whole)
+    change(plain, data)
     certain, valid = judged(plain)
     assert valid or not certain
+
+
+@pytest.mark.parametrize("name", ["robot_model", "static_tf"])
+@settings(max_examples=100, deadline=None)
+@given(data=st.data())
+def test_json_artifacts(name: str, data: st.DataObject) -> None:
+    plain = json.loads((ROOT / "outputs" / "rosorin" / f"{name}.json").read_text("utf-8"))
+    certain = Certain(schema(name))
+    assert validator(name).is_valid(plain)
+    assert certain.fits(plain)
+    change(plain, data)
+    assert validator(name).is_valid(plain) or not certain.fits(plain)

@@ -27,6 +27,7 @@ _ABOUT = {
     "properties": dict, "additionalProperties": dict, "required": dict, "propertyNames": dict, "minProperties": dict,
     "maxProperties": dict, "dependentRequired": dict, "items": list, "minItems": list, "maxItems": list,
     "uniqueItems": list, "pattern": str, "minLength": str, "minimum": (int, float), "maximum": (int, float),
+    "exclusiveMinimum": (int, float),
 }  # fmt: skip
 # Keywords that say nothing of what fits.
 _SAYING = frozenset(("description", "title", "default", "examples", "$schema", "$id", "$defs"))
@@ -79,12 +80,16 @@ class Certain:
                 yield lambda value, given=given: type(value) is type(given) and value == given  # type: ignore[misc]
             elif word == "if" and given.keys() == {"not"} and given["not"].keys() == {"required"}:
                 yield partial(_lacking, given["not"]["required"], self.of(schema.get("then", True)))
+            elif word == "oneOf" and all(isinstance(one.get("type"), str) for one in given):
+                yield partial(_one_kind, [(_KINDS[one["type"]], self.of(one)) for one in given])
+            elif word == "prefixItems":
+                yield partial(_row, [self.of(one) for one in given], self.of(schema.get("items", True)))
             elif word in ("properties", "additionalProperties"):
                 if word == "properties" or "properties" not in schema:
                     yield self._of_entries(schema)
-            elif word in _ABOUT:
+            elif word in _ABOUT and not (word == "items" and "prefixItems" in schema):
                 yield partial(_about, _ABOUT[word], self._of(word, given))
-            elif word not in ("then", *_SAYING) and not word.startswith("x-"):
+            elif word not in ("then", "items", *_SAYING) and not word.startswith("x-"):
                 yield lambda _: False  # left to the validator
 
     def _of_entries(self, schema: Mapping[str, Any]) -> Fits:
@@ -122,6 +127,8 @@ class Certain:
                 return lambda value: all(isinstance(one, str) for one in value) and len(set(value)) == len(value)
             case "minimum":
                 return lambda value: value >= given
+            case "exclusiveMinimum":
+                return lambda value: value > given
             case "maximum":
                 return lambda value: value <= given
             case "minItems" | "minProperties" | "minLength":
@@ -132,6 +139,19 @@ class Certain:
 
 def _any(tests: list[Fits], value: Any) -> bool:
     return any(test(value) for test in tests)
+
+
+def _one_kind(tests: list[tuple[Fits, Fits]], value: Any) -> bool:
+    """Say whether a value is of one of several kinds, and fits what is asked of that."""
+    asked = [test for is_kind, test in tests if is_kind(value)]
+    return len(asked) == 1 and asked[0](value)
+
+
+def _row(tests: list[Fits], more: Fits, value: Any) -> bool:
+    """Say whether the items of a list fit, each its own test."""
+    if not isinstance(value, list):
+        return True
+    return all(test(item) for test, item in zip(tests, value, strict=False)) and all(map(more, value[len(tests) :]))
 
 
 def _lacking(names: list[str], test: Fits, value: Any) -> bool:

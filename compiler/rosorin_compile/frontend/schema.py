@@ -8,6 +8,7 @@ from functools import cache, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
+from .certain import Certain
 
 if TYPE_CHECKING:
     from ..formats import Format
@@ -87,8 +88,15 @@ def _uncapitalised(text: str) -> str:
     return text[:1].lower() + text[1:] if text[1:2].islower() or text[1:2] == " " else text
 
 
+@cache
+def _certain(name: str) -> Certain:
+    return Certain(schema(name))
+
+
 def misfits(name: str, value: Any) -> list[str]:
     """Return what of a JSON value does not fit one of the schemas that ship with the tool, a sentence each."""
+    if _certain(name).fits(value):
+        return []
     return [f"{subject(list(p.instance_path))}: {p.message}" for p in validator(name).iter_errors(value)]
 
 

@@ -7,7 +7,7 @@ means little; so do shapes, because their numbers in an artifact mean nothing, a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from math import isfinite
 from typing import NamedTuple
@@ -86,22 +86,6 @@ def view_of(facts: Facts, names: Mapping[str, str]) -> View:
     return View(plain, {name: _turn(angles) for name, angles in turns.items()}, solids, heights, _names(plain, solids))
 
 
-def view_of_model(facts: Facts, frames: Iterable[str]) -> View:
-    """Return the view of what the model says, with the rotations of some frames alone."""
-    turns = {
-        frame: _turn({angle: facts[Fact("frame", frame, angle)] for angle in ANGLES})
-        for frame in frames
-        if Fact("frame", frame, ANGLES[0]) in facts
-    }
-    return View(facts, turns, {}, {}, frozenset())
-
-
-def names_in(facts: Facts) -> frozenset[str]:
-    """Return the frames and links that facts speak of, under the names that an artifact has for them."""
-    names = {fact[1] for fact in facts if fact[0] in ("frame", "link")}
-    return frozenset(names.union(str(value[0]) for fact, value in facts.items() if fact[2] == "parent"))
-
-
 # What is not plain: an angle, a property of a shape, how many shapes there are, a cell, a frame of several rows.
 _TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
 
@@ -144,6 +128,11 @@ def _named(fact: Fact, value: Value, names: Mapping[str, str]) -> tuple[Fact, Va
     if row:
         name, quantity = f"{name} {row[2]}", row[1]
     return Fact(kind, name, quantity), value
+
+
+def turn_of(found: Mapping[str, Value]) -> Turn | None:
+    """Return the rotation that is among what is said of a frame; None if none is."""
+    return _turn(found) if ANGLES[0] in found else None
 
 
 def _turn(found: Mapping[str, Value]) -> Turn:

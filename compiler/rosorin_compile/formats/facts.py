@@ -165,6 +165,8 @@ class Sheet:
         if self.known is not None:
             if kind in _OF_LINKS:
                 self._names.add(name)
+            if kind == "link" and quantity not in _OF_MASSES:
+                return
             meant = self.known.block(kind, name).get(quantity)
             if meant is None or meant[0] == value[0]:
                 return
@@ -352,6 +354,7 @@ class FactSheet(Sheet):
 
 
 _OF_LINKS = ("frame", "link")
+_OF_MASSES = frozenset(("mass", *_CENTRE, *_MOMENTS))
 
 
 def _is_at(transform: Transform, xyz: Vector, rows: Rows) -> bool:

@@ -250,8 +250,9 @@ def _read_frame(sheet: Sheet, row: dict[str, str], tolerance: Callable[[float], 
     """Take down a row; ``which`` stands behind each quantity."""
     child, parent = row["child"], row["parent"]
     sheet.add_parent(child, parent, which)
-    sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
-    sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
+    if sheet.known is None:  # where nothing is known of it
+        sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
+        sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
     numbers = _numbers(row)
     if numbers:
         x, y, z, roll, pitch, yaw = numbers

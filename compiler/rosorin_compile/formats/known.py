@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Hashable, Mapping, Sequence
 from typing import NamedTuple
 
-from ..model import Inertial, Joint, Pose, Robot, Vector
+from ..model import Inertial, Joint, Pose, Robot, Shape, Vector
 from ..model.geometry import Rows, rotation_of_rpy
 from .facts import AXES, Six, Solid, frame_block, mass_block, mass_of
 from .format import Fact, Facts, Value, row_name
@@ -40,11 +40,13 @@ class Held(NamedTuple):
 class Known:
     """What the model says about frames, joints and masses, in the terms of the artifacts.
 
-    ``names`` are the names of links by those that an artifact has for them.
+    ``names`` are the names of links by those that an artifact has for them, ``solids`` the shapes of the robot as
+    solids, by their identity, as far as somebody asked for them.
     """
 
     def __init__(self, robot: Robot) -> None:
         self.names: Mapping[str, str] = {}
+        self.solids: dict[int, tuple[Shape, Solid]] = {}
         self._joints = robot.joint
         self._inertials = {link.name: link.inertial for link in robot.links if link.inertial is not None}
         self._poses: dict[str, tuple[str, Pose]] = {joint.child: (joint.parent, joint.origin) for joint in robot.joints}

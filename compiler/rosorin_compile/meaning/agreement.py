@@ -150,7 +150,7 @@ def _wrong(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Re
     yield from _others(robot, reading)
     yield from _values(robot, reading, known, readings)
     yield from _turns(reading, known, readings)
-    yield from _shapes(robot, reading)
+    yield from _shapes(robot, reading, known)
 
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
@@ -210,15 +210,18 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
     return error(_RULE, f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}", None, _HELP)
 
 
-def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
-    every = reading.format.all_solids and bool(told)
+    every, output = reading.format.all_solids and bool(told), reading.output(robot)
     for link in sorted(reading.view.names) if every else sorted(told):
+        shapes = _meant(robot, link, reading, output)
+        if shapes is None:
+            continue
         # Names of shapes and the like are not in every artifact.
-        solids = [solid._replace(words=()) for solid in told.get(link, ())]
-        meant = _meant(robot, link, reading)
-        if meant is None or same_set(solids, meant):
+        solids = [solid._replace(words=()) if solid.words else solid for solid in told.get(link, ())]
+        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
+        if same_set(solids, meant):
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
@@ -227,15 +230,21 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
         yield error(_RULE, message, None, _HELP)
 
 
-def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
-    """Return the solids that a link should have in an artifact; None if they cannot be compared."""
+def _solid(shape: Shape, known: Known) -> Solid:
+    """Return a shape as a solid; the same shapes are asked for, for each artifact."""
+    found = known.solids.get(id(shape))
+    if found is None:
+        found = known.solids[id(shape)] = (shape, solid_from(shape, _TOLERANCE))
+    return found[1]
+
+
+def _meant(robot: Robot, link: str, reading: _Reading, output: Output) -> Sequence[Shape] | None:
+    """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
     if reading.format.solids is not None:
-        own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
-    if own is None:
+        own = reading.format.solids(robot, link, output, reading.view.names)
+    if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
-    if any(isinstance(shape.geometry, Mesh) for shape in own):
-        return None
-    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]
+    return own

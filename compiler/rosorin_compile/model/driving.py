@@ -26,7 +26,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
-from .geometry import Transform, Vector, dot, minus, norm, unit
+from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
 from .shape import Capsule, Cylinder, Shape, Sphere
 
 if TYPE_CHECKING:
@@ -35,7 +35,8 @@ if TYPE_CHECKING:
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
-_AROUND = 360  # points on the edge of a cylinder that is not on its axle
+_AROUND = 360  # points on the edge of a cylinder that does not lie along its axle
+_ALONG = 1e-9  # rad, of one that does
 _SINGULAR = 1e-9
 
 
@@ -341,6 +342,9 @@ def _reaches(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
         ends = [(0.0, 0.0, side * geometry.length / 2) for side in (-1, 1)]
         if isinstance(geometry, Capsule):
             yield max(_from_axis(place.apply(end), axis) for end in ends) + geometry.radius
+            return
+        if abs(math.sin(angle_between(place.rotate((0.0, 0.0, 1.0)), axis))) < _ALONG:
+            yield _from_axis(place.xyz, axis) + geometry.radius
             return
         edge = [
             (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), end[2])

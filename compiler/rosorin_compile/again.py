@@ -62,8 +62,8 @@ def remember(
 ) -> None:
     """Keep what this process said, if it was begun for one line: ``said_again`` will say it.
 
-    ``inputs`` are the files that were read, ``outputs`` the names of the artifacts by folder, ``lookups`` the folders in
-    which descriptions were looked for. A failure is silent.
+    ``inputs`` are the files that were read, ``outputs`` the names of the artifacts by folder, ``lookups`` the folders
+    in which descriptions were looked for. A failure is silent.
     """
     if not _called:
         return

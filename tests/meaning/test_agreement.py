@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import random
+import re
+from collections.abc import Iterator
 from dataclasses import replace
 
 import pytest
 
 from rosorin_compile.formats import FORMATS, Artifact
 from rosorin_compile.formats.templating import Templates
-from rosorin_compile.meaning.agreement import agreement
+from rosorin_compile.meaning.agreement import _disagreements, agreement
 from rosorin_compile.model import Output, Robot
 from support.comparing import BASE, COMMITTED
 from support.machines import machine
@@ -18,8 +21,8 @@ from support.robots import compiled
 def emitted(robot: Robot, number_format: str) -> tuple[Robot, list[Artifact]]:
     """Return a robot with every output, and its artifacts."""
     files = {"urdf": "m.urdf", "mjcf": "m.xml", "static_tf": "tf.launch.py", "static_tf_json": "tf.json"}
-    files |= {"robot_model": "model.json", "frames": "frames.md"}
-    options = {name: {"number_format": number_format} for name in ("urdf", "mjcf", "frames")}
+    files |= {"robot_model": "model.json", "frames": "frames.md", "sdf": "m.sdf"}
+    options = {name: {"number_format": number_format} for name in ("urdf", "mjcf", "frames", "sdf")}
     outputs = tuple(Output(name, name, file, options.get(name, {})) for name, file in files.items())
     robot = replace(robot, outputs=outputs)
     texts = [(output, FORMATS[output.backend].write(robot, output, Templates())[0]) for output in outputs]
@@ -150,3 +153,32 @@ def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
     assert made.robot is not None
     (found,) = [d.message for d in agreement(made.robot, artifacts)]
     assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: pulse_to_rad")
+
+
+NUMBER = re.compile(r'(?<=[\s">])-?\d+\.?\d*(?:e-?\d+)?(?=[\s"<])')
+NAME = re.compile(r'(?<=")[a-z_]\w*(?=")')
+ELEMENT = re.compile(r"(?m)^ *<.*/>$|^ *<(\w+).*</\1>$")
+
+
+def mistakes(text: str, chance: random.Random) -> Iterator[str]:
+    """Yield a text with a number, a name or an element that is another one, or not there."""
+    for pattern, most in ((NUMBER, 40), (NAME, 20), (ELEMENT, 10)):
+        places = [match.span() for match in pattern.finditer(text)]
+        for start, end in chance.sample(places, min(most, len(places))):
+            old, other = text[start:end], text[slice(*chance.choice(places))]
+            new = {NUMBER: chance.choice([f"{old}1", f"1{old}", "0.5", "x", "1e999", other]), ELEMENT: ""}
+            yield f"{text[:start]}{new.get(pattern, other)}{text[end:]}"
+
+
+@pytest.mark.parametrize("number_format", ["exact", "six"])
+@pytest.mark.parametrize("name", ["m.urdf", "m.xml", "m.sdf"])
+def test_what_is_held_against_the_model_at_once_is_what_is_found_in_full(name: str, number_format: str) -> None:
+    robot, artifacts = emitted(machine(), number_format)
+    [artifact] = [artifact for artifact in artifacts if artifact.file == name]
+    verdicts = set()
+    for text in mistakes(artifact.text, random.Random(name)):  # noqa: S311
+        spoilt = [artifact._replace(text=text)]
+        full = _disagreements(robot, spoilt)
+        assert agreement(robot, spoilt) == full, text
+        verdicts.add(bool(full))
+    assert verdicts == {True, False}  # a colour is nobody's concern, a length is

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING
 
 from ..model import ROBOT_STATE_PUBLISHER
 from ..plugins import are_installed
-from .format import Artifact, Block, Blocks, Fact, Facts, Format, Opened, Value
+from .format import Artifact, Fact, Facts, Format, Opened, Value
 
 if TYPE_CHECKING:
     from ..diagnostics import Diagnostic
@@ -29,8 +29,6 @@ if TYPE_CHECKING:
 __all__ = [
     "FORMATS",
     "Artifact",
-    "Block",
-    "Blocks",
     "Fact",
     "Facts",
     "Format",

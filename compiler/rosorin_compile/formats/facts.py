@@ -16,15 +16,15 @@ link        by link: "mass", "centre of mass x|y|z", "inertia xx|yy|zz|xy|xz|yz"
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Hashable, Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
-from ..model import Inertial, Joint, Pose, Robot, Transform, Vector
-from ..model.geometry import dot
+from ..model import Box, Inertial, Joint, Pose, Robot, Transform, Vector
+from ..model.geometry import Rows, dot
 from ..numbers import SIX, six
 from ..xml.elements import tree_of
-from .format import Block, Blocks, Fact, Facts, Value, row_name
+from .format import Fact, Facts, Value, row_name
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -47,9 +47,64 @@ SIZES = {
 # What a rotation loses on its way through a quaternion or a matrix and back, in radians; measured: below 1e-15.
 ROTATION_ROUNDING = 1e-12
 
+# Numbers of frames that are no farther apart (m, rotation entries) are one: rounding alone.
+_NEAR = 1e-13
+# Three coordinates may be off at once.
+_ROOT_THREE = 3**0.5
+COLLISION, VISUAL = "collision", "visual"
+
 _UPRIGHT = Transform().rows
 
 Six = tuple[float, float, float, float, float, float]
+
+
+class Solid(NamedTuple):
+    """A shape in the frame of its link: full sizes and middle (m), rotation, and what else an artifact says of it.
+
+    Sizes of a mesh are factors. ``tolerance`` is how well the lengths are known (m), ``turn_tolerance`` how well the
+    entries of the rotation.
+    """
+
+    kind: str
+    sizes: tuple[float, ...]
+    centre: Vector
+    rows: Rows
+    words: tuple[str, ...]
+    tolerance: float
+    turn_tolerance: float
+
+    @property
+    def box(self) -> Box | None:
+        """The solid as a box along the axes of its link; None if it is none."""
+        if self.kind != "box" or self.rows != _UPRIGHT or len(self.sizes) != 3:
+            return None
+        x, y, z = self.centre
+        a, b, c = (size / 2 for size in self.sizes)
+        return Box((x - a, y - b, z - c), (x + a, y + b, z + c))
+
+
+class Known(NamedTuple):
+    """What the model says: its facts; and where links sit and what they weigh, all numbers together.
+
+    ``frames`` has the parent of a link, its place there (m) and its rotation; ``masses`` the mass (kg), where its
+    centre is (m) and the inertia (kg*m^2), in the terms of the facts.
+    """
+
+    facts: Facts
+    frames: Mapping[str, tuple[str, Vector, Rows]]
+    masses: Mapping[str, tuple[float, Vector, Six]]
+
+
+class Held(NamedTuple):
+    """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
+
+    ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
+    """
+
+    facts: Facts
+    parents: Mapping[str, str]
+    solids: Mapping[str, Sequence[Solid]]
+    names: frozenset[str]
 
 
 def parse(text: str, tag: str) -> Element:
@@ -69,28 +124,36 @@ def number_of(text: str) -> float:
 
 
 @lru_cache(maxsize=20_000)
-def _numbers_of(text: str) -> tuple[float, ...]:
-    """Return the numbers of an attribute; the same ones stand in many. Raises ValueError if one is none."""
-    return tuple(map(number_of, text.split()))
+def numbers_of(text: str) -> tuple[float, ...]:
+    """Return the numbers of a text; the same ones stand in many. Raises ValueError if one is none."""
+    words = text.split()
+    try:
+        found = tuple(map(float, words))
+    except ValueError:
+        found = ()
+    return found if "_" not in text and all(map(math.isfinite, found)) and found else tuple(map(number_of, words))
 
 
 # Six letters are six digits at most: nothing is left for ``six`` to shorten.
 _FEW = 6
 
 
-def is_exact(root: Element) -> bool:
+def is_exact(texts: Iterable[str]) -> bool:
     """Say whether an artifact was printed with number_format exact: it holds a number that ``six`` would shorten."""
-    texts = {text for element in root.iter() for name, text in element.items() if name != "name"}
-    tokens = {token for text in texts for token in text.split()}
-    for token in tokens:
-        if len(token) <= _FEW:
+    seen = set[str]()
+    for text in texts:
+        if len(text) <= _FEW or text in seen:
             continue
-        try:
-            value = number_of(token)
-        except ValueError:
-            continue
-        if float(six(value)) != value:
-            return True
+        seen.add(text)
+        for token in text.split():
+            if len(token) <= _FEW:
+                continue
+            try:
+                value = number_of(token)
+            except ValueError:
+                continue
+            if float(six(value)) != value:
+                return True
     return False
 
 
@@ -98,42 +161,29 @@ _tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
 
 
 class FactSheet:
-    """Collects the facts of one XML artifact."""
+    """Collects the facts of one XML artifact; with what is ``known`` only those that are otherwise, and solids.
 
-    def __init__(self, text: str, tag: str) -> None:
+    What is read is the same, and as much is refused: what is known is only not written down.
+    """
+
+    def __init__(self, text: str, tag: str, known: Known | None = None) -> None:
         self.root = parse(text, tag)
-        self.blocks: Blocks = []
-        # What is said of many things in the same words is worked out once: their blocks are one object.
-        self._known: dict[Hashable, Block] = {}
-        self._transforms: dict[Hashable, Transform] = {}
-        self._kept: dict[int, Transform] = {}
-        self.exact = is_exact(self.root)
+        self.facts: Facts = {}
+        self.exact = is_exact(self.numbers_written())
+        self.known = known
+        self._parents: dict[str, str] = {}
+        self._solids: dict[str, list[Solid]] = {}
+        self._names: set[str] = set()
         # How well a printed rotation is known (rad).
         self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
-    @property
-    def facts(self) -> Facts:
-        """What was taken down, fact by fact."""
-        return flat(self.blocks)
+    def numbers_written(self) -> Iterator[str]:
+        """Yield the texts in which numbers stand."""
+        return (text for element in self.root.iter() for name, text in element.items() if name != "name")
 
-    def once(self, key: Hashable, make: Callable[[], Block]) -> Block:
-        """Return what is made of words that may be said of many things; ``key`` are all of those words."""
-        block = self._known.get(key)
-        if block is None:
-            block = self._known[key] = make()
-        return block
-
-    def transform(self, key: Hashable, make: Callable[[], Transform]) -> Transform:
-        """Return the transform that is made of some words, ``key``: the same object for the same ones."""
-        transform = self._transforms.get(key)
-        if transform is None:
-            transform = self._transforms[key] = make()
-        return transform
-
-    def _key(self, transform: Transform) -> int:
-        """Return what tells a transform from others: it is kept, so that no other one gets its identity."""
-        self._kept[id(transform)] = transform
-        return id(transform)
+    def held(self) -> Held:
+        """Return what was found that is not known."""
+        return Held(self.facts, self._parents, self._solids, frozenset(self._names.union(self._parents.values())))
 
     def tolerance(self, value: float) -> float:
         """Return how well a printed value is known: 0 where every digit was printed."""
@@ -151,7 +201,7 @@ class FactSheet:
         text = element.get(attribute)
         if text is None:
             return tuple(default)
-        found = _numbers_of(text)
+        found = numbers_of(text)
         if len(found) != length:
             raise ValueError(f'<{element.tag} {attribute}="{text}">: {length} numbers are needed')
         return found
@@ -165,66 +215,94 @@ class FactSheet:
         """Return the number of an attribute. Raises ValueError if it is none."""
         return self.vector(element, attribute, 1, (default,))[0]
 
-    def value(self, value: float | str, unit: str = "", tolerance: float | None = None) -> Value:
-        """Return a value; the tolerance of a number is what was printed of it unless it is given."""
-        if isinstance(value, str):
-            return Value(value)
-        return Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
-
     def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
-        """Take down a fact; its value as in ``value``."""
-        self.blocks.append((fact[0], fact[1], {fact[2]: self.value(value, unit, tolerance)}))
+        """Take down a fact; the tolerance of a number is what was printed of it unless it is given."""
+        if self.known is not None:
+            if fact[0] in _OF_LINKS:
+                self._names.add(fact[1])
+            meant = self.known.facts.get(fact)
+            if meant is None or meant[0] == value:
+                return
+        if isinstance(value, str):
+            self.facts[fact] = Value(value)
+        else:
+            self.facts[fact] = Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
-        self.blocks.append(("frame", link, {"parent": Value(parent)}))
-        self.blocks.append(("frame", link, self.once(self._key(transform), lambda: self._origin(transform))))
-
-    def _origin(self, transform: Transform) -> Block:
-        values = {axis: self.value(value, "m") for axis, value in zip(_ORIGIN, transform.xyz, strict=True)}
+        known = self.known
+        if known is not None:
+            self._names.add(link)
+            self._parents[link] = parent
+            meant = known.frames.get(link)
+            if meant is not None and meant[0] == parent and _is_at(transform, meant[1], meant[2]):
+                return
+        self.add(Fact("frame", link, "parent"), parent)
+        for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
+            self.add(Fact("frame", link, axis), value, "m")
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            values[angle] = self.value(value, "rad", self._turning)
-        return values
+            fact = Fact("frame", link, angle)
+            if known is None or fact in known.facts:  # one says little without the others
+                self.facts[fact] = Value(value, "rad", self._turning)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
-        block = self.once((mass, self._key(frame), inertia), lambda: self._inertial(mass, frame, inertia))
-        self.blocks.append(("link", link, block))
-
-    def _inertial(self, mass: float, frame: Transform, inertia: Six) -> Block:
-        values = {"mass": self.value(mass, "kg")}
+        along = along_link(inertia, frame)
+        if self.known is not None:
+            self._names.add(link)
+            if self.known.masses.get(link) == (mass, frame.xyz, along):
+                return
+        self.add(Fact("link", link, "mass"), mass, "kg")
         for axis, value in zip(_CENTRE, frame.xyz, strict=True):
-            values[axis] = self.value(value, "m")
+            self.add(Fact("link", link, axis), value, "m")
         rounding = 0.0 if self.exact else _turned(inertia, 4 * self.tolerance(1.0))
         if frame.rows != _UPRIGHT:
             rounding += max(map(abs, inertia)) * ROTATION_ROUNDING + 3 * max(map(self.tolerance, inertia))
-        for name, value in zip(_MOMENTS, along_link(inertia, frame), strict=True):
-            values[name] = self.value(value, "kg*m^2", self.tolerance(value) + rounding)
-        return values
+        for name, value in zip(_MOMENTS, along, strict=True):
+            tolerance = self.tolerance(value) + rounding
+            self.add(Fact("link", link, name), value, "kg*m^2", tolerance)
 
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
         """Take down a shape, such as "collision 3": its kind, where its middle is in the link, its full sizes (m)."""
-        sizes = tuple(sizes)
-        block = self.once(
-            (shape, kind, sizes, self._key(transform)), lambda: self._shape(shape, kind, sizes, transform)
-        )
-        self.blocks.append(("link", link, block))
-
-    def _shape(self, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> Block:
-        values = {f"{shape} geometry": self.value(kind)}
+        if self.known is not None:
+            self._names.add(link)
+            if not math.isfinite(sum(sizes)):
+                raise ValueError(f"{shape} of link {link} has no size")
+            if shape.startswith(COLLISION):
+                self._solids.setdefault(link, []).append(self._solid(kind, sizes, transform))
+            return
+        self.add(Fact("link", link, f"{shape} geometry"), kind)
         for axis, value in zip(AXES, transform.xyz, strict=True):
-            values[f"{shape} origin {axis}"] = self.value(value, "m")
+            self.add(Fact("link", link, f"{shape} origin {axis}"), value, "m")
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            values[f"{shape} {angle}"] = self.value(value, "rad", self._turning)
+            self.add(Fact("link", link, f"{shape} {angle}"), value, "rad", self._turning)
         unit = "" if kind == "mesh" else "m"
         for name, value in zip(SIZES.get(kind, ()), sizes, strict=False):
-            values[f"{shape} {name}"] = self.value(value, unit, 2 * self.tolerance(value))
-        return values
+            self.add(Fact("link", link, f"{shape} {name}"), value, unit, 2 * self.tolerance(value))
+
+    def add_of_shape(self, link: str, shape: str, quantity: str, value: float | str) -> None:
+        """Take down what else is said of a shape, which the model is not asked for."""
+        if self.known is None:
+            self.add(Fact("link", link, f"{shape} {quantity}"), value)
+
+    def _solid(self, kind: str, sizes: Sequence[float], transform: Transform) -> Solid:
+        """Return a shape as ``add_shape`` would say it."""
+        sizes = tuple(sizes[: len(SIZES.get(kind, ()))])
+        if self.exact:
+            return Solid(kind, sizes, transform.xyz, transform.rows, (), 0.0, 3 * self._turning)
+        lengths = [_ROOT_THREE * max(map(self.tolerance, transform.xyz)), *(2 * self.tolerance(size) for size in sizes)]
+        return Solid(kind, sizes, transform.xyz, transform.rows, (), max(lengths), 3 * self._turning)
 
 
-def flat(blocks: Iterable[tuple[str, str, Block]]) -> Facts:
-    """Return what blocks say, fact by fact."""
-    return {Fact(kind, name, quantity): value for kind, name, block in blocks for quantity, value in block.items()}
+_OF_LINKS = ("frame", "link")
+
+
+def _is_at(transform: Transform, xyz: Vector, rows: Rows) -> bool:
+    """Say whether a transform is at a place, as far as doubles tell."""
+    if transform.xyz == xyz and transform.rows == rows:
+        return True
+    pairs = zip((transform.xyz, *transform.rows), (xyz, *rows), strict=True)
+    return all(abs(a - b) <= _NEAR for one, other in pairs for a, b in zip(one, other, strict=True))
 
 
 # Where -pi ends and +pi begins: ``six`` prints pi as 3.141593, which reads as -3.1415926 + 2 pi.
@@ -290,54 +368,25 @@ def frame_facts(
     return facts
 
 
-# What the model says of each thing: what many may say, and what it alone says (names of parents and children).
-Known = dict[tuple[str, str], tuple[Block, Block]]
-
-
-def said_by(robot: Robot) -> Known:
+def facts_of(robot: Robot) -> Facts:
     """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
-    known: Known = {}
-    once: dict[Hashable, Block] = {}
+    facts: Facts = {}
     for joint in robot.joints:
-        known["frame", joint.child] = _frame(joint.parent, joint.origin, once)
-        known["joint", joint.name] = _joint(joint, once)
+        facts |= frame_facts(joint.child, joint.parent, joint.origin)
+        facts |= _joint_facts(joint)
     for edge in robot.edges:
         # Of several rows for one frame the first one bears its name alone.
         if edge.joint:
-            known["frame", row_name(edge)] = _frame(edge.parent, robot.joint[edge.joint].origin, once)
-        elif edge.pose is not None and ("frame", edge.child) not in known:
-            known["frame", edge.child] = _frame(edge.parent, edge.pose, once)
+            facts |= frame_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
+        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
+            facts |= frame_facts(edge.child, edge.parent, edge.pose)
     for link in robot.links:
-        if link.inertial is not None:
-            known["link", link.name] = (mass_block(link.inertial, once), _NOTHING)
-    return known
+        facts |= mass_facts(link.name, link.inertial) if link.inertial is not None else {}
+    return facts
 
 
-_NOTHING: Block = {}
-
-
-def _frame(parent: str, pose: Pose, once: dict[Hashable, Block]) -> tuple[Block, Block]:
-    key = (pose.xyz, pose.rpy)
-    if key not in once:
-        facts = frame_facts("", "", pose)
-        once[key] = {fact[2]: value for fact, value in facts.items() if fact[2] != "parent"}
-    return once[key], {"parent": Value(parent)}
-
-
-def _joint(joint: Joint, once: dict[Hashable, Block]) -> tuple[Block, Block]:
-    limit, mimic = joint.limit, joint.mimic
-    key = (
-        *("joint", joint.type, joint.axis),
-        limit and (limit.lower, limit.upper, limit.velocity, limit.effort),
-        mimic and (mimic.joint, mimic.multiplier, mimic.offset),
-    )
-    if key not in once:
-        once[key] = _joint_block(joint)
-    return once[key], {"child": Value(joint.child)}
-
-
-def _joint_block(joint: Joint) -> Block:
-    values: dict[str, Value] = {"type": Value(joint.type)}
+def _joint_facts(joint: Joint) -> Facts:
+    values: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
     unit = "m" if joint.type == "prismatic" else "rad"
     if joint.moves or joint.type == "planar":
         values |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
@@ -349,17 +398,39 @@ def _joint_block(joint: Joint) -> Block:
         values["mimic joint"] = Value(joint.mimic.joint)
         values["mimic multiplier"] = Value(float(joint.mimic.multiplier))
         values["mimic offset"] = Value(float(joint.mimic.offset), unit)
-    return values
+    return {Fact("joint", joint.name, quantity): value for quantity, value in values.items()}
 
 
-def mass_block(inertial: Inertial, once: dict[Hashable, Block]) -> Block:
-    """Return what is said of the mass of a link; ``once`` remembers it."""
+def mass_facts(link: str, inertial: Inertial) -> Facts:
+    """Return what is said of the mass of a link."""
+    mass, centre, moments = mass_of(inertial)
+    values = {"mass": Value(float(mass), "kg")}
+    values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, centre, strict=True)}
+    values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, moments, strict=True)}
+    return {Fact("link", link, quantity): value for quantity, value in values.items()}
+
+
+def mass_of(inertial: Inertial) -> tuple[float, Vector, Six]:
+    """Return mass (kg), centre of mass (m) and inertia (kg*m^2; xx yy zz xy xz yz along the axes of the link)."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
-    key = (inertial.mass, inertial.pose.xyz, inertial.pose.rpy, six)
-    if key not in once:
-        values = {"mass": Value(float(inertial.mass), "kg")}
-        values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, inertial.pose.xyz, strict=True)}
-        along = along_link(six, inertial.pose.transform())
-        values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, along, strict=True)}
-        once[key] = values
-    return once[key]
+    return inertial.mass, inertial.pose.xyz, along_link(six, inertial.pose.transform())
+
+
+def known_of(robot: Robot) -> Known:
+    """Return what the model says, to hold artifacts against."""
+    facts = facts_of(robot)
+    frames = {
+        joint.child: (joint.parent, joint.origin.xyz, joint.origin.transform().rows)
+        for joint in robot.joints
+        if facts[Fact("frame", joint.child, "parent")][0] == joint.parent
+    }
+    return Known(facts, frames, {link.name: mass_of(link.inertial) for link in robot.links if link.inertial})
+
+
+def with_masses(known: Known, inertials: Mapping[str, Inertial]) -> Known:
+    """Return what is known where some links weigh something else."""
+    facts, masses = dict(known.facts), dict(known.masses)
+    for link, inertial in inertials.items():
+        facts |= mass_facts(link, inertial)
+        masses[link] = mass_of(inertial)
+    return Known(facts, known.frames, masses)

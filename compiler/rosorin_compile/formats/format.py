@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
+    from .facts import Held, Known
     from .imported import Imported, LeftOut, Proof, ReadOptions
     from .templating import Templates
 
@@ -58,10 +59,6 @@ class Value(NamedTuple):
 
 
 Facts = dict[Fact, Value]
-
-# Facts about one thing by their quantity; of many things that are alike it is one object. Then kind, name and block.
-Block = Mapping[str, Value]
-Blocks = list[tuple[str, str, Block]]
 
 
 def row_name(edge: Edge) -> str:
@@ -191,8 +188,8 @@ class Format:
       are the fields of the model that it says all of. ``is_other`` says of a file that looks like a robot that it is no
       more than such a companion of one.
     - ``facts``: the text of an artifact to facts, for ``check`` and for the proof that all artifacts agree. Raises
-      ValueError for a damaged text. Without it artifacts are compared as text. ``blocks``: the same, together as it
-      stands there; for the proof alone, which is quicker by that where a robot has thousands of parts.
+      ValueError for a damaged text. Without it artifacts are compared as text.
+    - ``against``: the same for that proof alone, and faster: what is not as it is known to be.
     - ``syntax``: a text to what is left of it without layout and comments. Raises ValueError, SyntaxError.
     - ``schema``: the JSON Schema that its texts fit, a name in ``schemas/``; ``data`` reads what it is of from a text
       that is not JSON itself. Raises ValueError.
@@ -257,7 +254,7 @@ class Format:
     takes_arguments: bool = False
     becomes: str = ""
     facts: Callable[[str], Facts] | None = None
-    blocks: Callable[[str], Blocks] | None = None
+    against: Callable[[str, Known], Held] | None = None
     syntax: Callable[[str], object] | None = None
     schema: str = ""
     data: Callable[[str], Any] | None = None

@@ -13,8 +13,8 @@ from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
-from .facts import flat, frame_facts, number_of
-from .format import NUMBER_FORMAT, Asked, Block, Blocks, Facts, Format, Value, row_name
+from .facts import frame_facts, number_of
+from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
 from .static_tf import describe
 from .templating import Templates
 
@@ -215,58 +215,51 @@ def read(text: str) -> Facts:
     A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
     "publisher when slam" for a publisher that takes turns.
     """
-    return flat(_blocks(text))
-
-
-def _blocks(text: str) -> Blocks:
     frames = list(_parse(text, _FRAME_HEADERS))
     if not frames and re.search(_ALONE, text):
-        return []
+        return {}
     if not frames:
         raise ValueError("there is no table of frames")
-    tolerance = _tolerance({number for words in {_words_of(row) for row in frames} for number in _numbers(words)})
-    blocks: Blocks = []
-    once: dict[tuple[str, ...], Block] = {}
+    tolerance = _tolerance([number for row in frames for number in _numbers(row)])
+    facts: Facts = {}
     parents: dict[str, str] = {}
     for row in frames:
         first = parents.setdefault(row["child"], row["parent"])
         which = "" if first == row["parent"] else f" below {row['parent']}"
         which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
-        blocks.append(("frame", row["child"], {f"parent{which}": Value(row["parent"])}))
-        key = (row["published by"], row["topic"], _words_of(row), which)
-        if key not in once:
-            once[key] = _read_frame(row, tolerance, which)
-        blocks.append(("frame", row["child"], once[key]))
+        for fact, value in _read_frame(row, tolerance).items():
+            facts[fact._replace(quantity=fact.quantity + which)] = value
     for row in _parse(text, _POSE_HEADERS):
         token, unit = row["position"].split(" ")
         number = number_of(token)
-        blocks.append(("pose", row["pose"], {row["joint"]: Value(number, unit, tolerance(number))}))
-    return blocks
+        facts[Fact("pose", row["pose"], row["joint"])] = Value(number, unit, tolerance(number))
+    return facts
 
 
-def _read_frame(row: dict[str, str], tolerance: Callable[[float], float], which: str) -> Block:
-    """Return what a row says beside the parent; ``which`` stands behind each quantity."""
-    found = {"publisher": Value(row["published by"]), "topic": Value(row["topic"])}
-    numbers = _numbers(_words_of(row))
+def _read_frame(row: dict[str, str], tolerance: Callable[[float], float]) -> Facts:
+    child = row["child"]
+    facts = {
+        Fact("frame", child, "parent"): Value(row["parent"]),
+        Fact("frame", child, "publisher"): Value(row["published by"]),
+        Fact("frame", child, "topic"): Value(row["topic"]),
+    }
+    numbers = _numbers(row)
     if numbers:
         x, y, z, roll, pitch, yaw = numbers
+        xyz, rpy = (x, y, z), (roll, pitch, yaw)
         a, b, c, d, e, f = map(tolerance, numbers)
-        facts = frame_facts(row["child"], row["parent"], Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f))
-        found |= {fact.quantity: value for fact, value in facts.items() if fact.quantity != "parent"}
-    return {f"{quantity}{which}": value for quantity, value in found.items()}
+        facts |= frame_facts(child, row["parent"], Pose(xyz, rpy), (a, b, c), (d, e, f))
+    return facts
 
 
-def _words_of(row: dict[str, str]) -> str:
-    """Return the position and the angles of a row; nothing where only the publisher knows them."""
-    angles = row["roll pitch yaw (rad)"]
-    return f"{row['x y z (m)']} {angles}" if angles else ""
+def _numbers(row: dict[str, str]) -> list[float]:
+    """Return the position and the angles of a row; none where only the publisher knows them."""
+    if not row["roll pitch yaw (rad)"]:
+        return []
+    return [number_of(token) for token in f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}".split()]
 
 
-def _numbers(words: str) -> list[float]:
-    return [number_of(token) for token in words.split()]
-
-
-def _tolerance(numbers: Iterable[float]) -> Callable[[float], float]:
+def _tolerance(numbers: list[float]) -> Callable[[float], float]:
     """Return the function that says how well a printed number is known: one number of many digits shows ``exact``."""
     exact = any(float(six(number)) != number for number in numbers)
     return (lambda _: 0.0) if exact else SIX.tolerance
@@ -282,7 +275,7 @@ def _parse(text: str, headers: Sequence[str]) -> Iterator[dict[str, str]]:
             inside = tuple(cells) == tuple(headers)
         elif not cells:
             return
-        elif cells[0][:1] != "-" or set("".join(cells)) != {"-"}:
+        elif set("".join(cells)) != {"-"}:
             if "\\" in line:
                 cells = [re.sub(_ESCAPED, r"\1", cell) for cell in cells]
             yield dict(zip(headers, cells, strict=True))
@@ -317,7 +310,6 @@ FORMAT = Format(
     file="frames.md",
     write=write,
     facts=read,
-    blocks=_blocks,
     syntax=_words,
     frames=carried,
     folder="doc",

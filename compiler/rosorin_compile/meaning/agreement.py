@@ -3,20 +3,19 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
-from ..formats import FORMATS, Artifact, Blocks, Fact, Facts, Format, Value
-from ..formats.facts import Known, flat, mass_block, said_by
+from ..formats import FORMATS, Artifact, Fact, Format, Value
+from ..formats.facts import ANGLES, COLLISION, Held, Known, Solid, known_of, with_masses
 from ..frontend.schema import misfits
 from ..model import Mesh, Output, Robot, Shape
-from .news import news
-from .solids import COLLISION, remainder, same_set, solid_from
+from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, check, view_of, view_of_model
+from .view import View, called, names_in, view_of, view_of_model
 from .wording import number_pair, subject, value_text
 
 RULES = (
@@ -35,10 +34,11 @@ _TOLERANCE = 1e-9
 
 
 class _Reading(NamedTuple):
-    """An artifact and what it says."""
+    """An artifact, what it says, and the parents of its frames."""
 
     artifact: Artifact
     view: View
+    parents: Mapping[str, str]
 
     @property
     def format(self) -> Format:
@@ -68,45 +68,20 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
     for the words.
     """
-    model = said_by(robot)
+    model = known_of(robot)
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
-        if FORMATS[artifact.backend].facts is None:
-            continue
         try:
             known = _known(robot, artifact, model)
-            names = called(robot, artifact)
-            if names:
-                reading = _Reading(artifact, view_of(_facts(artifact), names))
-                meant = view_of_model(_flat(known), reading.view.turns)
-            else:
-                view, meant = news(_blocks(artifact), known)
-                reading = _Reading(artifact, view)
+            reading = _reading(robot, artifact, known)
         except ValueError:
             return _disagreements(robot, artifacts)
+        if reading is None:
+            continue
+        meant = view_of_model(known.facts, reading.view.turns)
         if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
             return _disagreements(robot, artifacts)
     return []
-
-
-def _facts(artifact: Artifact) -> Facts:
-    read = FORMATS[artifact.backend].facts
-    return read(artifact.text) if read else {}
-
-
-def _blocks(artifact: Artifact) -> Blocks:
-    """Return what an artifact says, block by block. Raises ValueError if it is damaged."""
-    blocks = FORMATS[artifact.backend].blocks
-    if blocks is not None:
-        return blocks(artifact.text)
-    facts = _facts(artifact)
-    for fact, value in facts.items():
-        check(fact, value)
-    return [(fact[0], fact[1], {fact[2]: value}) for fact, value in facts.items()]
-
-
-def _flat(known: Known) -> Facts:
-    return flat((kind, name, block) for (kind, name), blocks in known.items() for block in blocks)
 
 
 def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
@@ -115,12 +90,44 @@ def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
     if weighs is None:
         return model
     output = next(output for output in robot.outputs if output.name == artifact.output)
-    known = dict(model)
-    for name, one in weighs(robot, output).items():
-        own = robot.link[name].inertial if name in robot.link else one
-        if own is not one and own != one:
-            known["link", name] = (mass_block(one, {}), {})
-    return known
+    weights = weighs(robot, output).items()
+    others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
+    return with_masses(model, others) if others else model
+
+
+def _reading(robot: Robot, artifact: Artifact, known: Known | None) -> _Reading | None:
+    """Return an artifact and what it says beside what is known; None for one that is not read back. Raises ValueError.
+
+    Where each frame sits stays, and of a rotation that is not known all three angles.
+    """
+    format, names = FORMATS[artifact.backend], called(robot, artifact)
+    if format.facts is None:
+        return None
+    if known is not None and not names and format.against is not None:
+        return _held(artifact, format.against(artifact.text, known))
+    facts = format.facts(artifact.text)
+    if known is None or names:
+        view = view_of(facts, names)
+        return _Reading(artifact, view, view.parents())
+    news = {
+        fact: value
+        for fact, value in facts.items()
+        if (meant := known.facts.get(fact)) is None
+        or value[0] != meant[0]
+        or type(value[0]) is not type(meant[0])
+        or fact[2] == "parent"
+    }
+    turned = {fact[1] for fact in news if fact[0] == "frame" and fact[2] in ANGLES}
+    angles = (Fact("frame", name, angle) for name in turned for angle in ANGLES)
+    view = view_of(news | {fact: facts[fact] for fact in angles if fact in facts}, names)
+    return _Reading(artifact, view._replace(names=view.names | names_in(facts)), view.parents())
+
+
+def _held(artifact: Artifact, held: Held) -> _Reading:
+    """Return an artifact that has been held against what is known."""
+    view = view_of(held.facts, {})
+    shapes = {(link, COLLISION): tuple(map(straight, solids)) for link, solids in held.solids.items()}
+    return _Reading(artifact, view._replace(shapes=shapes, names=held.names), held.parents)
 
 
 def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
@@ -128,19 +135,18 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
     readings: list[_Reading] = []
     found: list[Diagnostic] = []
     for artifact in artifacts:
-        if FORMATS[artifact.backend].facts is None:
-            continue
         try:
-            reading = _Reading(artifact, view_of(_facts(artifact), called(robot, artifact)))
+            reading = _reading(robot, artifact, None)
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
-            found += _misfits(artifact)
-            readings.append(reading)
+            if reading:
+                found += _misfits(artifact)
+                readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    said = said_by(robot)
+    known = known_of(robot)
     for reading in readings:
-        model = view_of(_flat(_known(robot, reading.artifact, said)), {})
+        model = view_of(_known(robot, reading.artifact, known).facts, {})
         found += _wrong(robot, reading, model, readings)
     return found
 
@@ -161,7 +167,7 @@ def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     if has_to_carry is None or reading.artifact.withheld:
         return
     for frame in has_to_carry(robot):
-        if not reading.view.parent(frame):
+        if not reading.parents.get(frame):
             message = f"{reading.artifact.file} does not carry the frame {frame}, which it should"
             yield error(_RULE, message, None, _HELP)
 
@@ -215,17 +221,11 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
     every = reading.format.all_solids and bool(told)
-    same: dict[tuple[tuple[int, ...], tuple[int, ...]], Sequence[Shape]] = {}
     for link in sorted(reading.view.names) if every else sorted(told):
-        shapes = _meant(robot, link, reading)
-        key = (tuple(map(id, told.get(link, ()))), tuple(map(id, shapes or ())))
-        if shapes is None or key in same:
-            continue
         # Names of shapes and the like are not in every artifact.
         solids = [solid._replace(words=()) for solid in told.get(link, ())]
-        meant = [solid_from(solid, _TOLERANCE) for shape in shapes for solid in shape.solids()]
-        if same_set(solids, meant):
-            same[key] = shapes  # kept, and so its identity
+        meant = _meant(robot, link, reading)
+        if meant is None or same_set(solids, meant):
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
@@ -234,13 +234,15 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
         yield error(_RULE, message, None, _HELP)
 
 
-def _meant(robot: Robot, link: str, reading: _Reading) -> Sequence[Shape] | None:
-    """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
+def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
+    """Return the solids that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
     if reading.format.solids is not None:
         own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
-    if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
+    if own is None:
         return None
-    return own
+    if any(isinstance(shape.geometry, Mesh) for shape in own):
+        return None
+    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]

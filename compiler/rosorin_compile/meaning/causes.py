@@ -11,10 +11,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from ..formats import Fact
+from ..formats.facts import COLLISION, Solid
 from ..model import GROUNDED, MERGED, ROWS, HeightMap, Joint, Link, Robot, Shape
 from ..model.geometry import pose_of
 from .entities import Change, Pair, joints_by_child
-from .solids import COLLISION, Solid, remainder, same_bodies, same_set, shape_of, solid_from
+from .solids import remainder, same_bodies, same_set, shape_of, solid_from
 from .view import View, transform_of
 
 # A damaged height beyond this (m) is not cut into steps.

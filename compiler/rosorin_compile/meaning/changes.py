@@ -6,11 +6,11 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 
 from ..formats import Fact, Value
-from ..formats.facts import ANGLES, AXES, INERTIA
+from ..formats.facts import ANGLES, AXES, COLLISION, INERTIA, Solid
 from ..model import Pose, Robot, Vector
 from .causes import causes
 from .entities import Change, Entities, Entry, Numbers, Pair
-from .solids import COLLISION, Delta, Solid, delta, same_set
+from .solids import Delta, delta, same_set
 from .tolerance import NOISE, Turn, same_angles, same_turn, same_value, wrapped
 from .view import View
 from .wording import (

@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import NamedTuple
 
+from ..formats.facts import Solid
 from ..model import Pose, Robot, Shape, pose_of
 from .bodies import Bodies, states_of
-from .solids import Piece, Solid, match, pieces_of, seen
+from .solids import Piece, match, pieces_of, seen
 from .tolerance import EXACT, Placed, Printing, gap
 
 # What became of a link. One that was carried hangs on one that moved.

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 from ..formats import FORMATS, Fact
-from ..formats.facts import AXES
+from ..formats.facts import AXES, Solid
 from ..model import (
     MERGED,
     MOVING_TYPES,
@@ -29,7 +29,7 @@ from ..model import (
 )
 from ..model.geometry import pose_of
 from .entities import Pair, joints_by_child
-from .solids import Solid, delta, match, shape_of, solid_from
+from .solids import delta, match, shape_of, solid_from
 from .tolerance import same_angles, same_value
 from .view import View
 

@@ -6,12 +6,13 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..formats import Format, published
+from ..formats.facts import COLLISION
 from ..model import GROUNDED, IDENTITY, Box, Capsule, Ellipsoid, HeightMap, Link, Shape
 from .bodies import Bodies
 from .difference import SHAPE, VISUAL, Item, Side
 from .joints import changed
 from .pairing import Pairing
-from .solids import COLLISION, Delta, Piece, largest_step, match, pieces_of, same_space, seen
+from .solids import Delta, Piece, largest_step, match, pieces_of, same_space, seen
 from .tolerance import joined
 from .unsaid import CAPSULE, ONE_BOX
 from .wording import About, cells_change, colour_change, row, several, shapes_change

@@ -13,12 +13,11 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from ..formats import Value
-from ..formats.facts import SIZES
+from ..formats.facts import SIZES, Solid
 from ..model import ROWS, Box, Capsule, Cylinder, Ellipsoid, HeightMap, Mesh, Shape, Sphere, Transform, Vector, plain
-from ..model.geometry import Rows, angle_between, minus, norm, plus, pose_of, rotation_of_rpy
+from ..model.geometry import angle_between, minus, norm, plus, pose_of, rotation_of_rpy
 from .tolerance import ROOT_THREE, TURNS, Placed, Printing, joined
 
-COLLISION = "collision"
 _CENTRE = ("origin x", "origin y", "origin z")
 _ANGLES = ("roll", "pitch", "yaw")
 _LOWER, _UPPER = (tuple(f"box {end} {axis}" for axis in "xyz") for end in ("min", "max"))
@@ -27,31 +26,6 @@ _UPRIGHT = Transform().rows
 _NOISE = 1e-9
 _MANY = 500
 _MOST_COLUMNS = 200_000
-
-
-class Solid(NamedTuple):
-    """A shape in the frame of its link: full sizes and middle (m), rotation, and what else an artifact says of it.
-
-    Sizes of a mesh are factors. ``tolerance`` is how well the lengths are known (m), ``turn_tolerance`` how well the
-    entries of the rotation.
-    """
-
-    kind: str
-    sizes: tuple[float, ...]
-    centre: Vector
-    rows: Rows
-    words: tuple[str, ...]
-    tolerance: float
-    turn_tolerance: float
-
-    @property
-    def box(self) -> Box | None:
-        """The solid as a box along the axes of its link; None if it is none."""
-        if self.kind != "box" or self.rows != _UPRIGHT or len(self.sizes) != 3:
-            return None
-        x, y, z = self.centre
-        a, b, c = (size / 2 for size in self.sizes)
-        return Box((x - a, y - b, z - c), (x + a, y + b, z + c))
 
 
 class Delta(NamedTuple):
@@ -77,10 +51,14 @@ def solid_of(found: Mapping[str, Value]) -> Solid:
     turns = [values[angle].tolerance for angle in _ANGLES if angle in values]
     rows = rotation_of_rpy((rpy[0], rpy[1], rpy[2])) if any(rpy) else _UPRIGHT
     solid = Solid(kind, tuple(sizes), (x, y, z), rows, words, max(lengths, default=0.0), sum(turns))
-    shape = shape_of(solid) if kind == "box" and rows != _UPRIGHT else None
+    return straight(solid)
+
+
+def straight(solid: Solid) -> Solid:
+    """Return a box that quarter turns brought along the axes as one without rotation; all else as it is."""
+    shape = shape_of(solid) if solid.kind == "box" and solid.rows != _UPRIGHT else None
     if shape is None:
         return solid
-    # A box after quarter turns is a box along the axes.
     upright = solid_from(shape)
     return solid._replace(sizes=upright.sizes, centre=upright.centre, rows=upright.rows)
 

@@ -13,10 +13,10 @@ from math import isfinite
 from typing import NamedTuple
 
 from ..formats import FORMATS, Artifact, Fact, Facts, Value
-from ..formats.facts import ANGLES, AXES
+from ..formats.facts import ANGLES, AXES, Solid
 from ..model import Robot, Transform
 from ..model.geometry import rotation_of_rpy
-from .solids import Solid, solid_of
+from .solids import solid_of
 from .tolerance import Turn
 
 _SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
@@ -41,6 +41,11 @@ class View(NamedTuple):
         """Return the frame that a frame sits in; empty if the view does not know it."""
         return self.text("frame", frame, "parent")
 
+    def parents(self) -> dict[str, str]:
+        """Return the frames that frames sit in, by name."""
+        parents = (pair for pair in self.plain.items() if pair[0][2] == "parent" and pair[0][0] == "frame")
+        return {fact[1]: str(value[0]) for fact, value in parents}
+
     def text(self, kind: str, name: str, quantity: str) -> str:
         """Return the value of a fact as text; empty if there is none."""
         found = self.plain.get(Fact(kind, name, quantity))
@@ -57,7 +62,7 @@ def view_of(facts: Facts, names: Mapping[str, str]) -> View:
     shapes: dict[tuple[str, str, int], dict[str, Value]] = {}
     heights: dict[str, dict[tuple[int, int], float]] = {}
     for written, value in facts.items():
-        check(written, value)
+        _check(written, value)
         kind, name, quantity = fact = written
         part = _part(kind, quantity)
         if names or (part is not None and part[0] == _ROWS):
@@ -91,6 +96,12 @@ def view_of_model(facts: Facts, frames: Iterable[str]) -> View:
     return View(facts, turns, {}, {}, frozenset())
 
 
+def names_in(facts: Facts) -> frozenset[str]:
+    """Return the frames and links that facts speak of, under the names that an artifact has for them."""
+    names = {fact[1] for fact in facts if fact[0] in ("frame", "link")}
+    return frozenset(names.union(str(value[0]) for fact, value in facts.items() if fact[2] == "parent"))
+
+
 # What is not plain: an angle, a property of a shape, how many shapes there are, a cell, a frame of several rows.
 _TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
 
@@ -114,14 +125,7 @@ def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
     return (_HEIGHT, "", int(cell[1]), cell[2]) if cell else None
 
 
-def solid_part(quantity: str) -> tuple[str, int, str] | None:
-    """Return the purpose and the number of the shape of a link that a quantity is of, and what of it; else None."""
-    part = _part("link", quantity)
-    return part[1:] if part is not None and part[0] == _SOLID else None
-
-
-def check(fact: Fact, value: Value) -> None:
-    """Raise ValueError for a fact that no artifact in order says."""
+def _check(fact: Fact, value: Value) -> None:
     said = value.value
     sound = isfinite(said) if isinstance(said, float) else isinstance(said, str)
     kind, name, quantity = fact

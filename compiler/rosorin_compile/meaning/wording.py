@@ -12,11 +12,11 @@ from typing import NamedTuple
 
 from ..diagnostics.wording import counted, first_of, printable
 from ..formats import Fact, Value
-from ..formats.facts import ANGLES, AXES, INERTIA, SIZES
+from ..formats.facts import ANGLES, AXES, INERTIA, SIZES, Solid
 from ..model import Pose, Transform, Vector
 from ..model.geometry import angle_between, norm, pose_of
 from ..numbers import exact
-from .solids import Delta, Solid, largest_step
+from .solids import Delta, largest_step
 from .tolerance import NOISE, joined
 
 _MAX_TEXT = 60

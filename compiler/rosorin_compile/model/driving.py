@@ -23,14 +23,12 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
 from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
+from .robot import Robot, of_robot
 from .shape import Capsule, Cylinder, Shape, Sphere
-
-if TYPE_CHECKING:
-    from .robot import Robot
 
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
@@ -184,6 +182,7 @@ def _fitted(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[fl
     return [normal[line][size] / normal[line][line] for line in range(size)]
 
 
+@of_robot
 def driving_of(robot: Robot) -> Driving:
     """Return the kinematics of the drive of a robot, at zero. Raises ValueError where there is no drive, or none to be.
 
@@ -301,6 +300,7 @@ def _radius(robot: Robot, drive: Drive, name: str) -> float:
     return radius
 
 
+@of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
     """Return how far round shapes reach from the axis of a joint (m): those of its wheel and of what hangs on it.
 

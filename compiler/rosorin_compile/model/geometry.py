@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]
@@ -95,6 +96,8 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
     )
 
 
+# Several rules and formats ask, and many links of a large robot weigh the same.
+@lru_cache(maxsize=20_000)
 def eigenvalues(rows: Rows) -> Vector:
     """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
 

@@ -35,7 +35,7 @@ Made = TypeVar("Made")
 def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
     """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
 
-    def known(robot: Robot, *given: Given.args, **named: Given.kwargs) -> Made:
+    def known(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
         key = (work.__module__, work.__qualname__, given, *named.items())
         if key not in robot.worked_out:
             robot.worked_out[key] = work(robot, *given, **named)

@@ -7,7 +7,6 @@ line and what stands in its place has not, it is refused; where nobody can know,
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 from collections.abc import Callable, Collection, Iterator, Mapping
@@ -119,6 +118,8 @@ def is_marked(data: bytes) -> bool:
 
 def digest(data: bytes) -> str:
     """Return what tells a file from any other."""
+    import hashlib
+
     return hashlib.sha256(data).hexdigest()
 
 

@@ -22,7 +22,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Blocks, Fact, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
+    from ..facts import Held, Known
     from ..imported import Imported, Proof
     from ..templating import Templates
 
@@ -61,10 +62,10 @@ def _facts(text: str) -> Facts:
     return read(text)
 
 
-def _blocks(text: str) -> Blocks:
-    from .facts import blocks
+def _against(text: str, known: Known) -> Held:
+    from .facts import against
 
-    return blocks(text)
+    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -260,7 +261,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
-    blocks=_blocks,
+    against=_against,
     syntax=_syntax,
     refusal=_refusal,
     prove=_prove,

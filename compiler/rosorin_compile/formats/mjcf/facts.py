@@ -13,16 +13,15 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from ...model import Transform
 from ...model.geometry import transform_of_quaternion
-from ..facts import AXES, FactSheet, Six, flat, number_of
-from ..format import Block, Blocks, Fact, Facts
+from ..facts import AXES, COLLISION, VISUAL, FactSheet, Held, Known, Six, number_of
+from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
-
-    from ...model import Transform
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -41,12 +40,15 @@ _PAIRED = ("geom1", "geom2")
 
 def read(text: str) -> Facts:
     """Return what an MJCF says. Raises ValueError if it is damaged."""
-    return flat(blocks(text))
+    return _read(FactSheet(text, "mujoco")).facts
 
 
-def blocks(text: str) -> Blocks:
-    """Return the same block by block."""
-    sheet = FactSheet(text, "mujoco")
+def against(text: str, known: Known) -> Held:
+    """Return what an MJCF says that is not known. Raises ValueError if it is damaged."""
+    return _read(FactSheet(text, "mujoco", known)).held()
+
+
+def _read(sheet: FactSheet) -> FactSheet:
     worldbody = sheet.root.find("worldbody")
     if worldbody is None:
         raise ValueError("there is no <worldbody>")
@@ -81,7 +83,7 @@ def blocks(text: str) -> Blocks:
     _pairs(sheet, worldbody, owners)
     for key in sheet.root.iterfind("keyframe/key"):
         _key(sheet, key, joints, free)
-    return sheet.blocks
+    return sheet
 
 
 def _root_is_world(worldbody: Element) -> None:
@@ -198,9 +200,9 @@ def _attributes(sheet: FactSheet, fact: Fact, element: Element) -> None:
         numbers = _numbers(text)
         for index, number in enumerate(numbers, start=1):
             which = f" {index}" if len(numbers) > 1 else ""
-            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}{which}"), number)
+            sheet.add(Fact(fact.kind, fact.name, f"{fact.quantity} {name}{which}"), number)
         if not numbers:
-            sheet.add(fact._replace(quantity=f"{fact.quantity} {name}"), text)
+            sheet.add(Fact(fact.kind, fact.name, f"{fact.quantity} {name}"), text)
 
 
 def _numbers(text: str) -> list[float]:
@@ -212,10 +214,9 @@ def _numbers(text: str) -> list[float]:
 
 
 def _transform(sheet: FactSheet, element: Element) -> Transform:
-    return sheet.transform(
-        (element.get("pos"), element.get("quat")),
-        lambda: transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN)),
-    )
+    if "quat" not in element.attrib:
+        return Transform(xyz=sheet.vector3(element, "pos"))
+    return transform_of_quaternion(sheet.vector3(element, "pos"), sheet.vector(element, "quat", 4, _NO_TURN))
 
 
 def _joints(sheet: FactSheet, joints: dict[str, Element], child: str) -> None:
@@ -243,26 +244,19 @@ def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
-    name = sheet.text(joint, "name")
-    sheet.add(Fact("joint", name, "child"), child)
-    key = tuple(item for item in joint.items() if item[0] not in ("name", "class"))
-    sheet.blocks.append(("joint", name, sheet.once(("joint", key), lambda: _motion(sheet, joint))))
-
-
-def _motion(sheet: FactSheet, joint: Element) -> Block:
-    kind = joint.get("type", "hinge")
+    name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
     slides = kind == "slide"
     unit, force = ("m", "N") if slides else ("rad", "N*m")
     ends = sheet.vector(joint, "range", 2, ())
     if not slides:
         kind = "revolute" if ends else "continuous"
-    said = {"type": sheet.value("prismatic" if slides else kind)}
-    axis = sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))
-    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, axis, strict=True)}
+    sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
+    sheet.add(Fact("joint", name, "child"), child)
+    _axis(sheet, name, joint)
     for quantity, value in zip(("lower", "upper"), ends, strict=False):
-        said[quantity] = sheet.value(value, unit)
+        sheet.add(Fact("joint", name, quantity), value, unit)
     for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
-        said["effort"] = sheet.value(effort, force)
+        sheet.add(Fact("joint", name, "effort"), effort, force)
     dynamics = (
         ("damping", "damping", f"{force}*s/{unit}"),
         ("friction", "frictionloss", force),
@@ -270,8 +264,7 @@ def _motion(sheet: FactSheet, joint: Element) -> Block:
     )
     for quantity, attribute, dimension in dynamics:
         if attribute in joint.attrib:
-            said[quantity] = sheet.value(sheet.number(joint, attribute), dimension)
-    return said
+            sheet.add(Fact("joint", name, quantity), sheet.number(joint, attribute), dimension)
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
@@ -287,17 +280,15 @@ def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:
 
 def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str, Element]) -> None:
     """Take down the geoms of a body: what they are for stands at the end of their class."""
-    for purpose in ("collision", "visual"):
+    for purpose in (COLLISION, VISUAL):
         ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
         sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
         for index, geom in enumerate(ours, start=1):
             kind = geom.get("type", "sphere")
             sizes = _full_sizes(sheet, geom, kind, scales)
             sheet.add_shape(name, f"{purpose} {index}", kind, sizes, _transform(sheet, geom))
-            colour = zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False)
-            look = {f"{purpose} {index} {part}": sheet.value(value) for part, value in colour}
-            if look:
-                sheet.blocks.append(("link", name, look))
+            for part, value in zip(_COLOUR, sheet.vector(geom, "rgba", 4, ()), strict=False):
+                sheet.add_of_shape(name, f"{purpose} {index}", part, value)
 
 
 def _full_sizes(sheet: FactSheet, geom: Element, kind: str, scales: dict[str, Element]) -> tuple[float, ...]:

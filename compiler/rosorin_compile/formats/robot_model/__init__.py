@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import WARNING, Diagnostic, did_you_mean, error
@@ -26,8 +26,8 @@ from ...model import (
     Transform,
 )
 from ...rules.case import Case, suggest
-from ..facts import AXES, flat, frame_facts
-from ..format import Block, Blocks, Facts, Format, Opened, Value
+from ..facts import AXES, frame_facts
+from ..format import Fact, Facts, Format, Opened, Value
 from ..templating import Templates
 
 if TYPE_CHECKING:
@@ -228,14 +228,8 @@ def read(text: str) -> Facts:
     z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
-    return flat(_blocks(text))
-
-
-def _blocks(text: str) -> Blocks:
     try:
-        blocks = _read(json_of(text, _no_number))
-        dict.fromkeys(name for _, name, _ in blocks)  # else a name may be a list
-        return blocks
+        return _read(json_of(text, _no_number))
     except (KeyError, TypeError, AttributeError, OverflowError) as problem:
         raise ValueError(f"not a driver's model: {problem!r}") from None
 
@@ -244,71 +238,50 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a number of JSON")
 
 
-def _read(model: Mapping[str, Any]) -> Blocks:
-    blocks: Blocks = [("robot", "robot", {"source": Value(str(model["source"]))})]
+def _read(model: Mapping[str, Any]) -> Facts:
+    facts: Facts = {Fact("robot", "robot", "source"): Value(str(model["source"]))}
     for name, value in model.get("pulse_to_rad", {}).items():
         unit = "rad" if name == "rad_per_pulse" else ""
         text = ", ".join(value) if name == "joints" else str(value).lower()
         is_number = name in ("rad_per_pulse", "zero")
-        blocks.append(("servo", "pulse_to_rad", {name: Value(float(value) if is_number else text, unit)}))
-    # What is said of many joints in the same numbers is one object.
-    once: dict[str, Block] = {}
+        facts[Fact("servo", "pulse_to_rad", name)] = Value(float(value) if is_number else text, unit)
     for name, joint in model["joints"].items():
-        blocks.append(("frame", joint["child"], {"parent": Value(joint["parent"])}))
-        blocks.append(("frame", joint["child"], _once(once, [joint["xyz"], joint["rpy"]], _origin)))
-        blocks.append(("joint", name, {"child": Value(joint["child"])}))
-        said = [joint["type"], joint["axis"] if joint["type"] in _UNITS else None, joint["limit"]]
-        blocks.append(("joint", name, _once(once, said, _motion)))
+        facts |= _read_joint(name, joint)
     for link, box in model["boxes"].items():
-        blocks.append(("link", link, _once(once, [box["min"], box["max"]], _box)))
+        for corner in ("min", "max"):
+            facts |= _vector("link", link, [f"box {corner} {axis}" for axis in AXES], box[corner], "m")
     if "chassis_heightmap" in model:
-        blocks += _read_height_map(model["chassis_heightmap"])
-    return blocks
+        facts |= _read_height_map(model["chassis_heightmap"])
+    return facts
 
 
-def _once(once: dict[str, Block], said: list[Any], make: Callable[..., Block]) -> Block:
-    """Return what is made of numbers that may be said of many things."""
-    key = f"{make.__name__} {said}"
-    if key not in once:
-        once[key] = make(*said)
-    return once[key]
+def _read_joint(name: str, joint: Mapping[str, Any]) -> Facts:
+    child, unit = joint["child"], _UNITS.get(joint["type"], "")
+    (x, y, z), (roll, pitch, yaw) = _numbers(joint["xyz"]), _numbers(joint["rpy"])
+    facts = frame_facts(child, joint["parent"], Pose((x, y, z), (roll, pitch, yaw)))
+    facts |= {Fact("joint", name, key): Value(joint[key]) for key in ("type", "child")}
+    if joint["type"] in _UNITS:
+        facts |= _vector("joint", name, [f"axis {axis}" for axis in AXES], joint["axis"], "")
+    if joint["limit"] is not None:
+        facts |= _vector("joint", name, ("lower", "upper"), joint["limit"], unit)
+    return facts
 
 
-def _origin(xyz: Any, rpy: Any) -> Block:
-    (x, y, z), (roll, pitch, yaw) = _numbers(xyz), _numbers(rpy)
-    facts = frame_facts("", "", Pose((x, y, z), (roll, pitch, yaw)))
-    return {fact.quantity: value for fact, value in facts.items() if fact.quantity != "parent"}
-
-
-def _motion(kind: str, axis: Any, limit: Any) -> Block:
-    said = {"type": Value(kind)}
-    if axis is not None:
-        said |= _vector([f"axis {letter}" for letter in AXES], axis, "")
-    if limit is not None:
-        said |= _vector(("lower", "upper"), limit, _UNITS.get(kind, ""))
-    return said
-
-
-def _box(lower: Any, upper: Any) -> Block:
-    corners = (("min", lower), ("max", upper))
-    return {
-        quantity: value
-        for corner, numbers in corners
-        for quantity, value in _vector([f"box {corner} {axis}" for axis in AXES], numbers, "m").items()
+def _read_height_map(described: Mapping[str, Any]) -> Facts:
+    frame = described["frame"]
+    facts = _vector("height map", frame, ("origin x", "origin y"), described["origin_xy"], "m")
+    facts |= _vector("height map", frame, ("cell",), [described["cell"]], "m")
+    facts |= {
+        Fact("height map", frame, key): Value(described[key]) for key in ("method", "stand_in") if key in described
     }
-
-
-def _read_height_map(described: Mapping[str, Any]) -> Blocks:
-    said = _vector(("origin x", "origin y"), described["origin_xy"], "m") | _vector(("cell",), [described["cell"]], "m")
-    said |= {key: Value(described[key]) for key in ("method", "stand_in") if key in described}
     for i, row in enumerate(described["z"]):
-        said |= _vector([f"cell {i} {j}" for j in range(len(row))], row, "m")
-    return [("height map", described["frame"], said)]
+        facts |= _vector("height map", frame, [f"cell {i} {j}" for j in range(len(row))], row, "m")
+    return facts
 
 
-def _vector(quantities: Iterable[str], numbers: Iterable[float], unit: str) -> dict[str, Value]:
+def _vector(kind: str, name: str, quantities: Iterable[str], numbers: Iterable[float], unit: str) -> Facts:
     pairs = zip(quantities, numbers, strict=True)
-    return {quantity: Value(float(number), unit) for quantity, number in pairs}
+    return {Fact(kind, name, quantity): Value(float(number), unit) for quantity, number in pairs}
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -377,7 +350,6 @@ FORMAT = Format(
     read=_read_robot,
     include=False,
     facts=read,
-    blocks=_blocks,
     syntax=json_of,
     schema="robot_model",
     solids=_solids,

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Output, Robot, Shape
     from ...rules.case import Case
+    from ..facts import Held, Known
     from ..imported import Imported, Proof
     from ..templating import Templates
 
@@ -55,6 +56,12 @@ def _facts(text: str) -> Facts:
     from .facts import read
 
     return read(text)
+
+
+def _against(text: str, known: Known) -> Held:
+    from .facts import against
+
+    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -123,6 +130,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
+    against=_against,
     syntax=_syntax,
     prove=_prove,
     frames=_frames,

@@ -12,13 +12,13 @@ code that reads those of others.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, NamedTuple
 
-from ...model import Pose, Transform
-from ...numbers import six
+from ...model import Transform
+from ...model.geometry import rotation_of_rpy
 from ...xml.elements import canonical
-from ..facts import AXES, ROTATION_ROUNDING, FactSheet, number_of
+from ..facts import AXES, FactSheet, Held, Known, numbers_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
@@ -31,6 +31,7 @@ _OF_MODEL = ("link", "frame", "joint", "pose")
 _OF_LINK = ("pose", "inertial", "visual", "collision")
 _OF_JOINT = ("pose", "parent", "child", "axis")
 _SOLIDS = ("box", "cylinder", "capsule", "sphere", "ellipsoid", "mesh")
+_NOWHERE = (0.0,) * 6
 _LENGTHS = {"cylinder": ("radius", "length"), "capsule": ("radius", "length"), "sphere": ("radius",)}
 
 
@@ -44,14 +45,13 @@ class _Placed(NamedTuple):
 class _Sheet(FactSheet):
     """Facts of an SDF, whose numbers are the texts of elements."""
 
-    def __init__(self, text: str) -> None:
-        super().__init__(text, "sdf")
-        self.exact = any(_is_long(word) for element in self.root.iter() for word in (element.text or "").split())
-        self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
+    def numbers_written(self) -> Iterator[str]:
+        """Yield the texts in which numbers stand."""
+        return (element.text or "" for element in self.root.iter())
 
     def numbers(self, element: Element, tag: str, count: int) -> tuple[float, ...]:
         """Return the numbers of a child. Raises ValueError unless there are so many."""
-        found = tuple(map(number_of, self.word(element, tag).split()))
+        found = numbers_of(self.word(element, tag))
         if len(found) != count:
             raise ValueError(f"<{tag}> of <{element.tag}>: {count} numbers are needed")
         return found
@@ -68,30 +68,31 @@ class _Sheet(FactSheet):
         return text.strip()
 
 
-def _is_long(word: str) -> bool:
-    """Say whether a word is a number that was printed with more than six digits."""
-    try:
-        return len(word) > 6 and float(six(number_of(word))) != number_of(word)
-    except ValueError:
-        return False
-
-
 def read(text: str) -> Facts:
     """Return what an SDF says about frames, joints and links. Raises ValueError if it is damaged."""
-    sheet = _Sheet(text)
+    return _read(_Sheet(text, "sdf")).facts
+
+
+def against(text: str, known: Known) -> Held:
+    """Return what an SDF says that is not known. Raises ValueError if it is damaged."""
+    return _read(_Sheet(text, "sdf", known)).held()
+
+
+def _read(sheet: _Sheet) -> _Sheet:
     model = sheet.root.find("model")
     if model is None:
         raise ValueError("there is no <model>")
-    joints = {sheet.text(joint, "name"): _placed(joint, "") for joint in model.iterfind("joint")}
-    ends = {sheet.text(joint, "name"): sheet.word(joint, "parent") for joint in model.iterfind("joint")}
-    for element in (*model.iterfind("link"), *model.iterfind("frame")):
+    links, every = model.findall("link"), model.findall("joint")
+    joints = {sheet.text(joint, "name"): _placed(joint, "") for joint in every}
+    ends = {sheet.text(joint, "name"): sheet.word(joint, "parent") for joint in every}
+    for element in (*links, *model.findall("frame")):
         _frame(sheet, element, joints, ends)
-    for link in model.iterfind("link"):
+    for link in links:
         _link(sheet, link)
-    for joint in model.iterfind("joint"):
+    for joint in every:
         _joint(sheet, joint)
     _elements(sheet, Fact("robot", sheet.text(model, "name"), ""), model, _OF_MODEL)
-    return sheet.facts
+    return sheet
 
 
 def _placed(element: Element, default: str) -> _Placed:
@@ -99,11 +100,11 @@ def _placed(element: Element, default: str) -> _Placed:
     pose = element.find("pose")
     if pose is None:
         return _Placed(default, Transform())
-    values = tuple(map(number_of, (pose.text or "").split()))
+    values = numbers_of(pose.text or "")
     if len(values) not in (0, 6):
         raise ValueError(f"<pose> of <{element.tag}>: 6 numbers are needed")
-    x, y, z, *rpy = values or (0.0,) * 6
-    return _Placed(pose.get("relative_to", default), Pose((x, y, z), (rpy[0], rpy[1], rpy[2])).transform())
+    x, y, z, *rpy = values or _NOWHERE
+    return _Placed(pose.get("relative_to", default), Transform(rotation_of_rpy((rpy[0], rpy[1], rpy[2])), (x, y, z)))
 
 
 def _frame(sheet: _Sheet, element: Element, joints: Mapping[str, _Placed], ends: Mapping[str, str]) -> None:
@@ -120,6 +121,9 @@ def _frame(sheet: _Sheet, element: Element, joints: Mapping[str, _Placed], ends:
 def _elements(sheet: _Sheet, fact: Fact, element: Element, known: tuple[str, ...]) -> None:
     """Take down the elements that no other artifact has, by their names where those tell them apart."""
     kept = [one for one in element if one.tag not in known]
+    if sheet.known is not None and kept:
+        sheet.add(fact, "")  # nothing of it is known but the name
+        return
     names = Counter((one.tag, one.get("name", "")) for one in kept)
     for number, inner in enumerate(kept, 1):
         name = inner.get("name", "")
@@ -139,8 +143,8 @@ def _link(sheet: _Sheet, link: Element) -> None:
     others = []
     for purpose in ("visual", "collision"):
         counts: dict[str, int] = {}
-        for shape in link.iterfind(purpose):
-            if not any(solid.tag in _SOLIDS for solid in shape.iterfind("geometry/*")):
+        for shape in link.findall(purpose):
+            if not any(solid.tag in _SOLIDS for geometry in shape.findall("geometry") for solid in geometry):
                 others.append(shape)
                 continue
             owner, pose = _placed(shape, name)
@@ -149,7 +153,8 @@ def _link(sheet: _Sheet, link: Element) -> None:
         for owner, count in counts.items():
             sheet.add(Fact("link", owner, f"{purpose} shapes"), float(count), tolerance=0.0)
     for number, shape in enumerate(others, 1):
-        sheet.add(Fact("link", name, f"element {number} of its own {shape.tag}"), canonical(shape))
+        said = canonical(shape) if sheet.known is None else ""
+        sheet.add(Fact("link", name, f"element {number} of its own {shape.tag}"), said)
     _elements(sheet, Fact("link", name, ""), link, _OF_LINK)
 
 
@@ -160,17 +165,17 @@ def _shape(sheet: _Sheet, link: str, label: str, shape: Element, pose: Transform
     solid = geometry[0]
     sheet.add_shape(link, label, solid.tag, _sizes(sheet, solid), pose)
     if solid.tag == "mesh":
-        sheet.add(Fact("link", link, f"{label} file"), sheet.word(solid, "uri"))
-    sheet.add(Fact("link", link, f"{label} name"), sheet.text(shape, "name"))
+        sheet.add_of_shape(link, label, "file", sheet.word(solid, "uri"))
+    sheet.add_of_shape(link, label, "name", sheet.text(shape, "name"))
     material = shape.find("material")
     if material is None:
         return
     if material.find("diffuse") is not None:
         for colour, value in zip(_COLOUR, sheet.numbers(material, "diffuse", 4), strict=True):
-            sheet.add(Fact("link", link, f"{label} {colour}"), value)
-    texture = material.findtext("pbr/metal/albedo_map")
+            sheet.add_of_shape(link, label, colour, value)
+    texture = material.findtext("pbr/metal/albedo_map") if material.find("pbr") is not None else None
     if texture:
-        sheet.add(Fact("link", link, f"{label} texture"), texture)
+        sheet.add_of_shape(link, label, "texture", texture)
 
 
 def _sizes(sheet: _Sheet, solid: Element) -> tuple[float, ...]:

@@ -12,13 +12,14 @@ from typing import TYPE_CHECKING
 
 from ...model import ROBOT_STATE_PUBLISHER
 from ..distributions import DISTRIBUTIONS
-from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Blocks, Fact, Facts, Format, Opened
+from ..format import BOXES_OF_HEIGHT_MAPS, FORMS_OF_BOXES, NUMBER_FORMAT, Asked, Fact, Facts, Format, Opened
 
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...frontend.tree import Map
     from ...model import Inertial, Output, Robot, Shape
     from ...rules.case import Case
+    from ..facts import Held, Known
     from ..imported import Imported
     from ..templating import Templates
 
@@ -43,10 +44,10 @@ def _facts(text: str) -> Facts:
     return read(text)
 
 
-def _blocks(text: str) -> Blocks:
-    from .facts import blocks
+def _against(text: str, known: Known) -> Held:
+    from .facts import against
 
-    return blocks(text)
+    return against(text, known)
 
 
 def _syntax(text: str) -> object:
@@ -174,7 +175,7 @@ FORMAT = Format(
     write=_write,
     read=_read,
     facts=_facts,
-    blocks=_blocks,
+    against=_against,
     syntax=_syntax,
     frames=lambda robot: [joint.child for joint in robot.in_urdf()],
     solids=_solids,

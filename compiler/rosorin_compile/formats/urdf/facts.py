@@ -17,9 +17,10 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from ...model import Pose, Transform
-from ..facts import AXES, SIZES, FactSheet, flat, number_of
-from ..format import Block, Blocks, Fact, Facts
+from ...model import Transform
+from ...model.geometry import rotation_of_rpy
+from ..facts import AXES, SIZES, FactSheet, Held, Known, number_of
+from ..format import Fact, Facts
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
@@ -29,36 +30,41 @@ _OF_ROBOT = ("link", "joint", "material")
 _OF_LINK = ("inertial", "visual", "collision")
 _OF_SHAPE = ("origin", "geometry", "material")
 _OF_JOINT = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
-_ENDS = ("parent", "child", "origin")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _COLOUR = ("red", "green", "blue", "alpha")
 
 
 def read(text: str) -> Facts:
     """Return what a URDF says about frames, joints and links. Raises ValueError if it is damaged."""
-    return flat(blocks(text))
+    return _read(FactSheet(text, "robot")).facts
 
 
-def blocks(text: str) -> Blocks:
-    """Return the same block by block."""
-    sheet = FactSheet(text, "robot")
-    materials = {material.get("name", ""): material for material in sheet.root.iterfind("material")}
+def against(text: str, known: Known) -> Held:
+    """Return what a URDF says that is not known. Raises ValueError if it is damaged."""
+    return _read(FactSheet(text, "robot", known)).held()
+
+
+def _read(sheet: FactSheet) -> FactSheet:
+    materials = {material.get("name", ""): material for material in sheet.root.findall("material")}
     for name, material in materials.items():
         for quantity, value in _look(sheet, material).items():
             sheet.add(Fact("material", name, quantity), value)
-    for link in sheet.root.iterfind("link"):
+    for link in sheet.root.findall("link"):
         _link(sheet, link, materials)
-    for joint in sheet.root.iterfind("joint"):
+    for joint in sheet.root.findall("joint"):
         _joint(sheet, joint)
     _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
-    return sheet.blocks
+    return sheet
 
 
 def _elements(
     sheet: FactSheet, fact: Fact, element: Element, known: Sequence[str], foreign: Sequence[Element] = ()
 ) -> None:
     """Take down the elements that no other artifact has; space between elements means nothing."""
-    kept = [inner for inner in element if inner.tag not in known or (foreign and inner in foreign)]
+    kept = [inner for inner in element if inner.tag not in known or inner in foreign]
+    if sheet.known is not None and kept:
+        sheet.add(fact, "")  # nothing of it is known but the name
+        return
     for number, inner in enumerate(kept, 1):
         sheet.add(fact._replace(quantity=f"{fact.quantity} element {number} {inner.tag}".strip()), _plain(inner))
 
@@ -85,11 +91,8 @@ def _transform(sheet: FactSheet, element: Element) -> Transform:
     """Return what the <origin> of an element says; none is the identity."""
     origin = element.find("origin")
     if origin is None:
-        return sheet.transform(None, Transform)
-    return sheet.transform(
-        (origin.get("xyz"), origin.get("rpy")),
-        lambda: Pose(sheet.vector3(origin, "xyz"), sheet.vector3(origin, "rpy")).transform(),
-    )
+        return Transform()
+    return Transform(rotation_of_rpy(sheet.vector3(origin, "rpy")), sheet.vector3(origin, "xyz"))
 
 
 def _joint(sheet: FactSheet, joint: Element) -> None:
@@ -99,16 +102,16 @@ def _joint(sheet: FactSheet, joint: Element) -> None:
     sheet.add(Fact("joint", name, "type"), kind)
     sheet.add(Fact("joint", name, "child"), child)
     if kind in _MOVING:
-        key = (kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
-        sheet.blocks.append(("joint", name, sheet.once(key, lambda: _motion(sheet, joint, _MOVING[kind]))))
+        _motion(sheet, joint, name, _MOVING[kind])
     _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
 
 
-def _motion(sheet: FactSheet, joint: Element, unit: str) -> Block:
+def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
     force = "N" if unit == "m" else "N*m"
     axis = joint.find("axis")
     xyz = (1.0, 0.0, 0.0) if axis is None else sheet.vector3(axis, "xyz")
-    said = {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
+    for letter, value in zip(AXES, xyz, strict=True):
+        sheet.add(Fact("joint", name, f"axis {letter}"), value)
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     calibration = {"rising": unit, "falling": unit, "reference_position": unit}
@@ -127,13 +130,12 @@ def _motion(sheet: FactSheet, joint: Element, unit: str) -> Block:
         element = joint.find(tag)
         for quantity, dimension in quantities.items():
             if element is not None and quantity in element.attrib:
-                said[called + quantity] = sheet.value(sheet.number(element, quantity), dimension)
+                sheet.add(Fact("joint", name, called + quantity), sheet.number(element, quantity), dimension)
     mimic = joint.find("mimic")
     if mimic is not None:
-        said["mimic joint"] = sheet.value(sheet.text(mimic, "joint"))
-        said["mimic multiplier"] = sheet.value(sheet.number(mimic, "multiplier", 1.0))
-        said["mimic offset"] = sheet.value(sheet.number(mimic, "offset"), unit)
-    return said
+        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(mimic, "joint"))
+        sheet.add(Fact("joint", name, "mimic multiplier"), sheet.number(mimic, "multiplier", 1.0))
+        sheet.add(Fact("joint", name, "mimic offset"), sheet.number(mimic, "offset"), unit)
 
 
 def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> None:
@@ -167,18 +169,18 @@ def _shape(sheet: FactSheet, link: str, label: str, shape: Element, materials: M
     solid = geometry[0]
     sheet.add_shape(link, label, solid.tag, _sizes(sheet, solid), _transform(sheet, shape))
     if solid.tag == "mesh":
-        sheet.add(Fact("link", link, f"{label} file"), sheet.text(solid, "filename"))
+        sheet.add_of_shape(link, label, "file", sheet.text(solid, "filename"))
     if "name" in shape.attrib:
-        sheet.add(Fact("link", link, f"{label} name"), sheet.text(shape, "name"))
+        sheet.add_of_shape(link, label, "name", sheet.text(shape, "name"))
     _elements(sheet, Fact("link", link, label), shape, _OF_SHAPE)
     material = shape.find("material")
     if material is None:
         return
     called = sheet.text(material, "name")
-    sheet.add(Fact("link", link, f"{label} material"), called)
+    sheet.add_of_shape(link, label, "material", called)
     look = _look(sheet, material) or _look(sheet, materials.get(called, material))
     for quantity, value in look.items():
-        sheet.add(Fact("link", link, f"{label} {quantity}"), value)
+        sheet.add_of_shape(link, label, quantity, value)
 
 
 def _look(sheet: FactSheet, material: Element) -> dict[str, float | str]:

@@ -12,8 +12,7 @@ mujoco = pytest.importorskip("mujoco", minversion="4")
 
 from rosorin_compile.model import Box, Capsule, Cylinder, HeightMap, Mesh, Shape, Sphere, Transform  # noqa: E402
 from rosorin_compile.model.geometry import transform_of_quaternion  # noqa: E402
-from rosorin_compile.model.touching import NEAR, Solid, around  # noqa: E402
-from rosorin_compile.model.touching import touch as touch_solids  # noqa: E402
+from rosorin_compile.model.touching import NEAR, Solid, Touching, around  # noqa: E402
 
 CASES = 1500
 QUARTER_TURNS = ([1, 0, 0, 0], [1, 1, 0, 0], [1, 0, 1, 0], [1, 1, 1, 1])
@@ -34,7 +33,7 @@ def solid(chance: random.Random) -> tuple[Shape, str, list[float]]:
 
 
 def touch(ones: Sequence[Shape], others: Sequence[Shape], way: Transform) -> bool:
-    return touch_solids(solids(ones), solids(others), way)
+    return Touching(solids(ones), solids(others)).at(way)
 
 
 def solids(shapes: Sequence[Shape]) -> list[Solid]:

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from rosorin_compile import again, cache, project
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
-from rosorin_compile.project import cache
 
 KEY = {"description": "/robots/r.yaml", "arguments": {"a": "1"}, "form": ["text", False]}
 SAID = ["warning: ä\n", {"n": [1, 2.5, None]}]
@@ -118,10 +118,12 @@ def test_no_output_folder(remembered):
 
 
 def test_another_tool(remembered, monkeypatch, tmp_path):
-    for name, other in {"__version__": "9", "data_folder": lambda _: tmp_path / "out"}.items():
-        with monkeypatch.context() as patch:
-            patch.setattr(stamp, name, other)
-            assert remembered.recall() is None
+    with monkeypatch.context() as patch:
+        patch.setattr(stamp, "__version__", "9")
+        assert remembered.recall() is None
+    with monkeypatch.context() as patch:
+        patch.setattr(project, "data_folder", lambda _: tmp_path / "out")
+        assert remembered.recall() is None
     with monkeypatch.context() as patch:
         patch.setattr(sys, "version", "4.0")
         assert remembered.recall() is None
@@ -141,8 +143,8 @@ def test_each_file_of_the_tool_counts(run, monkeypatch, tmp_path):
     ):
         (tool / name).parent.mkdir(parents=True, exist_ok=True)
         (tool / name).write_text("one")
-    monkeypatch.setattr(stamp, "__file__", str(tool / "output" / "stamp.py"))
-    monkeypatch.setattr(stamp, "data_folder", lambda name: tool / name)
+    monkeypatch.setattr(again, "__file__", str(tool / "again.py"))
+    monkeypatch.setattr(project, "data_folder", lambda name: tool / name)
     run.remember()
     for name in ("stamp.py", "emit/urdf.py", "templates/t.jinja", "parts_library/p.yaml", "viewer/page.js"):
         status = (tool / name).stat()
@@ -206,7 +208,7 @@ def test_inputs_that_were_changed_during_the_run(run):
     run.remember(begun=old)
     assert run.recall() is None
     time.sleep(0.03)  # the clock of file times moves in steps, of 10 ms on some systems
-    begun = stamp.now()
+    begun = again.now()
     run.remember(begun=begun)
     assert run.recall() == SAID
     run.inputs[3].write_text("changed while it was read")

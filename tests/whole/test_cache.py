@@ -11,12 +11,15 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins
+from rosorin_compile import cache, plugins
+from rosorin_compile.cache import cache_folder, cache_refused, keep, recalled
 from rosorin_compile.cli import main
-from rosorin_compile.project import cache
-from rosorin_compile.project.cache import cache_folder, cache_refused, keep, recalled
 
-ROBOT = "robot: plain\nlinks: {base_link: {}}\noutputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}}\n"
+ROBOT = """\
+robot: plain
+links: {base_link: {}}
+outputs: {urdf: {file: plain.urdf}, mjcf: {file: plain.xml}, note: {template: note.jinja, file: note.txt}}
+"""
 
 
 @pytest.fixture
@@ -25,6 +28,7 @@ def robot(home: Path) -> Path:
     folder = home / "descriptions" / "plain"
     folder.mkdir(parents=True)
     (folder / "robot.yaml").write_text(ROBOT)
+    (folder / "note.jinja").write_text("{{ robot.name }}\n")
     time.sleep(0.03)  # the clock of file times moves in steps, of 10 ms on some systems
     assert main(["all"]) == 0
     return home
@@ -215,7 +219,7 @@ def test_messages_of_another_form(robot: Path, messages: object, capsys: pytest.
     keep(path, json.dumps({**stamp, "messages": messages}).encode())
     capsys.readouterr()
     assert main(["all"]) == 0
-    assert capsys.readouterr().out == "plain: 2 artifacts in outputs/plain, unchanged\n"
+    assert capsys.readouterr().out == "plain: 3 artifacts in outputs/plain, unchanged\n"
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import plugins
-from rosorin_compile.project import cache
+from rosorin_compile import cache, plugins
 
 pytestmark = pytest.mark.slow
 

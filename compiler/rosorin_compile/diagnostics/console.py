@@ -16,6 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
+from ..again import ERR, OUT
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 
@@ -118,6 +119,7 @@ class Console:
         self.sections: list[Section] = []
         self.collected: list[Diagnostic] = []
         self.ran = 0
+        self.printed: list[tuple[str, str]] = []  # as ``again`` keeps it
         self.stand_ins = 0
 
     @property
@@ -183,6 +185,7 @@ class Console:
 
     def again(self, shown: str) -> None:
         """Print what was printed before; it may come from a cache that somebody else has written."""
+        self.printed.append((ERR, shown if colour() else printable(shown, _LAYOUT)))
         if colour():
             paint(shown, sys.stderr)
         else:
@@ -194,11 +197,12 @@ class Console:
         if diagnostic.numbers != TRUSTED:
             self.show([diagnostic])
 
-    def say(self, line: str) -> None:
-        """Print a line about the run as a whole."""
+    def say(self, line: str, next_time: str = "") -> None:
+        """Print a line about the run as a whole; ``next_time`` is what it would be if nothing changes."""
         if self.quiet:
             return
         print(self._inert(line), file=sys.stdout if self.for_people else sys.stderr)
+        self.printed.append((OUT, printable(f"{next_time or line}\n", _LAYOUT)))
         if self.keeps:
             self.section.said.append(line.removeprefix(f"{self.section.name}: "))
 
@@ -211,6 +215,7 @@ class Console:
     def warn(self, line: str) -> None:
         """Print a line about what keeps a run from its end."""
         sys.stderr.write(f"{self._inert(line)}\n")
+        self.printed.append((ERR, printable(f"{line}\n", _LAYOUT)))
 
     def _inert(self, line: str) -> str:
         """Return a line in which a job on GitHub finds no command, whatever a robot is called."""

@@ -10,15 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from functools import cache
-from hashlib import sha256
 from importlib import import_module
 from types import CodeType
 from typing import Any, NoReturn
 
 from markupsafe import Markup, escape
 
+from ..cache import cache_folder, digest, keep, recalled
 from ..project import data_folder
-from ..project.cache import cache_folder, keep, recalled
 
 FOLDER = "ahead"
 XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")
@@ -130,7 +129,7 @@ def _kept(name: str) -> CodeType:
     folder = cache_folder("templates")
     if folder is None:
         return compile(python_of(name, source), f"<{name}>", "exec")
-    file = folder / f"{sha256(repr((_OWN, name, source)).encode()).hexdigest()}.py"
+    file = folder / f"{digest(repr((_OWN, name, source)).encode())}.py"
     made = recalled(file)
     if made is None:
         made = python_of(name, source).encode()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from markupsafe import Markup
+from markupsafe import escape
 
 from ..model import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
@@ -20,41 +20,42 @@ def distribution(asked: object) -> str:
 
 
 def sensor_lines(
-    one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: Markup, collisions: Sequence[str] = ()
-) -> Iterator[Markup]:
+    one: GazeboSensor, frame_id: str, number: NumberFormat, indent: str, pose: str, collisions: Sequence[str] = ()
+) -> Iterator[str]:
     """Yield the lines of a sensor.
 
     ``frame_id`` is the element that names the frame of its messages; empty: none. ``pose`` is its <pose>, empty where
     it has none; ``collisions`` are the shapes that it feels by.
     """
     inner = indent + "  "
-    yield Markup("{}<sensor{}>").format(indent, attributes(name=one.name, type=one.type))
+    yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
     if pose:
-        yield Markup("{}{}").format(inner, pose)
+        yield f"{inner}{pose}"
     said = {element.name for element in one.elements}
     if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
-        yield Markup("{0}<{1}>{2}</{1}>").format(inner, frame_id, one.stamp)
+        yield f"{inner}<{frame_id}>{escape(one.stamp)}</{frame_id}>"
     shapes = [SdfElement("collision", name) for name in collisions]
     for element in one.elements:
         yield from _lines(element, inner, number, shapes if element.name == "contact" else ())
     if collisions and "contact" not in said:
         yield from _lines(SdfElement("contact"), inner, number, shapes)
-    yield Markup("{}</sensor>").format(indent)
+    yield f"{indent}</sensor>"
 
 
-def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[Markup]:
+def _lines(element: SdfElement, indent: str, number: NumberFormat, more: Sequence[SdfElement] = ()) -> Iterator[str]:
     """Yield the lines of an element; ``more`` elements come first in it."""
-    values = attributes(**{name: _word(value, number) for name, value in element.attributes.items()})
+    values = {name: _word(value, number) for name, value in element.attributes.items()}
+    name = escape(element.name)
+    start = f"{indent}<{name}{attributes(**values)}"
     if element.value is not None:
-        form = Markup("{0}<{1}{2}>{3}</{1}>")
-        yield form.format(indent, element.name, values, _word(element.value, number))
+        yield f"{start}>{escape(_word(element.value, number))}</{name}>"
     elif not element.elements and not more:
-        yield Markup("{}<{}{}/>").format(indent, element.name, values)
+        yield f"{start}/>"
     else:
-        yield Markup("{}<{}{}>").format(indent, element.name, values)
+        yield f"{start}>"
         for inner in (*more, *element.elements):
             yield from _lines(inner, indent + "  ", number)
-        yield Markup("{}</{}>").format(indent, element.name)
+        yield f"{indent}</{name}>"
 
 
 def _word(value: float | str | bool, number: NumberFormat) -> str:

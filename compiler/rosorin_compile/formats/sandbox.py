@@ -9,7 +9,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 from functools import cached_property
-from hashlib import sha256
 from typing import TYPE_CHECKING, Any
 
 from jinja2 import TemplateRuntimeError, nodes
@@ -17,7 +16,7 @@ from jinja2 import __version__ as jinja_version
 from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from ..project.cache import cache_folder, keep, recalled
+from ..cache import cache_folder, digest, keep, recalled
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -76,7 +75,7 @@ class Sandbox(ImmutableSandboxedEnvironment):
         if folder is None or not isinstance(source, str):
             return super().compile(source, name, filename)
         means = (jinja_version, sorted(self.filters), sorted(self.tests), sorted(self.intercepted_binops), "~")
-        kept = folder / f"{sha256(repr((means, name, source)).encode('utf-8', 'surrogatepass')).hexdigest()}.py"
+        kept = folder / f"{digest(repr((means, name, source)).encode('utf-8', 'surrogatepass'))}.py"
         made = recalled(kept)
         if made is None:
             made = super().compile(source, name, filename, raw=True).encode("utf-8", "surrogatepass")

@@ -56,6 +56,13 @@ class Map(dict[str, Any]):
         self.key_spans[key] = key_span
         self.value_spans[key] = value_span
 
+    def copied(self) -> Map:
+        """Return a mapping of the same entries, which may grow."""
+        made = Map(self.span, self.via)
+        made.update(self)
+        made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
+        return made
+
 
 class Seq(list[Any]):
     """A sequence with the spans of its items."""
@@ -135,6 +142,23 @@ def _nearer(outer: Instance | None, own: Instance | None) -> Instance | None:
     while step is not None and step is not outer:
         step = step.parent
     return own if step is outer else outer
+
+
+def maker(tree: Map, path: Path) -> Instance | None:
+    """Return how that came to be what holds the value at a path, which is there: what its expressions knew of.
+
+    What several parts hold that came to the same knows of one of them, and is of each.
+    """
+    node: Any = tree
+    for step in path[:-1]:
+        node = node[step]
+    own: Instance | None = node.via
+    if own is None or not own.made:
+        return own
+    near = outer = locate(tree, path[:-1]).via
+    while outer is not None and outer is not own:
+        outer = outer.parent
+    return near if outer is None else own
 
 
 def first_line(source: Source) -> Span:

@@ -78,7 +78,11 @@ class _Walk:
     def plain(self, value: Map | Seq) -> Any:
         known = self.done.get(id(value))
         if known is None:
-            known = self.done[id(value)] = self._walk(value)
+            before = len(self.not_finite) + len(self.misfits)
+            known = self._walk(value)
+            sound = before == len(self.not_finite) + len(self.misfits)
+            if sound or value.via is None or not value.via.made:  # what is wrong in a part is told of all that are made
+                self.done[id(value)] = known
         return known
 
     def _walk(self, value: Map | Seq) -> Any:

@@ -23,19 +23,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
-from .geometry import Transform, Vector, dot, minus, norm, unit
+from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
+from .robot import Robot, of_robot
 from .shape import Capsule, Cylinder, Shape, Sphere
-
-if TYPE_CHECKING:
-    from .robot import Robot
 
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
-_AROUND = 360  # points on the edge of a cylinder that is not on its axle
+_AROUND = 360  # points on the edge of a cylinder that does not lie along its axle
+_ALONG = 1e-9  # rad, of one that does
 _SINGULAR = 1e-9
 
 
@@ -183,6 +182,7 @@ def _fitted(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[fl
     return [normal[line][size] / normal[line][line] for line in range(size)]
 
 
+@of_robot
 def driving_of(robot: Robot) -> Driving:
     """Return the kinematics of the drive of a robot, at zero. Raises ValueError where there is no drive, or none to be.
 
@@ -300,6 +300,7 @@ def _radius(robot: Robot, drive: Drive, name: str) -> float:
     return radius
 
 
+@of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
     """Return how far round shapes reach from the axis of a joint (m): those of its wheel and of what hangs on it.
 
@@ -341,6 +342,9 @@ def _reaches(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
         ends = [(0.0, 0.0, side * geometry.length / 2) for side in (-1, 1)]
         if isinstance(geometry, Capsule):
             yield max(_from_axis(place.apply(end), axis) for end in ends) + geometry.radius
+            return
+        if abs(math.sin(angle_between(place.rotate((0.0, 0.0, 1.0)), axis))) < _ALONG:
+            yield _from_axis(place.xyz, axis) + geometry.radius
             return
         edge = [
             (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), end[2])

@@ -85,7 +85,7 @@ def solids(
         for shape in robot.link[name].collision:
             if not isinstance(shape.geometry, Mesh):
                 if shape.solids(MERGED):
-                    found.append(Placed(name, along(shape, there, MERGED), _corners(shape, there)))
+                    found.append(Placed(name, along(shape, there), _corners(shape, there)))
                 continue
             cloud = clouds(shape.geometry)
             if cloud is None or not cloud.points:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]
@@ -93,6 +94,40 @@ def rotation_about(axis: Vector, angle: float) -> Rows:
         (y * x * t + z * s, c + y * y * t, y * z * t - x * s),
         (z * x * t - y * s, z * y * t + x * s, c + z * z * t),
     )
+
+
+# Several rules and formats ask, and many links of a large robot weigh the same.
+@lru_cache(maxsize=20_000)
+def eigenvalues(rows: Rows) -> Vector:
+    """Return the eigenvalues of a symmetric 3x3 matrix, smallest first.
+
+    Jacobi's method (1846): turn away the largest product until none is left. Exact to rounding, also where eigenvalues
+    are equal, which the closed formula is not.
+    """
+    matrix = [list(row) for row in rows]
+    for _ in range(60):
+        b, c, e = abs(matrix[0][1]), abs(matrix[0][2]), abs(matrix[1][2])
+        p, q = (0, 1) if b >= c and b >= e else (0, 2) if c >= e else (1, 2)
+        if abs(matrix[p][q]) <= 1e-17 * max(abs(matrix[0][0]), abs(matrix[1][1]), abs(matrix[2][2])):
+            break
+        _turn(matrix, p, q)
+    low, middle, high = sorted((matrix[0][0], matrix[1][1], matrix[2][2]))
+    return (low, middle, high)
+
+
+def _turn(matrix: list[list[float]], p: int, q: int) -> None:
+    """Make the product of the axes ``p`` and ``q`` zero by turning about the third axis, in place."""
+    theta = (matrix[q][q] / 2 - matrix[p][p] / 2) / matrix[p][q]
+    tangent = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
+    cosine = 1 / math.hypot(tangent, 1.0)
+    sine = tangent * cosine
+    matrix[p][p] -= tangent * matrix[p][q]
+    matrix[q][q] += tangent * matrix[p][q]
+    matrix[p][q] = matrix[q][p] = 0.0
+    r = 3 - p - q
+    first, second = matrix[p][r], matrix[q][r]
+    matrix[p][r] = matrix[r][p] = cosine * first - sine * second
+    matrix[q][r] = matrix[r][q] = sine * first + cosine * second
 
 
 @dataclass(frozen=True, repr=False)

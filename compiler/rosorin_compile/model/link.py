@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
-from .geometry import Pose
+from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values
 
@@ -33,6 +34,12 @@ class Inertial:
     ixy: float = 0.0
     ixz: float = 0.0
     iyz: float = 0.0
+
+    @cached_property  # rules and formats ask for them, some more than once
+    def principal_moments(self) -> Vector:
+        """The eigenvalues of the inertia in kg*m^2, smallest first."""
+        xy, xz, yz = self.ixy, self.ixz, self.iyz
+        return eigenvalues(((self.ixx, xy, xz), (xy, self.iyy, yz), (xz, yz, self.izz)))
 
 
 @dataclass(frozen=True, repr=False)

@@ -169,34 +169,6 @@ def _seen_from(inertial: Inertial, place: Transform, d: Vector) -> Iterator[tupl
         yield (*turned, inertial.mass * ((square if r == c else 0.0) - d[r] * d[c]))
 
 
-def principal_moments(inertial: Inertial) -> tuple[float, float, float]:
-    """Return the eigenvalues of an inertia in kg*m^2, smallest first.
-
-    Jacobi's method (1846): turn away the largest product until none is left. Exact to rounding for a 3x3 matrix, also
-    where moments are equal, which the closed formula is not.
-    """
-    i = inertial
-    matrix = [[i.ixx, i.ixy, i.ixz], [i.ixy, i.iyy, i.iyz], [i.ixz, i.iyz, i.izz]]
-    for _ in range(60):
-        p, q = max(((0, 1), (0, 2), (1, 2)), key=lambda at: abs(matrix[at[0]][at[1]]))
-        size = max(abs(matrix[k][k]) for k in range(3))
-        if abs(matrix[p][q]) <= 1e-17 * size:
-            break
-        _turn(matrix, p, q)
-    low, middle, high = sorted(matrix[k][k] for k in range(3))
-    return (low, middle, high)
-
-
-def _turn(matrix: list[list[float]], p: int, q: int) -> None:
-    """Make the product of the axes ``p`` and ``q`` zero by turning about the third axis, in place."""
-    theta = (matrix[q][q] / 2 - matrix[p][p] / 2) / matrix[p][q]
-    tangent = math.copysign(1.0, theta) / (abs(theta) + math.hypot(theta, 1.0))
-    cosine = 1 / math.hypot(tangent, 1.0)
-    sine = tangent * cosine
-    matrix[p][p] -= tangent * matrix[p][q]
-    matrix[q][q] += tangent * matrix[p][q]
-    matrix[p][q] = matrix[q][p] = 0.0
-    r = 3 - p - q
-    first, second = matrix[p][r], matrix[q][r]
-    matrix[p][r] = matrix[r][p] = cosine * first - sine * second
-    matrix[q][r] = matrix[r][q] = sine * first + cosine * second
+def principal_moments(inertial: Inertial) -> Vector:
+    """Return the eigenvalues of an inertia in kg*m^2, smallest first."""
+    return inertial.principal_moments

@@ -120,10 +120,15 @@ class HeightMap:
         return {}
 
     def _boxes(self, form: str) -> tuple[Box, ...]:
-        layers = [
-            [self._layer(i, j, height, form) if height > 0 else None for j, height in enumerate(row)]
-            for i, row in enumerate(self.heights)
-        ]
+        known: dict[tuple[float, float], _Layer | None] = {}  # a map has few heights
+        layers: list[list[_Layer | None]] = []
+        for i, row in enumerate(self.heights):
+            layers.append([])
+            for j, height in enumerate(row):
+                cell = height, self.bottom_of(i, j)
+                if cell not in known:
+                    known[cell] = self._layer(height, cell[1], form) if height > 0 else None
+                layers[i].append(known[cell])
         x0, y0 = self.origin
         made = []
         for rectangle in _merged(layers) if form == MERGED else _runs(layers):
@@ -132,15 +137,15 @@ class HeightMap:
             made.append(Box(lower, (x0 + rectangle.under * self.cell, y0 + rectangle.right * self.cell, high)))
         return tuple(made)
 
-    def _layer(self, i: int, j: int, height: float, form: str) -> _Layer | None:
+    def _layer(self, height: float, bottom: float, form: str) -> _Layer | None:
         """Return from where to where the body reaches in a cell (m), as the boxes have it; None if there is none."""
         high = round(_steps(height, self.step) * self.step, 12)
         if form == GROUNDED:
             return 0.0, high
-        low = self.bottom_of(i, j)
+        low = bottom
         if not isinstance(self.bottom, (int, float)):
             low = round(math.floor(low / self.step + 1e-6) * self.step, 12)
-        return (low, high) if low < high and self.is_body(i, j) else None
+        return (low, high) if low < high and height > bottom else None
 
 
 _Layer = tuple[float, float]

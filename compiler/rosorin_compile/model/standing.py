@@ -9,7 +9,7 @@ from typing import NamedTuple
 from .bounds import Bounds
 from .geometry import IDENTITY, Pose, Transform, Vector, dot
 from .robot import JointPose, Robot
-from .shape import ROWS, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
+from .shape import MERGED, Box, Capsule, Cylinder, Ellipsoid, Geometry, HeightMap, Mesh, Shape, Sphere
 
 HOME = "home"
 
@@ -128,15 +128,12 @@ def _farthest(measured: Sequence[tuple[Cloud, Shape, Transform]], direction: Vec
     return known
 
 
-def along(shape: Shape, place: Transform, form: str = ROWS) -> Callable[[Vector], float]:
-    """Return what says how far a shape that is no mesh reaches along a unit vector (m).
-
-    ``place`` is that of its link, ``form`` that of the boxes of a height map.
-    """
+def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
+    """Return what says how far a shape, no mesh, reaches along a unit vector (m); ``place`` is that of its link."""
     there = place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
     u, v, w = there.xyz
-    own = _extent(shape.geometry, form)
+    own = _extent(shape.geometry)
 
     def reach(direction: Vector) -> float:
         x, y, z = direction
@@ -146,10 +143,10 @@ def along(shape: Shape, place: Transform, form: str = ROWS) -> Callable[[Vector]
     return reach
 
 
-def _extent(geometry: Geometry, form: str) -> Callable[[float, float, float], float]:
+def _extent(geometry: Geometry) -> Callable[[float, float, float], float]:
     """Return what says how far a geometry reaches along a unit vector of its own frame (m)."""
     if isinstance(geometry, Box | HeightMap):
-        return _extent_of_boxes(geometry.boxes(form) if isinstance(geometry, HeightMap) else (geometry,))
+        return _extent_of_boxes(geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,))
     if isinstance(geometry, Ellipsoid):
         one, two, three = geometry.radii
         return lambda x, y, z: math.hypot(x * one, y * two, z * three)

@@ -86,24 +86,35 @@ class Solid:
         return self.core._replace(place=way.then(self._origin))
 
 
-def touch(ones: Sequence[Solid], others: Sequence[Solid], way: Transform, near: float = NEAR) -> bool:
-    """Say whether any of some solids is closer than ``near`` (m) to any of others.
+class Touching:
+    """Says of two groups of solids whether they touch: whether any of each are closer than ``near`` (m)."""
 
-    ``way`` is where the frame that the others are given in sits in the frame of the first ones.
-    """
-    first = sorted((piece for one in ones for piece in one.pieces), key=lambda one: one.middle[0])
-    middles, largest = [one.middle[0] for one in first], max((one.radius for one in first), default=0.0)
-    for solid in (piece for one in others for piece in one.pieces):
-        middle, radius = way.apply(solid.middle), solid.radius
-        reach = radius + largest + near
-        window = first[bisect_left(middles, middle[0] - reach) : bisect_right(middles, middle[0] + reach)]
-        apart = ((math.dist(middle, other.middle), other) for other in window)
-        close = [(far - other.radius, other) for far, other in apart if far <= radius + other.radius + near]
-        for _, other in sorted(close, key=lambda pair: pair[0]):  # those that are likely to touch first
-            one, two = other.core, solid.seen(way)
-            if not _apart(one, two, near + one.around + two.around):
-                return True
-    return False
+    def __init__(self, ones: Sequence[Solid], others: Sequence[Solid], near: float = NEAR) -> None:
+        self.near = near
+        self._ones = sorted((piece for one in ones for piece in one.pieces), key=lambda one: one.middle[0])
+        self._others = [piece for one in others for piece in one.pieces]
+        self._middles = [one.middle[0] for one in self._ones]
+        self._largest = max((one.radius for one in self._ones), default=0.0)
+        self._last: tuple[Solid, Solid] | None = None  # that touched: they will do so a little further on
+
+    def at(self, way: Transform) -> bool:
+        """Say whether they touch where the frame of the others sits in that of the first ones by ``way``."""
+        if self._last is not None and self._are_close(*self._last, way):
+            return True
+        for solid in self._others:
+            middle, radius = way.apply(solid.middle), solid.radius
+            reach = radius + self._largest + self.near
+            start, end = bisect_left(self._middles, middle[0] - reach), bisect_right(self._middles, middle[0] + reach)
+            apart = ((math.dist(middle, other.middle), other) for other in self._ones[start:end])
+            close = [(far - other.radius, other) for far, other in apart if far <= radius + other.radius + self.near]
+            for _, other in sorted(close, key=lambda pair: pair[0]):  # those that are likely to touch first
+                if self._are_close(other, solid, way):
+                    self._last = other, solid
+                    return True
+        return False
+
+    def _are_close(self, one: Solid, other: Solid, way: Transform) -> bool:
+        return not _apart(one.core, other.seen(way), self.near + one.core.around + other.core.around)
 
 
 def around(shape: Shape) -> Solid | None:

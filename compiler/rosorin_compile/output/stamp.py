@@ -7,32 +7,22 @@ content. Losing a stamp costs nothing but a compilation, so whatever is odd abou
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import sys
-import time
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..project import DATA, Resolved, data_folder
-from ..project.cache import cache_folder, keep, recalled
-
-_CLOCK_REALTIME_COARSE = 5  # linux/time.h; Python has no name for it
+from ..again import changed, contents, marks, tool_folders
+from ..cache import cache_folder, digest, keep, recalled
+from ..project import Resolved
 
 
 def _nowhere(asked: Resolved) -> str:
     raise LookupError(f"nobody says where {asked.kind} {asked.name} is")
-
-
-def now() -> int:
-    """Return the time in nanoseconds, by the clock from which the system takes the times of files."""
-    if sys.platform == "linux":
-        return time.clock_gettime_ns(_CLOCK_REALTIME_COARSE)
-    return time.time_ns()
 
 
 def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str] = _nowhere) -> list[Any] | None:
@@ -46,9 +36,9 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
         if path is None:
             return None
         stamp = json.loads(recalled(path) or b"")
-        if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
+        if stamp["tool"] != _tool() or contents(os.fspath(folder)) != stamp["outputs"]:
             return None
-        if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
+        if any(digest(Path(name).read_bytes()) != read for name, read in stamp["inputs"].items()):
             return None
         if any(leads(Resolved(*one)) != one[-1] for one in stamp["resolved"]):
             return None
@@ -66,81 +56,37 @@ def remember(
     messages: list[Any],
     begun: int | None = None,
     resolved: Iterable[Resolved] = (),
-) -> None:
+) -> bool:
     """Write the stamp of a run that read ``inputs`` and made ``outputs``, texts or bytes by name, in ``folder``.
 
     ``messages`` is what ``recall`` is to return, plain JSON. ``begun`` is the value of ``now`` from before the inputs
     were read: if one of them was changed since, nobody knows which of its contents was compiled, and nothing is
-    remembered. ``resolved`` says where names led. A failure to write is silent.
+    remembered. ``resolved`` says where names led. Says whether that is remembered now; a failure to write is silent.
     """
     with suppress(OSError, ValueError):
         path = _path(key)
         written = {
-            name: _digest(made if isinstance(made, bytes) else made.encode()) for name, made in sorted(outputs.items())
+            name: digest(made if isinstance(made, bytes) else made.encode()) for name, made in sorted(outputs.items())
         }
-        if path is None or not _same_outputs(written, folder):
-            return
+        if path is None or contents(os.fspath(folder)) != written:
+            return False
         names = sorted({str(Path(name).absolute()) for name in inputs})
-        read = {name: _digest(Path(name).read_bytes()) for name in names}
-        if begun is not None and any(_changed(name) >= begun for name in names):
-            return
+        read = {name: digest(Path(name).read_bytes()) for name in names}
+        if begun is not None and any(changed(name) >= begun for name in names):
+            return False
         stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages, "resolved": list(resolved)}
         keep(path, json.dumps(stamp).encode())
+        return True
+    return False
 
 
 def _path(key: Mapping[str, Any]) -> Path | None:
     folder = cache_folder("stamps")
     canonical = json.dumps(key, sort_keys=True, separators=(",", ":"))
-    return folder and folder / f"{_digest(canonical.encode())}.json"
-
-
-def _digest(data: bytes) -> str:
-    return hashlib.sha256(data).hexdigest()
+    return folder and folder / f"{digest(canonical.encode())}.json"
 
 
 def _tool() -> str:
     """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
-    parts = [f"{__version__} {sys.version}"]
-    for folder in (Path(__file__).parent.parent, *map(data_folder, DATA)):
-        parts += sorted(_marks(folder))
-    parts += plugins.mark()
-    return _digest("\n".join(parts).encode("utf-8", "surrogateescape"))
-
-
-def _marks(folder: Path) -> list[str]:
-    """Return the name, size and time of each file below a folder of the tool; this is most of what ``recall`` does."""
-    marks = []
-    folders = [(os.fspath(folder), "")]
-    while folders:
-        path, prefix = folders.pop()
-        with os.scandir(path) as entries:
-            for entry in entries:
-                if not entry.is_dir():
-                    status = entry.stat()
-                    marks.append(f"{prefix}{entry.name} {status.st_size} {status.st_mtime_ns}")
-                elif entry.name != "__pycache__":
-                    folders.append((entry.path, f"{prefix}{entry.name}/"))
-    return marks
-
-
-def _same_outputs(outputs: Mapping[str, str], folder: Path) -> bool:
-    """Say whether ``folder`` holds just these files, digest by relative name. Raises OSError."""
-    there = dict(_files(os.fspath(folder), ""))
-    return there.keys() == outputs.keys() and all(
-        regular and _digest((folder / name).read_bytes()) == outputs[name] for name, regular in there.items()
-    )
-
-
-def _files(folder: str, prefix: str) -> Iterator[tuple[str, bool]]:
-    """Yield the relative name of each file below a folder and whether it is a regular one, links not followed."""
-    with os.scandir(folder) as entries:
-        for entry in entries:
-            if entry.is_dir(follow_symlinks=False):
-                yield from _files(entry.path, f"{prefix}{entry.name}/")
-            else:
-                yield prefix + entry.name, entry.is_file(follow_symlinks=False)
-
-
-def _changed(name: str) -> int:
-    status = Path(name).stat()
-    return max(status.st_mtime_ns, status.st_ctime_ns)
+    parts = [f"{__version__} {sys.version}", *(mark for folder in tool_folders() for mark in marks(folder))]
+    return digest("\n".join([*parts, *plugins.mark()]).encode("utf-8", "surrogateescape"))

@@ -105,6 +105,14 @@ def around() -> Path:
     return Path()
 
 
+def looked_in() -> list[Path]:
+    """Return the folders that decide which descriptions there are, seen from here."""
+    top = around()
+    above = [Path(*[os.pardir] * number) for number in range(len(top.parts) + 1)]
+    inside = Path(top, DESCRIPTIONS)
+    return [*above, inside, *(path for path in inside.glob("*") if path.is_dir())]
+
+
 def narrowed(found: list[Description]) -> list[Description]:
     """Return of several descriptions the one whose folder this folder is in, if it is in one."""
     here = Path.cwd()

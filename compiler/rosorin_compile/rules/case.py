@@ -10,7 +10,8 @@ from ..diagnostics import ERROR, Diagnostic, Related, Span, did_you_mean
 from ..frontend.accepting import names_at
 from ..frontend.expand.scope import Scope
 from ..frontend.expand.tracing import traced
-from ..frontend.tree import Map, Path, Place, Seq, locate
+from ..frontend.schema import TEMPLATE
+from ..frontend.tree import Map, Path, Place, Seq, locate, maker
 from ..model import Joint, Output, Robot
 from .remarkable import Remarkable
 
@@ -104,8 +105,7 @@ class Case(NamedTuple):
         place, use = written(self.tree, path, key, within)
         if self.scope is None or key or within or isinstance(at(self.tree, path), (Map, Seq, NoneType)):
             return place, use
-        holder = at(self.tree, path[:-1])
-        span = traced(self.scope, place.span, holder.via if isinstance(holder, (Map, Seq)) else place.via)
+        span = traced(self.scope, place.span, maker(self.tree, path) if len(path) > 1 else place.via)
         if span is None:
             return place, use
         return Place(span, place.via), use or place.span
@@ -128,12 +128,11 @@ def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Out
     A template of the user's own may make what robot_state_publisher reads.
     """
     outputs = feeding(robot, publisher, formats)
-    if len(outputs) == len(robot.outputs):
+    others = [one for one in robot.outputs if one.backend == TEMPLATE or one.backend not in formats]
+    if not others:
         return outputs
     readable = [one for one in formats.values() if one.read is not None and publisher in one.feeds]
     endings = tuple(ending for one in readable for ending in one.endings)
-    withheld = [one for one in robot.outputs if one.backend in formats and formats[one.backend].is_withheld(one)]
-    others = (one for one in robot.outputs if one not in outputs and one not in withheld)
     return [*outputs, *(one for one in others if one.file.endswith(endings))]
 
 

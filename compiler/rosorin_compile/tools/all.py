@@ -9,11 +9,12 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from ..again import now
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
-from .robots import Run, check_depfile, for_each, no_stdin
+from .robots import Run, Settled, check_depfile, for_each, no_stdin
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -87,15 +88,16 @@ def _write_one(run: Run, description: Description) -> int:
     key = _key(run, description)
     remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
     match remembered:
-        case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
+        case [str(said), str(summary), int(stand_ins), list(names), list(inputs), bool(plain)]:
             run.console.again(said)
             run.console.stand_ins += stand_ins
             run.console.tell_read([*inputs, *run.given.files])
             run.console.say(f"{summary}, unchanged")
+            run.settled.extend([Settled(description.outputs, names, inputs)] if plain else [])
             return _tell_build(run, description, names, [*map(Path, inputs), *run.given.files])
     from .compiling import compile_proven, count, lacks_meshes, mesh_files, nothing_written, read_by
 
-    begun, ran, before = stamp.now(), run.console.ran, run.console.stand_ins
+    begun, ran, before = now(), run.console.ran, run.console.stand_ins
     compiled = compile_proven(run.given, description, run.console)
     said = run.console.show(compiled.diagnostics)
     if not compiled.artifacts:
@@ -107,14 +109,16 @@ def _write_one(run: Run, description: Description) -> int:
     if written is None:
         return PROBLEMS
     summary = f"{description.name}: {count(files, meshes)} in {description.outputs}"
-    run.console.say(f"{summary}, {what_changed(written, meshes)}")
+    run.console.say(f"{summary}, {what_changed(written, meshes)}", next_time=f"{summary}, unchanged")
     # What a xacro says depends on more than its files, and what can be made of a mesh on what is installed.
     if not written.kept and run.console.ran == ran and not lacks_meshes(compiled):
         written_too = {description.outputs / name for name in meshes}  # what stands there already, and is its own copy
         inputs = [*(set(compiled.inputs) - written_too), *run.given.files]
-        told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs))]
+        plain = not compiled.resolved
+        told = [said, summary, run.console.stand_ins - before, names, list(map(str, compiled.inputs)), plain]
         files |= meshes
-        stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved)
+        if stamp.remember(key, inputs, files, description.outputs, told, begun=begun, resolved=compiled.resolved):
+            run.settled.extend([Settled(description.outputs, names, [*map(str, inputs)])] if plain else [])
     return _ended(run, written, _tell_build(run, description, names, read_by(run.given, compiled)))
 
 

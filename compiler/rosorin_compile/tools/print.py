@@ -13,13 +13,14 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..again import RAW
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
-from ..project import Description, NoDescription, first_file
-from .compiling import compile_one, proven, read_by, search_meshes, telling
+from ..project import ON_STDIN, Description, NoDescription, first_file, stdin_of
+from .compiling import compile_one, lacks_meshes, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
 from .options import argument_options, depfile_options, package_option, place
-from .robots import is_foreign, one
+from .robots import is_foreign, keep_run, one
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage
 
 if TYPE_CHECKING:
@@ -91,7 +92,19 @@ def run(options: argparse.Namespace) -> int:
     console.show(compiled.diagnostics)
     if not compiled.artifacts:
         return _nothing_printed(words, console, description, compiled.diagnostics)
-    return _put(options, console, compiled, read_by(given, compiled), target)
+    code = _put(options, console, compiled, read_by(given, compiled), target)
+    if code == FINE and target is None and not is_foreign(description.path):
+        _keep(console, compiled, read_by(given, compiled))
+    return code
+
+
+def _keep(console: Console, compiled: Compiled, inputs: list[Path]) -> None:
+    """Keep what was printed, unless it depends on more than the files that were read."""
+    from_stdin = stdin_of(ON_STDIN) is not None
+    if console.ran or compiled.resolved or lacks_meshes(compiled) or from_stdin or sys.stdout.isatty():
+        return
+    console.printed.append((RAW, compiled.artifacts[0].text))
+    keep_run(list(map(str, inputs)), {}, console)
 
 
 def _robot(words: list[str]) -> Description:

@@ -9,7 +9,7 @@ import argparse
 import codecs
 import os
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -23,6 +23,7 @@ from ..project import (
     all_with,
     find,
     give_stdin,
+    looked_in,
     narrowed,
     stdin_of,
 )
@@ -34,12 +35,21 @@ _MAX_STDIN = 100_000_001  # bytes; more than any reader takes
 _taken: list[Any] = []  # standard input, once it was read
 
 
+class Settled(NamedTuple):
+    """A robot with which a run would do the same again: the folder and names of its artifacts, the files read."""
+
+    outputs: Path
+    names: Sequence[str]
+    inputs: Sequence[str]
+
+
 class Run(NamedTuple):
-    """One run of a command: its options, where it prints, and the arguments for the descriptions."""
+    """One run of a command: its options, where it prints, the arguments for the descriptions, and what is settled."""
 
     options: argparse.Namespace
     console: Console
     given: Given
+    settled: list[Settled]
 
 
 def take_stdin(names: Sequence[str]) -> None:
@@ -90,7 +100,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     hook = getattr(options, "hook", False)
     given, found = _of_changed(options) if hook and options.words else _asked_for(options)
     summary = getattr(options, "summary", None)
-    run = Run(options, console_of(options), given)
+    run = Run(options, console_of(options), given, [])
     code = FINE
     if not found:
         run.console.say("none of these files is in a project: no folder above them has descriptions/*/robot.yaml")
@@ -103,7 +113,25 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
     run.console.finish()
     if summary is not None:
         _append(Path(summary), run.console.summary())
+    if run.settled and len(run.settled) == len(found) and code == FINE and _is_plain(run):
+        made = {os.fspath(one.outputs): one.names for one in run.settled}
+        read = [file for one in run.settled for file in (*one.inputs, *map(str, given.files))]
+        keep_run(read, made, run.console)
     return code
+
+
+def keep_run(inputs: Iterable[str], outputs: Mapping[str, Sequence[str]], console: Console) -> None:
+    """Keep what a run said, so that it is said again without one if nothing changes."""
+    from ..again import remember
+    from ..plugins import installed
+
+    if not installed():  # what a plug-in does may depend on anything
+        remember(inputs, outputs, looked_in(), console.printed)
+
+
+def _is_plain(run: Run) -> bool:
+    """Say whether a run does nothing but write artifacts, and talks to people."""
+    return run.console.for_people and not run.options.hook and run.options.depfile is None
 
 
 def _asked_for(options: argparse.Namespace) -> tuple[Given, list[Description]]:

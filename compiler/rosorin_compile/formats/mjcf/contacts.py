@@ -18,14 +18,14 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
 from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
-from ...model.touching import NEAR, Solid, around, touch
+from ...model.touching import NEAR, Solid, Touching, around
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .unsaid import has_volume, position_range
@@ -139,12 +139,16 @@ class _Across:
         self.base = places[joint.parent].then(joint.origin.transform())
 
     @cached_property
-    def ways(self) -> list[Transform]:
-        """Where the joint puts its child, in all of its positions; of most joints nobody asks."""
-        joint = self.joint
-        states = [{}, *(pose.positions for pose in self.robot.poses)] if joint.moves else []
-        positions = [0.0, *(self.robot.position(joint, state) for state in states), *_spread(joint)]
-        return [self.base.then(motion(joint.type, joint.axis, position)) for position in dict.fromkeys(positions)]
+    def positions(self) -> Iterable[float]:
+        """What is looked at of the joint: zero, each pose, and all over its range."""
+        states = [{}, *(pose.positions for pose in self.robot.poses)] if self.joint.moves else []
+        positions = [0.0, *(self.robot.position(self.joint, state) for state in states), *_spread(self.joint)]
+        return dict.fromkeys(positions)
+
+    def ways(self) -> Iterator[Transform]:
+        """Yield where the joint puts its child, in all of its positions; mostly the first one is all that is asked."""
+        for position in self.positions:
+            yield self.base.then(motion(self.joint.type, self.joint.axis, position))
 
     @cached_property
     def axis(self) -> Vector:
@@ -173,8 +177,8 @@ class _Across:
             return True
         one, other = (self.places[name] for name in links)
         mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
-        ways = (one.inverse().then(way).then(other) for way in self.ways)
-        return all(touch(list(mine), list(theirs), way) for way in ways)
+        touching, back = Touching(list(mine), list(theirs)), one.inverse()
+        return all(touching.at(back.then(way).then(other)) for way in self.ways())
 
     def _has_mesh(self, link: str) -> bool:
         return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)

@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import and_more, first_of
-from ...model import SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
+from ...model import MERGED, SENSOR_ELEMENT, Box, Ellipsoid, Geometry, HeightMap, Joint, Mesh, Robot, Simulated, Sphere
 from .bodies import WORLD, body_name, is_free
 from .masses import masses
 
@@ -183,7 +183,7 @@ def _unreadable(robot: Robot) -> Iterator[Diagnostic]:
     meshes: list[tuple[str, str]] = []
     for link in robot.walk():
         for shape in (*link.collision, *link.visual):
-            if not all(has_volume(solid.geometry) for solid in shape.solids()):
+            if not all(has_volume(solid.geometry) for solid in shape.solids(MERGED)):
                 kind = type(shape.geometry).__name__.lower()
                 message = f'a {kind} of link "{link.name}" is left out of the MJCF: MuJoCo takes no size of zero'
                 yield Diagnostic("mjcf-cannot-say", WARNING, message, help="give it sizes above zero")

@@ -9,10 +9,10 @@ Rules of the readers: the specification files of libsdformat 12, and what Drake 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
-from markupsafe import Markup
+from markupsafe import escape
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
@@ -77,12 +77,12 @@ class _Form(NamedTuple):
     def vector(self, values: Sequence[float]) -> str:
         return vector(values, self.number)
 
-    def pose(self, pose: Pose, relative_to: str = "") -> Markup:
+    def pose(self, pose: Pose, relative_to: str = "") -> str:
         """Return a <pose>; nothing where it says nothing."""
-        seen = attributes(relative_to=relative_to) if relative_to else Markup()
+        seen = attributes(relative_to=relative_to) if relative_to else ""
         if pose == IDENTITY:
-            return Markup("<pose{}/>").format(seen) if relative_to else Markup()
-        return Markup("<pose{}>{} {}</pose>").format(seen, self.vector(pose.xyz), self.vector(pose.rpy))
+            return f"<pose{seen}/>" if relative_to else ""
+        return f"<pose{seen}>{self.vector((*pose.xyz, *pose.rpy))}</pose>"
 
 
 def version_of(robot: Robot, output: Output) -> str:
@@ -130,17 +130,17 @@ class _Writer:
         self.bodies: Bodies = bodies_of(robot)
         self.world = world_of(robot)
         self.names = joint_names(robot)
-        self.shapes = {purpose: self._named(purpose) for purpose in ("visual", "collision")}
+        self.shapes = {purpose: self._named(purpose) for purpose in _SHAPES}
         self.kept: Kept = kept(robot, self.bodies.carrier, [j.name for j in robot.joints if self.bodies.says(j)])
         self.unseen: dict[str, list[str]] = {}
-        self.sensors: dict[str, list[Markup]] = {}
+        self.sensors: dict[str, list[str]] = {}
         if gazebo is not False:
             self._sensors(_FRAME_ID if form.version == NEWEST else DISTRIBUTIONS.get(distribution(gazebo), ""))
 
-    def _named(self, purpose: str) -> dict[str, list[Shape]]:
+    def _named(self, purpose: str) -> dict[str, list[tuple[str, Shape]]]:
         """Return the solids of each link, every one with a name that no other on the same body has."""
         taken: dict[str, set[str]] = {}
-        found: dict[str, list[Shape]] = {}
+        found: dict[str, list[tuple[str, Shape]]] = {}
         for link in self.robot.links:
             carrier = self.bodies.carrier.get(link.name)
             if carrier is None:
@@ -154,13 +154,22 @@ class _Writer:
                 while name in names:
                     name += "_"
                 names.add(name)
-                found.setdefault(link.name, []).append(replace(solid, name=name))
+                found.setdefault(link.name, []).append((name, solid))
         return found
 
-    def stands(self) -> Markup:
+    @cached_property
+    def carried(self) -> Mapping[str, Sequence[str]]:
+        """The links that each link of the SDF is made of, itself among them, in the order of the description."""
+        found: dict[str, list[str]] = {}
+        for link in self.robot.links:
+            if link.name in self.bodies.carrier:
+                found.setdefault(self.bodies.carrier[link.name], []).append(link.name)
+        return found
+
+    def stands(self) -> str:
         """Return the pose of the model: where the root is in the world, if the description says so."""
         root = self.robot.simulation.root
-        return self.form.pose(root.pose) if root.placed and not self.world else Markup()
+        return self.form.pose(root.pose) if root.placed and not self.world else ""
 
     def place(self, link: Link) -> tuple[Any, ...]:
         """Return a link or a frame: its attributes, its pose, whether it is a frame, and what is in it."""
@@ -168,7 +177,7 @@ class _Writer:
         above = self.robot.joint_to.get(name)
         attached = bodies.attached.get(name, "")
         if above is None:
-            pose = self.form.pose(IDENTITY, MODEL) if attached else Markup()
+            pose = self.form.pose(IDENTITY, MODEL) if attached else ""
         elif bodies.says(above):
             pose = self.form.pose(IDENTITY, self.names[above.name])
         else:
@@ -176,9 +185,9 @@ class _Writer:
             pose = self.form.pose(above.origin, "" if seen == attached else seen)
         if attached:
             return attributes(name=name, attached_to=attached), pose, True, [], [], [], []
-        carried = [one for one in self.robot.links if bodies.carrier.get(one.name) == name]
         shapes = (
-            [self._shape(one, s, p) for one in carried for s in self.shapes[p].get(one.name, ())] for p in _SHAPES
+            [self._shape(one, *solid, p) for one in self.carried[name] for solid in self.shapes[p].get(one, ())]
+            for p in _SHAPES
         )
         kept = [*self.sensors.get(name, ()), *at(self.kept.links.get(name, ()), "      ")]
         return attributes(name=name), pose, False, self._inertial(bodies.inertials[name]), *shapes, kept
@@ -188,26 +197,27 @@ class _Writer:
         moments = [(key, self.form.number(getattr(inertial, key))) for key in _MOMENTS]
         return [(self.form.pose(inertial.pose), self.form.number(inertial.mass), moments)]
 
-    def _shape(self, link: Link, solid: Shape, purpose: str) -> tuple[Any, ...]:
+    def _shape(self, link: str, name: str, solid: Shape, purpose: str) -> tuple[Any, ...]:
         """Return a shape: its attributes, pose, geometry, and how it looks."""
-        seen = "" if self.bodies.carrier[link.name] == link.name else link.name
+        seen = "" if self.bodies.carrier[link] == link else link
         kept = own(solid.urdf_elements, "material", "mesh")
-        look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else Markup()
+        look = self._look(solid, kept.inner.get("material", ())) if purpose == "visual" else ""
         geometry = _geometry(solid, self.form, kept.inner.get("mesh", ()))
         more = at([element.verbatim for element in kept.elements], "        ")
-        return attributes(name=solid.name), self.form.pose(solid.origin(), seen), geometry, look, more
+        return attributes(name=name), self.form.pose(solid.origin(), seen), geometry, look, more
 
-    def _look(self, visual: Shape, kept: Sequence[str]) -> Markup:
+    def _look(self, visual: Shape, kept: Sequence[str]) -> str:
         """Return the elements of a material; ``kept`` are those that the description has for SDF alone."""
         rgba, texture = self.robot.colour(visual), self.robot.texture(visual)
-        made = Markup()
+        made = []
         if rgba is not None:
-            lit = not any(text.startswith("<ambient") for text in kept)
-            made += Markup("<ambient>{}</ambient>").format(self.form.vector(rgba)) if lit else Markup()
-            made += Markup("<diffuse>{}</diffuse>").format(self.form.vector(rgba))
+            colour = self.form.vector(rgba)
+            if not any(text.startswith("<ambient") for text in kept):
+                made.append(f"<ambient>{colour}</ambient>")
+            made.append(f"<diffuse>{colour}</diffuse>")
         if texture:
-            made += Markup("<pbr><metal><albedo_map>{}</albedo_map></metal></pbr>").format(texture)
-        return made + Markup().join(map(Markup, kept))
+            made.append(f"<pbr><metal><albedo_map>{escape(texture)}</albedo_map></metal></pbr>")
+        return "".join([*made, *kept])
 
     def joint(self, joint: Joint) -> tuple[Any, ...]:
         """Return a joint: its attributes, pose, ends, what is said of its axis, and what else is in it."""
@@ -246,12 +256,12 @@ class _Writer:
                 where = self._where(sensor, one)
                 if not where:
                     continue
-                names = [solid.name for solid in self.shapes["collision"].get(one.feels, ())]
+                names = [name for name, _ in self.shapes["collision"].get(one.feels, ())]
                 link = one.feels or one.link
                 seen = "" if one.at_joint or self.bodies.carrier[link] == link else link
                 pose = self.form.pose(IDENTITY if one.at_joint or one.feels else one.pose, seen)
                 lines = sensor_lines(one, frame_id, self.form.number, "      ", pose, names)
-                self.sensors.setdefault(where, []).append(Markup("\n").join(lines))
+                self.sensors.setdefault(where, []).append("\n".join(lines))
 
     def _where(self, sensor: Sensor, one: GazeboSensor) -> str:
         """Return the link, or "joint NAME", that a sensor stands in; empty where it cannot, after telling."""
@@ -327,32 +337,24 @@ def joint_names(robot: Robot) -> Mapping[str, str]:
     return names
 
 
-def _pairs(pairs: Sequence[tuple[str, str]], kept: Sequence[str]) -> Markup:
+def _pairs(pairs: Sequence[tuple[str, str]], kept: Sequence[str]) -> str:
     """Return elements by name and number, and those that are kept."""
-    made = Markup().join(Markup("<{0}>{1}</{0}>").format(key, value) for key, value in pairs)
-    return made + Markup().join(map(Markup, kept))
+    return "".join([*(f"<{key}>{number}</{key}>" for key, number in pairs), *kept])
 
 
-def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> Markup:
+def _geometry(solid: Shape, form: _Form, kept: Sequence[str] = ()) -> str:
     """Return the element of a geometry; ``kept`` stands in that of a mesh. Raises TypeError if it is no solid."""
     shape, number = solid.geometry, form.number
     if isinstance(shape, Box):
-        return _element("box", size=form.vector(shape.size))
-    if isinstance(shape, Cylinder):
-        return _element("cylinder", radius=number(shape.radius), length=number(shape.length))
-    if isinstance(shape, Capsule):
-        return _element("capsule", radius=number(shape.radius), length=number(shape.length))
+        return f"<box><size>{form.vector(shape.size)}</size></box>"
+    if isinstance(shape, (Cylinder, Capsule)):
+        tag = "cylinder" if isinstance(shape, Cylinder) else "capsule"
+        return f"<{tag}><radius>{number(shape.radius)}</radius><length>{number(shape.length)}</length></{tag}>"
     if isinstance(shape, Sphere):
-        return _element("sphere", radius=number(shape.radius))
+        return f"<sphere><radius>{number(shape.radius)}</radius></sphere>"
     if isinstance(shape, Ellipsoid):
-        return _element("ellipsoid", radii=form.vector(shape.radii))
+        return f"<ellipsoid><radii>{form.vector(shape.radii)}</radii></ellipsoid>"
     if isinstance(shape, Mesh):
-        scale = {} if shape.scale == (1.0, 1.0, 1.0) else {"scale": form.vector(shape.scale)}
-        made = _element("mesh", uri=shape.file, **scale)
-        return made.replace(Markup("</mesh>"), Markup().join(map(Markup, kept)) + Markup("</mesh>")) if kept else made
+        scale = "" if shape.scale == (1.0, 1.0, 1.0) else f"<scale>{form.vector(shape.scale)}</scale>"
+        return f"<mesh><uri>{escape(shape.file)}</uri>{scale}{''.join(kept)}</mesh>"
     raise TypeError(f"{type(shape).__name__} is not a solid")
-
-
-def _element(tag: str, **values: str) -> Markup:
-    inner = Markup().join(Markup("<{0}>{1}</{0}>").format(key, value) for key, value in values.items())
-    return Markup("<{0}>{1}</{0}>").format(tag, inner)

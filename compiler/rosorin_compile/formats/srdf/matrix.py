@@ -6,7 +6,6 @@ same on every machine, does not make a matrix stale.
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Iterable, Mapping
 from pathlib import Path
@@ -28,7 +27,13 @@ def digest(planning: Planning) -> str:
         "search": vars(planning.said.search),
     }
     text = json.dumps(said, sort_keys=True, separators=(",", ":"))
-    return hashlib.sha256(text.encode()).hexdigest()[:32]
+    return _hash(text.encode())
+
+
+def _hash(data: bytes) -> str:
+    import hashlib  # brings OpenSSL, and most robots have no matrix
+
+    return hashlib.sha256(data).hexdigest()[:32]
 
 
 def _solid(shape: Shape) -> list[Any]:
@@ -70,7 +75,7 @@ def digests(names: Iterable[str], files: Mapping[str, Path]) -> dict[str, str]:
             data = files[name].read_bytes()
         except (KeyError, OSError):
             continue
-        found[name] = hashlib.sha256(data).hexdigest()[:32]
+        found[name] = _hash(data)
     return found
 
 

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import NamedTuple
 
-from markupsafe import Markup
+from markupsafe import escape
 
 from ...model import Joint, Output, Robot
 from ...model.control import EFFORT, POSITION, VELOCITY, Block, Component, End, Interface, Words
@@ -27,13 +27,13 @@ def asked(output: Output) -> str:
     return known(str(said)) if said else ""
 
 
-def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[Markup]:
+def blocks(robot: Robot, output: Output, number: NumberFormat) -> list[str]:
     """Return the hardware blocks of an output as elements of a URDF."""
     distribution = asked(output)
     if not distribution:
         return []
     writer = _Writer(robot, distribution == HUMBLE, number)
-    return [Markup("\n").join(_lines(writer.block(block), "  ")) for block in robot.control]
+    return ["\n".join(_lines(writer.block(block), "  ")) for block in robot.control]
 
 
 def follows(joint: Joint | None, component: Component) -> bool:
@@ -61,17 +61,17 @@ class _Tag(NamedTuple):
     content: str | tuple[_Tag, ...] = ()
 
 
-def _lines(tag: _Tag, indent: str) -> Iterator[Markup]:
-    values = attributes(**tag.values)
+def _lines(tag: _Tag, indent: str) -> Iterator[str]:
+    start = f"{indent}<{tag.name}{attributes(**tag.values)}"
     if isinstance(tag.content, str):
-        yield Markup("{0}<{1}{2}>{3}</{1}>").format(indent, tag.name, values, tag.content)
+        yield f"{start}>{escape(tag.content)}</{tag.name}>"
     elif not tag.content:
-        yield Markup("{}<{}{}/>").format(indent, tag.name, values)
+        yield f"{start}/>"
     else:
-        yield Markup("{}<{}{}>").format(indent, tag.name, values)
+        yield f"{start}>"
         for inner in tag.content:
             yield from _lines(inner, indent + "  ")
-        yield Markup("{}</{}>").format(indent, tag.name)
+        yield f"{indent}</{tag.name}>"
 
 
 class _Writer:

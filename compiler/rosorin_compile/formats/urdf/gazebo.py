@@ -10,8 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence, Set
 from typing import NamedTuple
 
-from markupsafe import Markup
-
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import FORMATS, Rule
 from ...diagnostics.wording import quoted
@@ -45,7 +43,7 @@ class Carried(NamedTuple):
     kept: Set[str]
 
 
-def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[Markup], list[Diagnostic]]:
+def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[str], list[Diagnostic]]:
     """Return the blocks of all sensors for one Gazebo, and what it will not see."""
     writer = _Writer(robot, carried, DISTRIBUTIONS[asked], number)
     # The joints that are measured at are no joints of a merged link: that comes before all else.
@@ -143,7 +141,7 @@ class _Writer:
         trial.kept.add(one.link)
         return not trial.dropped(self.robot.joint[one.link].child)
 
-    def block(self, sensor: Sensor, one: GazeboSensor) -> Iterator[Markup]:
+    def block(self, sensor: Sensor, one: GazeboSensor) -> Iterator[str]:
         """Yield the block of a sensor; nothing for one that Gazebo cannot have, after telling."""
         if one.at_joint:
             if one.link in self.merged.kept:
@@ -193,11 +191,10 @@ class _Writer:
 
     def _text(
         self, one: GazeboSensor, reference: str, pose: Pose, keep: bool = False, collisions: Sequence[str] = ()
-    ) -> Iterator[Markup]:
-        lines = [Markup("  <gazebo{}>").format(attributes(reference=reference))]
+    ) -> Iterator[str]:
+        lines = [f"  <gazebo{attributes(reference=reference)}>"]
         if keep:
-            lines.append(Markup("    <preserveFixedJoint>true</preserveFixedJoint>"))
-        numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
-        place = Markup() if pose == IDENTITY else Markup("<pose>{}</pose>").format(numbers)
+            lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
+        place = "" if pose == IDENTITY else f"<pose>{vector((*pose.xyz, *pose.rpy), self.number)}</pose>"
         lines += sensor_lines(one, self.frame_id, self.number, "    ", place, collisions)
-        yield Markup("\n").join([*lines, Markup("  </gazebo>")])
+        yield "\n".join([*lines, "  </gazebo>"])

@@ -65,11 +65,11 @@ class _Format(NamedTuple):
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
 
-    def kept(self, texts: Iterable[str], indent: str) -> list[Markup]:
+    def kept(self, texts: Iterable[str], indent: str) -> list[str]:
         """Return elements that the description has for the URDF."""
         if "urdf_elements" not in self.elements:
             return []
-        return [Markup(indented(text, indent)) for text in texts]  # noqa: S704 - the rules found it well formed
+        return [indented(text, indent) for text in texts]
 
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
@@ -133,7 +133,7 @@ def _seen(robot: Robot, output: Output) -> Robot:
 
 def _gazebo(
     robot: Robot, output: Output, form: _Format, masses: Mapping[str, Inertial]
-) -> tuple[list[Markup], list[Diagnostic]]:
+) -> tuple[list[str], list[Diagnostic]]:
     """Return what Gazebo has of the sensors, and what it will not see of them."""
     from ..gazebo_sensors import distribution
     from .gazebo import Carried, kept_joints, sensors
@@ -149,7 +149,7 @@ def _gazebo(
     return sensors(robot, there, distribution(output.options["gazebo"]), form.number)
 
 
-def _control(robot: Robot, output: Output, form: _Format) -> list[Markup]:
+def _control(robot: Robot, output: Output, form: _Format) -> list[str]:
     """Return the hardware blocks of ros2_control, if an output asks for them."""
     if not output.options.get("control"):
         return []
@@ -160,14 +160,14 @@ def _control(robot: Robot, output: Output, form: _Format) -> list[Markup]:
 
 def brought(robot: Robot, output: Output) -> list[str]:
     """Return the elements that an output has for Gazebo and ros2_control, and the description in its own words."""
-    control = [str(block) for block in _control(robot, output, _form(output))]
+    control = _control(robot, output, _form(output))
     if not output.options.get("gazebo"):
         return control
     try:
         masses = inertials(robot, output)
     except ValueError:
         masses = {}  # which is told where the output is written
-    return [*(str(block) for block in _gazebo(robot, output, _form(output), masses)[0]), *control]
+    return [*_gazebo(robot, output, _form(output), masses)[0], *control]
 
 
 def _form(output: Output) -> _Format:
@@ -207,15 +207,15 @@ def solids(robot: Robot, link: str, output: Output, carried: frozenset[str]) -> 
     return [Shape(plain(s.geometry), s.pose) if isinstance(s.geometry, unsaid) else s for s in shapes]
 
 
-def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, Markup]]:
+def _materials(robot: Robot, form: _Format) -> list[tuple[Markup, str]]:
     """Return the materials of the robot: the attributes of each, and what is in it."""
     return [(attributes(name=one.name), _look(one.rgba, one.texture, form)) for one in robot.materials]
 
 
-def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> Markup:
+def _look(rgba: Sequence[float] | None, texture: str, form: _Format) -> str:
     """Return the elements of a material."""
-    colour = Markup("<color{}/>").format(attributes(rgba=form.vector(rgba))) if rgba is not None else Markup()
-    return colour + Markup("<texture{}/>").format(attributes(filename=texture)) if texture else colour
+    colour = f"<color{attributes(rgba=form.vector(rgba))}/>" if rgba is not None else ""
+    return f"{colour}<texture{attributes(filename=texture)}/>" if texture else colour
 
 
 def _rows(robot: Robot, link: str, solids: list[Shape], form: _Format) -> list[tuple[Any, ...]]:

@@ -6,8 +6,9 @@ A part is named ``NAME`` (in ``parts`` of the description), ``FILE/NAME`` (in th
 
 from __future__ import annotations
 
+import re
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -15,14 +16,16 @@ from typing import Any, NamedTuple
 from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
+from ...units import Quantity
 from ..expression.functions import kind_of
+from ..expression.syntax import EFFORT
 from ..load import LoadError, load_mapping
 from ..schema import MANY_INSIDE, ONE_ENTRY
 from ..tree import Instance, Map, Place, Seq
 from .forms import SECTIONS, XML, check_content, check_file, check_part, check_sections, check_use
 from .ledger import Failed, Ledger
 from .parameters import declare
-from .placing import AXES, MOUNT, mentions_mount, placed
+from .placing import AXES, MOUNT, Names, names_of, placed
 from .scope import Scope
 
 RULES = (
@@ -52,6 +55,20 @@ class Definition(NamedTuple):
     scope: Scope
 
 
+class _Made(NamedTuple):
+    """What a part came to with some values: its sections, not placed yet, and how many values and steps that took.
+
+    ``names`` are those that it defines; ``given`` is what it was made with.
+    """
+
+    fragment: Map
+    names: Names
+    scope: Scope
+    nodes: int
+    work: int
+    given: Any
+
+
 class Parts:
     """Finds parts and instantiates them."""
 
@@ -62,6 +79,9 @@ class Parts:
         self.library = library
         self.files: dict[Path, tuple[Map, Scope] | None] = {}
         self.sound: dict[int, bool] = {}
+        # What parts without parts, loops and elements of XML came to, by the part and what it was given.
+        self.made: dict[Hashable, _Made] = {}
+        self.alone: dict[int, frozenset[str] | None] = {}
 
     def instantiate(self, name: str, entry: Any, scope: Scope, where: Place, depth: int = 0) -> Map:
         """Return the fragment of a description that a ``use`` entry makes. Raises Failed after reporting."""
@@ -80,13 +100,64 @@ class Parts:
         message = f'part "{definition.name}" used here as "{name}"'
         inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
         inner.prefix = scope.prefix + prefix_of(name, entry)
+        key = self._key(definition, name, inner, entry)
+        made = self.made.get(key) if key is not None else None
+        if made is None:
+            made = self._evaluated(definition, name, inner, entry, depth)
+            if key is not None:
+                self.made[key] = made._replace(fragment=_of_nobody(made.fragment, definition.body))
+            return self._placed(name, made.fragment, made.names, entry, scope, where)
+        self._again(made, name, inner, entry, where)
+        fragment = Map(made.fragment.span, inner.via)
+        fragment.update(made.fragment)
+        fragment.key_spans, fragment.value_spans = made.fragment.key_spans, made.fragment.value_spans
+        return self._placed(name, fragment, made.names, entry, scope, where)
+
+    def _evaluated(self, definition: Definition, name: str, inner: Scope, entry: Map, depth: int) -> _Made:
+        """Return what a part comes to. Raises Failed after reporting."""
+        nodes, work = self.ledger.nodes, self.ledger.work
         self._bind(inner, name, entry, definition)
         content = entry.get("content")
         fragment = self._fragment(definition, inner, depth, isinstance(content, Map))
         if isinstance(content, Map):
             join(fragment, content, SECTIONS, inner)
         evaluate_rest(inner)
-        return self._placed(name, fragment, entry, scope, where)
+        given = entry.get("with")
+        return _Made(fragment, names_of(fragment), inner, self.ledger.nodes - nodes, self.ledger.work - work, given)
+
+    def _key(self, definition: Definition, name: str, inner: Scope, entry: Map) -> Hashable:
+        """Return all that the sections of a part depend on; None where they have to be evaluated anew each time."""
+        body = definition.body
+        if id(body) not in self.alone:
+            self.alone[id(body)] = _read_by(body)
+        read = self.alone[id(body)]
+        if read is None or entry.get("content") is not None:
+            return None
+        own = {"name": name, "prefix": inner.prefix}
+        given = entry.get("with")
+        values = given.items() if isinstance(given, Map) else ()
+        return (
+            id(body),
+            entry.get("mirror") is not None,
+            *(own[word] for word in sorted(read)),
+            *((key, type(value), _exactly(value)) for key, value in values),
+        )
+
+    def _again(self, made: _Made, name: str, inner: Scope, entry: Map, where: Place) -> None:
+        """Give the scope of a part that came to the same before its names, and count what it holds."""
+        place = Place(entry.span, entry.via)
+        own = {"name": name, "prefix": inner.prefix}
+        given = entry.get("with")
+        inner.values = made.scope.values | {word: value for word, value in own.items() if word in made.scope.values}
+        inner.places = made.scope.places | dict.fromkeys(("name", "mirrored"), place)
+        if "prefix" in inner.values:
+            inner.places["prefix"] = place
+        if isinstance(given, Map):
+            for key, value in given.items():
+                inner.values[key], inner.places[key] = value, Place(given.value_spans[key], given.via)
+        inner.said = made.scope.said
+        inner.count(made.nodes, where.span, where.via)
+        EFFORT.total += made.work
 
     def check_unused(self) -> None:
         """Look at the parts of the description that nothing uses, as far as that can be done without arguments."""
@@ -167,7 +238,7 @@ class Parts:
                 fine = False
         return fine
 
-    def _placed(self, name: str, fragment: Map, entry: Map, scope: Scope, where: Place) -> Map:
+    def _placed(self, name: str, fragment: Map, names: Names, entry: Map, scope: Scope, where: Place) -> Map:
         """Return a fragment with its prefix, on its mount, each of its entries with a source."""
         parent, mirror = entry.get("parent"), entry.get("mirror")
         if mirror is not None and (not isinstance(mirror, str) or mirror not in AXES):
@@ -176,7 +247,7 @@ class Parts:
             help = "one of x, y, z: the axis that is reversed"
             scope.report("wrong-value", f"mirror cannot be {told}", place, help)
             raise Failed
-        mounted = mentions_mount(fragment)
+        mounted = names.mounted
         if parent is None and mounted:
             help = "the part is attached to a frame: write parent: FRAME"
             scope.report("missing-key", f'use "{name}" needs the key "parent"', where, help)
@@ -188,7 +259,7 @@ class Parts:
             message = f'use "{name}" has "{ignored[0]}", but nothing of the part is attached to "{MOUNT}"'
             stack = scope.via.stack() if scope.via else ()
             self.ledger.diagnostics.append(Diagnostic("ignored-key", WARNING, message, place.span, tuple(stack), help))
-        made = placed(fragment, prefix_of(name, entry), parent, entry.get("xyz"), entry.get("rpy"), mirror)
+        made = placed(fragment, prefix_of(name, entry), parent, entry.get("xyz"), entry.get("rpy"), mirror, names=names)
         return with_source(made, entry) if "source" in entry else made
 
     def _find(self, entry: Map, scope: Scope, where: Place) -> Definition:
@@ -248,6 +319,57 @@ class Parts:
             home.define_all(tree.get("let"))
             self.files[path] = (tree, home)
         return self.files[path]
+
+
+# What a part knows of its use: an expression that speaks of it comes to something else each time.
+_OF_USE = re.compile(r"\b(name|prefix)\b")
+_SHARED = frozenset(("help", "params", "let", "links", "joints"))
+
+
+def _read_by(body: Map) -> frozenset[str] | None:
+    """Return which of its name and its prefix a part speaks of; None for one that is evaluated anew each time.
+
+    That is one with parts or loops within, or with anything beside links and joints: who made what in it has to be
+    known there.
+    """
+    if not body.keys() <= _SHARED:
+        return None
+    read: set[str] = set()
+    waiting: list[Any] = [body]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, str):
+            read.update(_OF_USE.findall(value) if "$" in value else ())
+        elif isinstance(value, Map):
+            if not value.keys().isdisjoint(("for", "if", *XML)) or any("$" in key for key in value):
+                return None
+            waiting += value.values()
+        elif isinstance(value, Seq):
+            waiting += value
+    return frozenset(read)
+
+
+def _exactly(value: Any) -> Hashable:
+    """Return what tells a value from all others that may be printed or calculate otherwise."""
+    if isinstance(value, Quantity):
+        return (repr(float(value)), value.dimension, value.text)
+    if isinstance(value, (Map, Seq)):
+        return id(value)
+    return repr(value)
+
+
+def _of_nobody(fragment: Map, body: Map) -> Map:
+    """Return the sections of a part with entries that no use has made yet."""
+    made = Map(fragment.span, body.via)
+    for section, entries in fragment.items():
+        if isinstance(entries, Map):
+            entries = copy(entries)
+            for name, entry in entries.items():
+                if isinstance(entry, Map):
+                    entries[name] = copy(entry)
+                    entries[name].via = body.via
+        made.put(section, entries, fragment.key_spans[section], fragment.value_spans[section])
+    return made
 
 
 def prefix_of(name: str, entry: Map) -> str:
@@ -348,10 +470,7 @@ def _said_twice(section: str, have: Map, more: Map, scope: Scope) -> None:
 def copy(value: Any) -> Any:
     """Return a section that more may be joined to; the tree that it came from stays as it is."""
     if isinstance(value, Map):
-        made = Map(value.span, value.via)
-        for key, item in value.items():
-            made.put(key, item, value.key_spans[key], value.value_spans[key])
-        return made
+        return value.copied()
     if isinstance(value, Seq):
         listed = Seq(value.span, value.via)
         for item, span in zip(value, value.value_spans, strict=True):

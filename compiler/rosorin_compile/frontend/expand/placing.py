@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
@@ -115,15 +115,40 @@ def mentions_mount(fragment: Map) -> bool:
     )
 
 
+class Names(NamedTuple):
+    """What a fragment calls its own: as a whole, for a simulation, for ros2_control; ``mounted`` if it is attached."""
+
+    defined: frozenset[str]
+    simulated: frozenset[str]
+    of_control: frozenset[str]
+    mounted: bool
+
+
+def names_of(fragment: Map) -> Names:
+    """Return the names of a fragment of a description."""
+    return Names(
+        defined_names(fragment), simulated_names(fragment), _names_of_control(fragment), mentions_mount(fragment)
+    )
+
+
 def placed(
-    fragment: Map, prefix: str, parent: str | None, xyz: Any, rpy: Any, mirror: str | None, kept: bool = True
+    fragment: Map,
+    prefix: str,
+    parent: str | None,
+    xyz: Any,
+    rpy: Any,
+    mirror: str | None,
+    kept: bool = True,
+    names: Names | None = None,
 ) -> Map:
     """Return a fragment with prefixed names, attached to ``parent`` at ``xyz`` and ``rpy`` (metres, radians).
 
     ``mirror`` reflects what the fragment holds at the plane across x, y or z of the mount. Unless ``kept`` is false,
-    links and joints get their names in elements for the URDF, too.
+    links and joints get their names in elements for the URDF, too. ``names`` are those of the fragment, where they are
+    known already.
     """
-    defined = defined_names(fragment)
+    known = names or names_of(fragment)
+    defined, ours = known.defined, known.simulated
     own_frame = MOUNT in defined and MOUNT not in (fragment.get("joints") or ())
 
     def rename(name: str) -> str:
@@ -134,21 +159,19 @@ def placed(
             return rename(name)
         return name if parent is None else parent
 
-    ours = simulated_names(fragment)
-
     def simulated(name: str) -> str:
         found = _MADE.fullmatch(name)
         return prefix + name if name in ours or (found and found[1] in defined) else frame(name)
 
-    names = (rename, frame, simulated)
-    placer = _Placer(names, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
-    placer.of_control = _names_of_control(fragment)
+    renames = (rename, frame, simulated)
+    placer = _Placer(renames, prefix, (xyz, rpy), None if mirror is None else AXES[mirror], kept)
+    placer.of_control = known.of_control
     made = Map(fragment.span, fragment.via)
     for section, value in fragment.items():
         change = getattr(placer, section, None)
         changed = value
         if section in ONE_ENTRY and change is not None:
-            changed = _made_by(change(value), fragment.via)
+            changed = _made_by(change(value), fragment.via, value)
         elif change is not None and value:
             changed = each(value, prefix, change, fragment.via)
         if section in XML and value and (kept or section == OF_MJCF):
@@ -163,20 +186,23 @@ def each(section: Any, prefix: str, change: Callable[[Any], Any], via: Instance 
     if isinstance(section, Map):
         made = Map(section.span, section.via)
         for name, entry in section.items():
-            value = _made_by(change(entry), via)
+            value = _made_by(change(entry), via, entry)
             made.put(prefix + name, value, section.key_spans[name], section.value_spans[name])
         return made
     listed = Seq(section.span, section.via)
     for entry, span in zip(section, section.value_spans, strict=True):
-        listed.put(_made_by(change(entry), via), span)
+        listed.put(_made_by(change(entry), via, entry), span)
     return listed
 
 
-def _made_by(entry: Any, via: Instance | None) -> Any:
-    """Return an entry that knows the part that made it, even where the part took it over as it was written."""
+def _made_by(entry: Any, via: Instance | None, before: Any) -> Any:
+    """Return an entry that knows the part that made it, even where the part took it over as it was written.
+
+    It was ``before`` what it is now; if that is another one, it is new.
+    """
     if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
         return entry
-    made = _with(entry, {})
+    made = entry.copied() if entry is before else entry
     made.via = via
     return made
 
@@ -210,11 +236,11 @@ def _named_in(value: Any, key: str, texts: Mapping[str, Rename]) -> Any:
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
-    made = Map(entry.span, entry.via)
-    for key, value in entry.items():
-        made.put(key, changes.get(key, value), entry.key_spans[key], entry.value_spans[key])
+    made = entry.copied()
     for key, value in changes.items():
-        if key not in entry and value is not None:
+        if key in entry:
+            made[key] = value
+        elif value is not None:
             span = getattr(value, "span", entry.span)
             made.put(key, value, span, span)
     return made

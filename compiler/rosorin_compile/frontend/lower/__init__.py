@@ -11,9 +11,9 @@ turns (``publishing``), and what a simulation has of a sensor (``lower_elements`
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -91,6 +91,9 @@ OPTICAL_RPY = (-math.pi / 2, 0.0, -math.pi / 2)
 _ACCEPTABLE = {rule.id: rule for rule in _OF_SHAPES if rule.accept}
 
 
+T = TypeVar("T")
+
+
 class Lowered(NamedTuple):
     """The model (None after an error), where each joint, link and pose was written, and what is wrong.
 
@@ -119,6 +122,8 @@ class _Lowering:
         self.places: dict[tuple[str, str], Path] = {}
         self.frames: dict[str, tuple[str, Path]] = {}
         self.diagnostics: list[Diagnostic] = []
+        # What was made of a piece of the tree, which many links and joints may share.
+        self.made: dict[Hashable, Any] = {}
         self.nodes = {name: node_of(name, entry) for name, entry in self.section("publishers").items()}
         self.edges = [self.edge(index, entry) for index, entry in enumerate(tree.get("edges") or ())]
 
@@ -234,12 +239,15 @@ class _Lowering:
         path: Path = ("links", name)
         self.place("link", name, path)
         source = source_of(entry.get("source"))
-        visual = tuple(self.shapes(entry.get("visual") or (), (*path, "visual"), source))
-        collision = tuple(self.shapes(entry.get("collision") or (), (*path, "collision"), source))
+        visual = self.shapes(entry.get("visual") or (), (*path, "visual"), source)
+        collision = self.shapes(entry.get("collision") or (), (*path, "collision"), source)
         inertial = None
         if "inertial" in entry:
+            key = (id(entry["inertial"]), id(visual), id(collision))
             try:
-                inertial = lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+                inertial = self.once(
+                    key, lambda: lower_inertial(entry["inertial"], {"visual": visual, "collision": collision})
+                )
             except ShapeProblem as problem:
                 self.misfit(problem, (*path, "inertial"), f' (link "{name}" inertial)')
         simulated = marked_of(entry) if entry else ()
@@ -256,7 +264,30 @@ class _Lowering:
             tuple(entry.get("mjcf_elements") or ()),
         )
 
-    def shapes(self, entries: Any, path: Path, source: Source) -> list[Any]:
+    def once(self, key: Hashable, make: Callable[[], T]) -> T:
+        """Return what is made of a piece of the tree, named by its identity, once for all that share it."""
+        if key not in self.made:
+            self.made[key] = make()
+        known: T = self.made[key]
+        return known
+
+    def shapes(self, entries: Any, path: Path, source: Source) -> tuple[Any, ...]:
+        """Return the shapes of a list; of one that several links share the same ones, unless something is wrong."""
+        if not entries:
+            return ()
+        key = (id(entries), source)
+        known: tuple[Any, ...] | None = self.made.get(key)
+        if known is not None:
+            return known
+        before = len(self.diagnostics)
+        made = tuple(self.shapes_of(entries, path, source))
+        if len(self.diagnostics) == before:
+            self.made[key] = made
+        else:
+            self.made[id(made), "kept"] = made  # no other list gets its identity
+        return made
+
+    def shapes_of(self, entries: Any, path: Path, source: Source) -> list[Any]:
         made = []
         for index, entry in enumerate(entries):
             own = source_of(entry["source"]) if "source" in entry else source
@@ -282,14 +313,15 @@ class _Lowering:
     def joint(self, name: str, entry: dict[str, Any]) -> Joint:
         path: Path = ("joints", name)
         self.place_joint(name, path, entry["child"], (*path, "child"))
+        axis, limit = entry.get("axis"), entry.get("limit")
         joint = Joint(
             name=name,
             type=entry["type"],
             parent=entry["parent"],
             child=entry["child"],
             origin=pose_of_entry(entry),
-            axis=vector_of(entry.get("axis"), (1.0, 0.0, 0.0)),
-            limit=limit_of(entry.get("limit")),
+            axis=self.once(id(axis), lambda: vector_of(axis, (1.0, 0.0, 0.0))),
+            limit=self.once(id(limit), lambda: limit_of(limit)) if limit is not None else None,
             mimic=mimic_of(entry.get("mimic")),
             dynamics=dynamics_of(entry.get("dynamics")),
             actuator=actuator_of(entry.get("actuator")),
@@ -308,7 +340,7 @@ class _Lowering:
             moving = not joint.is_fixed and turn.publisher.kind != STATIC_TRANSFORM_PUBLISHER
             turned = Edge(joint.parent, joint.child, turn.publisher, moving, turn.when, joint.origin)
             self.edges.append(replace(turned, source=joint.source, joint=joint.name))
-        return replace(joint, publisher=publishing.always)
+        return joint if joint.publisher == publishing.always else replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
         """Return a sensor and the fixed joints of its frame and its optical frame."""

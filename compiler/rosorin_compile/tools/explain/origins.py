@@ -15,7 +15,7 @@ from ...frontend.expand.ledger import Failed
 from ...frontend.expand.placing import MOUNT
 from ...frontend.expand.scope import Scope
 from ...frontend.expression import ExpressionError, evaluate, parsed, pieces
-from ...frontend.tree import Instance, Map, Path, Place, Seq, locate
+from ...frontend.tree import Instance, Map, Path, Place, Seq, locate, maker
 from ...frontend.written import Piece, Written
 from ...numbers import exact
 from ...units import NUMBER, Quantity, describe
@@ -44,7 +44,8 @@ class Origins:
         if isinstance(piece and piece.value, (Map, Seq)) and not isinstance(holder[path[-1]], (Map, Seq)):
             return self._put_together(span, place, stack)
         expressions = [self.where(s) for _, s in nodes[:-1] if s != span and is_expression(self.written.value(s))]
-        return Origin(self.where(span), self.meanings.of(piece, holder.via, place.via), tuple(expressions), stack)
+        made = maker(self.tree, path)
+        return Origin(self.where(span), self.meanings.of(piece, made, place.via), tuple(expressions), stack)
 
     def where(self, span: Span) -> Where:
         """Return a place with what is written there."""

@@ -17,7 +17,6 @@ from ..model import Inertial, Mesh, Output, Robot, Shape
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
 from .view import View, called, turn_of, view_of
-from .wording import number_pair, subject, value_text
 
 RULES = (
     Rule(
@@ -177,6 +176,8 @@ def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_R
         meant = known.value(fact)
         if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
+        from .wording import subject
+
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
         yield _error(str(subject(fact)), reading, mine, theirs, next(others, None))
@@ -188,6 +189,8 @@ def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
     """Return two different values in print, with as many digits as show the difference."""
+    from .wording import number_pair, value_text
+
     if isinstance(value.value, str) or isinstance(meant.value, str):
         return value_text(value), value_text(meant)
     before, after = number_pair(value.value, meant.value)
@@ -199,6 +202,8 @@ def _turns(reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Ite
         meant = turn_of(known.block("frame", frame))
         if meant is None or same_turn(turn, meant):
             continue
+        from .wording import number_pair  # only where something is wrong
+
         others = (other for other in readings if same_turn(other.view.turns.get(frame), meant))
         pairs = [number_pair(a, b) for a, b in zip(turn.rpy, meant.rpy, strict=True)]
         mine, theirs = (f"{' '.join(numbers)} rad" for numbers in zip(*pairs, strict=True))

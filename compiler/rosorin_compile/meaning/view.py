@@ -19,10 +19,12 @@ from ..model.geometry import rotation_of_rpy
 from .solids import solid_of
 from .tolerance import Turn
 
-_SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
-_CELL = re.compile(r"cell (\d+) (\d+)")
+# Patterns are made where something may fit: most quantities are told apart by a word.
+_SHAPE = r"(collision|visual) (\d+) (.+)"
+_PURPOSES = ("collision ", "visual ")
+_CELL = r"cell (\d+) (\d+)"
 # A frame with several rows in the list of frames: the row is part of its name.
-_ROW = re.compile(r"(.+?) ((?:below|when) .+)")
+_ROW = r"(.+?) ((?:below|when) .+)"
 
 
 class View(NamedTuple):
@@ -97,16 +99,20 @@ def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
     if kind == "frame":
         if quantity in ANGLES:
             return (_TURN, "", 0, "")
-        return (_ROWS, "", 0, "") if _ROW.fullmatch(quantity) else None
+        return (_ROWS, "", 0, "") if _row(quantity) else None
     if kind == "link":
         if quantity in ("collision shapes", "visual shapes"):
             return (_COUNT, "", 0, "")
-        shape = _SHAPE.fullmatch(quantity)
+        shape = re.fullmatch(_SHAPE, quantity) if quantity.startswith(_PURPOSES) else None
         if shape:
             return (_SOLID, shape[1], int(shape[2]), shape[3])
         return (_SOLID, "collision", 1, quantity) if quantity.startswith("box ") else None
-    cell = _CELL.fullmatch(quantity) if kind == "height map" else None
+    cell = re.fullmatch(_CELL, quantity) if kind == "height map" else None
     return (_HEIGHT, "", int(cell[1]), cell[2]) if cell else None
+
+
+def _row(quantity: str) -> re.Match[str] | None:
+    return re.fullmatch(_ROW, quantity) if " below " in quantity or " when " in quantity else None
 
 
 def _check(fact: Fact, value: Value) -> None:
@@ -124,7 +130,7 @@ def _named(fact: Fact, value: Value, names: Mapping[str, str]) -> tuple[Fact, Va
         name = names.get(name, name)
     if quantity in ("parent", "child") and isinstance(value.value, str):
         value = value._replace(value=names.get(value.value, value.value))
-    row = _ROW.fullmatch(quantity) if kind == "frame" else None
+    row = _row(quantity) if kind == "frame" else None
     if row:
         name, quantity = f"{name} {row[2]}", row[1]
     return Fact(kind, name, quantity), value

@@ -155,7 +155,7 @@ def test_a_json_artifact_that_does_not_fit_its_schema_is_found() -> None:
     assert found.startswith("robot_model.json does not fit schemas/robot_model.schema.json: pulse_to_rad")
 
 
-NUMBER = re.compile(r'(?<=[\s">])-?\d+\.?\d*(?:e-?\d+)?(?=[\s"<])')
+NUMBER = re.compile(r'(?<=[\s">\[])-?\d+\.?\d*(?:e-?\d+)?(?=[\s"<,\]])')
 NAME = re.compile(r'(?<=")[a-z_]\w*(?=")')
 ELEMENT = re.compile(r"(?m)^ *<.*/>$|^ *<(\w+).*</\1>$")
 
@@ -163,7 +163,7 @@ ELEMENT = re.compile(r"(?m)^ *<.*/>$|^ *<(\w+).*</\1>$")
 def mistakes(text: str, chance: random.Random) -> Iterator[str]:
     """Yield a text with a number, a name or an element that is another one, or not there."""
     for pattern, most in ((NUMBER, 40), (NAME, 20), (ELEMENT, 10)):
-        places = [match.span() for match in pattern.finditer(text)]
+        places = [match.span() for match in pattern.finditer(text)] or [(0, 0)]
         for start, end in chance.sample(places, min(most, len(places))):
             old, other = text[start:end], text[slice(*chance.choice(places))]
             new = {NUMBER: chance.choice([f"{old}1", f"1{old}", "0.5", "x", "1e999", other]), ELEMENT: ""}
@@ -171,7 +171,7 @@ def mistakes(text: str, chance: random.Random) -> Iterator[str]:
 
 
 @pytest.mark.parametrize("number_format", ["exact", "six"])
-@pytest.mark.parametrize("name", ["m.urdf", "m.xml", "m.sdf"])
+@pytest.mark.parametrize("name", ["m.urdf", "m.xml", "m.sdf", "model.json", "frames.md"])
 def test_what_is_held_against_the_model_at_once_is_what_is_found_in_full(name: str, number_format: str) -> None:
     robot, artifacts = emitted(machine(), number_format)
     [artifact] = [artifact for artifact in artifacts if artifact.file == name]

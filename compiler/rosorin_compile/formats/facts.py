@@ -16,18 +16,20 @@ link        by link: "mass", "centre of mass x|y|z", "inertia xx|yy|zz|xy|xz|yz"
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
-from ..model import Box, Inertial, Joint, Pose, Robot, Transform, Vector
+from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
 from ..numbers import SIX, six
 from ..xml.elements import tree_of
-from .format import Fact, Facts, Value, row_name
+from .format import Fact, Facts, Value
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
+
+    from .known import Block, Held, Known
 
 AXES = ("x", "y", "z")
 ANGLES = ("roll", "pitch", "yaw")
@@ -54,6 +56,7 @@ _ROOT_THREE = 3**0.5
 COLLISION, VISUAL = "collision", "visual"
 
 _UPRIGHT = Transform().rows
+NO_TOLERANCE: Vector = (0.0, 0.0, 0.0)
 
 Six = tuple[float, float, float, float, float, float]
 
@@ -81,30 +84,6 @@ class Solid(NamedTuple):
         x, y, z = self.centre
         a, b, c = (size / 2 for size in self.sizes)
         return Box((x - a, y - b, z - c), (x + a, y + b, z + c))
-
-
-class Known(NamedTuple):
-    """What the model says: its facts; and where links sit and what they weigh, all numbers together.
-
-    ``frames`` has the parent of a link, its place there (m) and its rotation; ``masses`` the mass (kg), where its
-    centre is (m) and the inertia (kg*m^2), in the terms of the facts.
-    """
-
-    facts: Facts
-    frames: Mapping[str, tuple[str, Vector, Rows]]
-    masses: Mapping[str, tuple[float, Vector, Six]]
-
-
-class Held(NamedTuple):
-    """An artifact held against what is known: the facts that are said otherwise, and what is left to be compared.
-
-    ``parents`` are those of all frames, ``solids`` the collision shapes by link, ``names`` all links that it has.
-    """
-
-    facts: Facts
-    parents: Mapping[str, str]
-    solids: Mapping[str, Sequence[Solid]]
-    names: frozenset[str]
 
 
 def parse(text: str, tag: str) -> Element:
@@ -160,30 +139,115 @@ def is_exact(texts: Iterable[str]) -> bool:
 _tolerance_of_six = lru_cache(maxsize=20_000)(SIX.tolerance)
 
 
-class FactSheet:
-    """Collects the facts of one XML artifact; with what is ``known`` only those that are otherwise, and solids.
+class Sheet:
+    """Collects the facts of an artifact; with what is ``known`` only those that are otherwise, and solids.
 
     What is read is the same, and as much is refused: what is known is only not written down.
     """
 
-    def __init__(self, text: str, tag: str, known: Known | None = None) -> None:
-        self.root = parse(text, tag)
+    def __init__(self, known: Known | None = None) -> None:
         self.facts: Facts = {}
-        self.exact = is_exact(self.numbers_written())
         self.known = known
         self._parents: dict[str, str] = {}
         self._solids: dict[str, list[Solid]] = {}
         self._names: set[str] = set()
+        self._once: dict[Hashable, Block] = {}
+        self._same: set[tuple[int, int]] = set()
+
+    def held(self) -> Held:
+        """Return what was found that is not known."""
+        from .known import Held
+
+        return Held(self.facts, self._parents, self._solids, frozenset(self._names.union(self._parents.values())))
+
+    def take(self, kind: str, name: str, quantity: str, value: Value) -> None:
+        """Take down a fact."""
+        if self.known is not None:
+            if kind in _OF_LINKS:
+                self._names.add(name)
+            if kind == "link" and quantity not in _OF_MASSES:
+                return
+            meant = self.known.block(kind, name).get(quantity)
+            if meant is None or meant[0] == value[0]:
+                return
+        self.facts[Fact(kind, name, quantity)] = value
+
+    def once(self, key: Hashable, make: Callable[[], Block]) -> Block:
+        """Return what is made of words that may be said of many things; ``key`` are all of those words."""
+        block = self._once.get(key)
+        if block is None:
+            block = self._once[key] = make()
+        return block
+
+    def add_joint(self, name: str, child: str, motion: Block) -> None:
+        """Take down a joint; ``motion`` is all but its child, the same object where the same is said (``once``)."""
+        if self.known is not None and self.known.child(name) in (child, ""):
+            meant = self.known.motion(name)
+            if (id(motion), id(meant)) in self._same:
+                return
+            if all(meant[quantity][0] == value[0] for quantity, value in motion.items() if quantity in meant):
+                self._same.add((id(motion), id(meant)))
+                return
+        for number, (quantity, value) in enumerate(motion.items()):
+            self.take("joint", name, quantity, value)
+            if number == 0:
+                self.take("joint", name, "child", Value(child))
+
+    def named(self, link: str) -> str:
+        """Return the name that the robot has for a link of the artifact, as far as that is known."""
+        return link if self.known is None else self.known.names.get(link, link)
+
+    def add_box(self, link: str, lower: Vector, upper: Vector) -> None:
+        """Take down the box that a link collides with, between two corners (m)."""
+        if self.known is None:
+            for end, corner in (("min", lower), ("max", upper)):
+                for axis, value in zip(AXES, corner, strict=True):
+                    self.facts[Fact("link", link, f"box {end} {axis}")] = Value(value, "m")
+        else:
+            self._names.add(link)
+            box = Box(lower, upper)
+            self._solids.setdefault(link, []).append(Solid("box", box.size, box.centre, _UPRIGHT, (), 0.0, 0.0))
+
+    def add_parent(self, child: str, parent: str, which: str = "") -> None:
+        """Take down what a frame sits in; ``which`` stands behind the quantity, where a frame has several rows."""
+        if self.known is not None:
+            self._names.add(child)
+            if not which:
+                self._parents[child] = parent
+            meant = self.known.place(f"{child}{which}")
+            if meant is None or meant.parent == parent:
+                return
+        self.facts[Fact("frame", child, f"parent{which}")] = Value(parent)
+
+    def add_pose(
+        self, child: str, pose: Pose, metres: Vector = NO_TOLERANCE, radians: Vector = NO_TOLERANCE, which: str = ""
+    ) -> None:
+        """Take down where a frame sits, as ``frame_facts``; ``which`` as in ``add_parent``."""
+        if self.known is not None:
+            meant = self.known.place(f"{child}{which}")
+            if meant is None or (meant.xyz == pose.xyz and meant.rpy == pose.rpy):
+                return
+            pairs = zip((*pose.xyz, *pose.rpy), (*meant.xyz, *meant.rpy), (*metres, *radians), strict=True)
+            if all(abs(one - other) <= near for one, other, near in pairs):
+                return
+        for quantity, value in frame_block("", pose, metres, radians).items():
+            if quantity != "parent":
+                self.facts[Fact("frame", child, f"{quantity}{which}")] = value
+
+
+class FactSheet(Sheet):
+    """Collects the facts of one XML artifact."""
+
+    def __init__(self, text: str, tag: str, known: Known | None = None) -> None:
+        super().__init__(known)
+        self.root = parse(text, tag)
+        self.exact = is_exact(self.numbers_written())
         # How well a printed rotation is known (rad).
         self._turning = ROTATION_ROUNDING + 4 * self.tolerance(1.0)
 
     def numbers_written(self) -> Iterator[str]:
         """Yield the texts in which numbers stand."""
         return (text for element in self.root.iter() for name, text in element.items() if name != "name")
-
-    def held(self) -> Held:
-        """Return what was found that is not known."""
-        return Held(self.facts, self._parents, self._solids, frozenset(self._names.union(self._parents.values())))
 
     def tolerance(self, value: float) -> float:
         """Return how well a printed value is known: 0 where every digit was printed."""
@@ -215,18 +279,15 @@ class FactSheet:
         """Return the number of an attribute. Raises ValueError if it is none."""
         return self.vector(element, attribute, 1, (default,))[0]
 
-    def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
-        """Take down a fact; the tolerance of a number is what was printed of it unless it is given."""
-        if self.known is not None:
-            if fact[0] in _OF_LINKS:
-                self._names.add(fact[1])
-            meant = self.known.facts.get(fact)
-            if meant is None or meant[0] == value:
-                return
+    def value(self, value: float | str, unit: str = "", tolerance: float | None = None) -> Value:
+        """Return a value; the tolerance of a number is what was printed of it unless it is given."""
         if isinstance(value, str):
-            self.facts[fact] = Value(value)
-        else:
-            self.facts[fact] = Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
+            return Value(value)
+        return Value(value, unit, self.tolerance(value) if tolerance is None else tolerance)
+
+    def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
+        """Take down a fact; its value as in ``value``."""
+        self.take(*fact, self.value(value, unit, tolerance))
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""
@@ -234,23 +295,21 @@ class FactSheet:
         if known is not None:
             self._names.add(link)
             self._parents[link] = parent
-            meant = known.frames.get(link)
-            if meant is not None and meant[0] == parent and _is_at(transform, meant[1], meant[2]):
+            meant = known.place(link)
+            if meant is None or (meant.parent == parent and _is_at(transform, meant.xyz, meant.rows)):
                 return
-        self.add(Fact("frame", link, "parent"), parent)
+        self.facts[Fact("frame", link, "parent")] = Value(parent)
         for axis, value in zip(_ORIGIN, transform.xyz, strict=True):
-            self.add(Fact("frame", link, axis), value, "m")
+            self.facts[Fact("frame", link, axis)] = self.value(value, "m")
         for angle, value in zip(ANGLES, angles(transform), strict=True):
-            fact = Fact("frame", link, angle)
-            if known is None or fact in known.facts:  # one says little without the others
-                self.facts[fact] = Value(value, "rad", self._turning)
+            self.facts[Fact("frame", link, angle)] = Value(value, "rad", self._turning)
 
     def add_inertial(self, link: str, mass: float, frame: Transform, inertia: Six) -> None:
         """Take down mass (kg), centre of mass (m), and inertia (kg*m^2; xx yy zz xy xz yz along ``frame``)."""
         along = along_link(inertia, frame)
         if self.known is not None:
             self._names.add(link)
-            if self.known.masses.get(link) == (mass, frame.xyz, along):
+            if self.known.mass(link) in (None, (mass, frame.xyz, along)):
                 return
         self.add(Fact("link", link, "mass"), mass, "kg")
         for axis, value in zip(_CENTRE, frame.xyz, strict=True):
@@ -295,6 +354,7 @@ class FactSheet:
 
 
 _OF_LINKS = ("frame", "link")
+_OF_MASSES = frozenset(("mass", *_CENTRE, *_MOMENTS))
 
 
 def _is_at(transform: Transform, xyz: Vector, rows: Rows) -> bool:
@@ -345,9 +405,6 @@ def _times(rows: tuple[Vector, Vector, Vector], v: Vector) -> Vector:
     return (dot(rows[0], v), dot(rows[1], v), dot(rows[2], v))
 
 
-NO_TOLERANCE: Vector = (0.0, 0.0, 0.0)
-
-
 def frame_facts(
     child: str, parent: str, pose: Pose, metres: Vector = NO_TOLERANCE, radians: Vector = NO_TOLERANCE
 ) -> Facts:
@@ -355,82 +412,36 @@ def frame_facts(
 
     Angles are as they were written, if that is the form in which they are compared (see ``angles``).
     """
+    block = frame_block(parent, pose, metres, radians)
+    return {Fact("frame", child, quantity): value for quantity, value in block.items()}
+
+
+def frame_block(
+    parent: str, pose: Pose, metres: Vector = NO_TOLERANCE, radians: Vector = NO_TOLERANCE
+) -> dict[str, Value]:
+    """Return the same by quantity."""
     rpy = pose.rpy
     compared = rpy if rpy == (0.0, 0.0, 0.0) else angles(pose.transform())
     if any(abs(one - other) >= ROTATION_ROUNDING for one, other in zip(rpy, compared, strict=True)):
         rpy = compared
         radians = (ROTATION_ROUNDING + 4 * max(radians),) * 3
-    facts: Facts = {Fact("frame", child, "parent"): Value(parent)}
+    block = {"parent": Value(parent)}
     for axis, value, tolerance in zip(_ORIGIN, pose.xyz, metres, strict=True):
-        facts[Fact("frame", child, axis)] = Value(float(value), "m", tolerance)
+        block[axis] = Value(float(value), "m", tolerance)
     for angle, value, tolerance in zip(ANGLES, rpy, radians, strict=True):
-        facts[Fact("frame", child, angle)] = Value(float(value), "rad", tolerance)
-    return facts
+        block[angle] = Value(float(value), "rad", tolerance)
+    return block
 
 
-def facts_of(robot: Robot) -> Facts:
-    """Return what the model says about frames, joints and masses, in the terms of the artifacts."""
-    facts: Facts = {}
-    for joint in robot.joints:
-        facts |= frame_facts(joint.child, joint.parent, joint.origin)
-        facts |= _joint_facts(joint)
-    for edge in robot.edges:
-        # Of several rows for one frame the first one bears its name alone.
-        if edge.joint:
-            facts |= frame_facts(row_name(edge), edge.parent, robot.joint[edge.joint].origin)
-        elif edge.pose is not None and Fact("frame", edge.child, "parent") not in facts:
-            facts |= frame_facts(edge.child, edge.parent, edge.pose)
-    for link in robot.links:
-        facts |= mass_facts(link.name, link.inertial) if link.inertial is not None else {}
-    return facts
-
-
-def _joint_facts(joint: Joint) -> Facts:
-    values: dict[str, Value] = {"type": Value(joint.type), "child": Value(joint.child)}
-    unit = "m" if joint.type == "prismatic" else "rad"
-    if joint.moves or joint.type == "planar":
-        values |= {f"axis {axis}": Value(float(value)) for axis, value in zip(AXES, joint.axis, strict=True)}
-    if joint.moves and joint.limit:
-        limits = {"lower": joint.limit.lower, "upper": joint.limit.upper, "velocity": joint.limit.velocity}
-        limits["effort"] = joint.limit.effort
-        values |= {quantity: Value(float(value), unit) for quantity, value in limits.items() if value is not None}
-    if joint.mimic:
-        values["mimic joint"] = Value(joint.mimic.joint)
-        values["mimic multiplier"] = Value(float(joint.mimic.multiplier))
-        values["mimic offset"] = Value(float(joint.mimic.offset), unit)
-    return {Fact("joint", joint.name, quantity): value for quantity, value in values.items()}
-
-
-def mass_facts(link: str, inertial: Inertial) -> Facts:
-    """Return what is said of the mass of a link."""
+def mass_block(inertial: Inertial) -> dict[str, Value]:
+    """Return what is said of the mass of a link, by quantity."""
     mass, centre, moments = mass_of(inertial)
     values = {"mass": Value(float(mass), "kg")}
     values |= {axis: Value(float(v), "m") for axis, v in zip(_CENTRE, centre, strict=True)}
-    values |= {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, moments, strict=True)}
-    return {Fact("link", link, quantity): value for quantity, value in values.items()}
+    return values | {name: Value(float(value), "kg*m^2") for name, value in zip(_MOMENTS, moments, strict=True)}
 
 
 def mass_of(inertial: Inertial) -> tuple[float, Vector, Six]:
     """Return mass (kg), centre of mass (m) and inertia (kg*m^2; xx yy zz xy xz yz along the axes of the link)."""
     six = (inertial.ixx, inertial.iyy, inertial.izz, inertial.ixy, inertial.ixz, inertial.iyz)
     return inertial.mass, inertial.pose.xyz, along_link(six, inertial.pose.transform())
-
-
-def known_of(robot: Robot) -> Known:
-    """Return what the model says, to hold artifacts against."""
-    facts = facts_of(robot)
-    frames = {
-        joint.child: (joint.parent, joint.origin.xyz, joint.origin.transform().rows)
-        for joint in robot.joints
-        if facts[Fact("frame", joint.child, "parent")][0] == joint.parent
-    }
-    return Known(facts, frames, {link.name: mass_of(link.inertial) for link in robot.links if link.inertial})
-
-
-def with_masses(known: Known, inertials: Mapping[str, Inertial]) -> Known:
-    """Return what is known where some links weigh something else."""
-    facts, masses = dict(known.facts), dict(known.masses)
-    for link, inertial in inertials.items():
-        facts |= mass_facts(link, inertial)
-        masses[link] = mass_of(inertial)
-    return Known(facts, known.frames, masses)

@@ -20,8 +20,8 @@ if TYPE_CHECKING:
     from ..model import Edge, Inertial, Output, Robot, Shape
     from ..rules.case import Case
     from ..xml.markup import Document, MarkupError
-    from .facts import Held, Known
     from .imported import Imported, LeftOut, Proof, ReadOptions
+    from .known import Held, Known
     from .templating import Templates
 
 

@@ -6,17 +6,20 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
-from .facts import frame_facts, number_of
-from .format import NUMBER_FORMAT, Asked, Fact, Facts, Format, Value, row_name
+from .facts import Sheet, number_of, numbers_of
+from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
 from .static_tf import describe
 from .templating import Templates
+
+if TYPE_CHECKING:
+    from .known import Held, Known
 
 _FRAME_HEADERS = (
     "parent",
@@ -215,51 +218,56 @@ def read(text: str) -> Facts:
     A frame that stands in several rows is told apart: "publisher below odom" for another parent than in its first row,
     "publisher when slam" for a publisher that takes turns.
     """
+    return _read(text, Sheet()).facts
+
+
+def _against(text: str, known: Known) -> Held:
+    """Return what the tables say that is not known. Raises ValueError as ``read``."""
+    return _read(text, Sheet(known)).held()
+
+
+def _read(text: str, sheet: Sheet) -> Sheet:
     frames = list(_parse(text, _FRAME_HEADERS))
     if not frames and re.search(_ALONE, text):
-        return {}
+        return sheet
     if not frames:
         raise ValueError("there is no table of frames")
-    tolerance = _tolerance([number for row in frames for number in _numbers(row)])
-    facts: Facts = {}
+    tolerance = _tolerance({number for row in frames for number in _numbers(row)})
     parents: dict[str, str] = {}
     for row in frames:
         first = parents.setdefault(row["child"], row["parent"])
         which = "" if first == row["parent"] else f" below {row['parent']}"
         which += "" if row["when"] in ("always", "never") else f" when {row['when']}"
-        for fact, value in _read_frame(row, tolerance).items():
-            facts[fact._replace(quantity=fact.quantity + which)] = value
+        _read_frame(sheet, row, tolerance, which)
     for row in _parse(text, _POSE_HEADERS):
         token, unit = row["position"].split(" ")
         number = number_of(token)
-        facts[Fact("pose", row["pose"], row["joint"])] = Value(number, unit, tolerance(number))
-    return facts
+        sheet.take("pose", row["pose"], row["joint"], Value(number, unit, tolerance(number)))
+    return sheet
 
 
-def _read_frame(row: dict[str, str], tolerance: Callable[[float], float]) -> Facts:
-    child = row["child"]
-    facts = {
-        Fact("frame", child, "parent"): Value(row["parent"]),
-        Fact("frame", child, "publisher"): Value(row["published by"]),
-        Fact("frame", child, "topic"): Value(row["topic"]),
-    }
+def _read_frame(sheet: Sheet, row: dict[str, str], tolerance: Callable[[float], float], which: str) -> None:
+    """Take down a row; ``which`` stands behind each quantity."""
+    child, parent = row["child"], row["parent"]
+    sheet.add_parent(child, parent, which)
+    if sheet.known is None:  # where nothing is known of it
+        sheet.take("frame", child, f"publisher{which}", Value(row["published by"]))
+        sheet.take("frame", child, f"topic{which}", Value(row["topic"]))
     numbers = _numbers(row)
     if numbers:
         x, y, z, roll, pitch, yaw = numbers
-        xyz, rpy = (x, y, z), (roll, pitch, yaw)
         a, b, c, d, e, f = map(tolerance, numbers)
-        facts |= frame_facts(child, row["parent"], Pose(xyz, rpy), (a, b, c), (d, e, f))
-    return facts
+        sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)), (a, b, c), (d, e, f), which)
 
 
-def _numbers(row: dict[str, str]) -> list[float]:
+def _numbers(row: dict[str, str]) -> Sequence[float]:
     """Return the position and the angles of a row; none where only the publisher knows them."""
     if not row["roll pitch yaw (rad)"]:
-        return []
-    return [number_of(token) for token in f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}".split()]
+        return ()
+    return numbers_of(f"{row['x y z (m)']} {row['roll pitch yaw (rad)']}")
 
 
-def _tolerance(numbers: list[float]) -> Callable[[float], float]:
+def _tolerance(numbers: Iterable[float]) -> Callable[[float], float]:
     """Return the function that says how well a printed number is known: one number of many digits shows ``exact``."""
     exact = any(float(six(number)) != number for number in numbers)
     return (lambda _: 0.0) if exact else SIX.tolerance
@@ -310,6 +318,7 @@ FORMAT = Format(
     file="frames.md",
     write=write,
     facts=read,
+    against=_against,
     syntax=_words,
     frames=carried,
     folder="doc",

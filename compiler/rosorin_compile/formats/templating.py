@@ -65,7 +65,7 @@ def attributes(**values: str) -> Markup:
     text = "".join([f' {name}="{value}"' for name, value in values.items()])
     if text.count('"') != 2 * len(values) or "&" in text or "<" in text or ">" in text or "'" in text:
         text = "".join([f' {name}="{escape(value)}"' for name, value in values.items()])
-    return Markup(text)  # noqa: S704 - escaped, or nothing to escape
+    return str.__new__(Markup, text)  # as Markup does once it has asked whether the text is one already
 
 
 def comment(text: str) -> str:

@@ -10,13 +10,13 @@ from ..diagnostics import Diagnostic, error
 from ..diagnostics.progress import step
 from ..diagnostics.registry import WRITING, Rule
 from ..formats import FORMATS, Artifact, Fact, Format, Value
-from ..formats.facts import ANGLES, COLLISION, Held, Known, Solid, known_of, with_masses
+from ..formats.facts import COLLISION, Solid
+from ..formats.known import Held, Known
 from ..frontend.schema import misfits
-from ..model import Mesh, Output, Robot, Shape
+from ..model import Inertial, Mesh, Output, Robot, Shape
 from .solids import remainder, same_set, solid_from, straight
 from .tolerance import NOISE, same_turn, same_value
-from .view import View, called, names_in, view_of, view_of_model
-from .wording import number_pair, subject, value_text
+from .view import View, called, turn_of, view_of
 
 RULES = (
     Rule(
@@ -68,59 +68,50 @@ def agreement(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnostic]:
     Each artifact is held against the model by itself, and let go; only where one is wrong are all of them read in full,
     for the words.
     """
-    model = known_of(robot)
+    model = Known(robot)
     for number, artifact in enumerate(artifacts):
         step(f"proving {artifact.file},", number, len(artifacts))
         try:
             known = _known(robot, artifact, model)
-            reading = _reading(robot, artifact, known)
+            reading = _reading(artifact, known)
         except ValueError:
             return _disagreements(robot, artifacts)
         if reading is None:
             continue
-        meant = view_of_model(known.facts, reading.view.turns)
-        if _misfits(artifact) or any(True for _ in _wrong(robot, reading, meant, ())):
+        if _misfits(artifact) or any(True for _ in _wrong(robot, reading, known, ())):
             return _disagreements(robot, artifacts)
     return []
 
 
 def _known(robot: Robot, artifact: Artifact, model: Known) -> Known:
-    """Return what the model says, as an artifact has to say it: its links may weigh more, for they carry others."""
-    weighs = FORMATS[artifact.backend].inertials
-    if weighs is None:
-        return model
-    output = next(output for output in robot.outputs if output.name == artifact.output)
-    weights = weighs(robot, output).items()
-    others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
-    return with_masses(model, others) if others else model
+    """Return what the model says, as an artifact has to say it.
 
-
-def _reading(robot: Robot, artifact: Artifact, known: Known | None) -> _Reading | None:
-    """Return an artifact and what it says beside what is known; None for one that is not read back. Raises ValueError.
-
-    Where each frame sits stays, and of a rotation that is not known all three angles.
+    Its links may have other names, and weigh more, for they carry others.
     """
-    format, names = FORMATS[artifact.backend], called(robot, artifact)
+    weighs, others = FORMATS[artifact.backend].inertials, dict[str, Inertial]()
+    if weighs is not None:
+        output = next(output for output in robot.outputs if output.name == artifact.output)
+        weights = weighs(robot, output).items()
+        others = {name: one for name, one in weights if name in robot.link and one != robot.link[name].inertial}
+    return model.of(called(robot, artifact), others)
+
+
+def _reading(artifact: Artifact, known: Known) -> _Reading | None:
+    """Return an artifact and what it says otherwise than is known; None for one that is not read back.
+
+    Raises ValueError.
+    """
+    format = FORMATS[artifact.backend]
     if format.facts is None:
         return None
-    if known is not None and not names and format.against is not None:
+    if format.against is not None:
         return _held(artifact, format.against(artifact.text, known))
-    facts = format.facts(artifact.text)
-    if known is None or names:
-        view = view_of(facts, names)
-        return _Reading(artifact, view, view.parents())
-    news = {
-        fact: value
-        for fact, value in facts.items()
-        if (meant := known.facts.get(fact)) is None
-        or value[0] != meant[0]
-        or type(value[0]) is not type(meant[0])
-        or fact[2] == "parent"
-    }
-    turned = {fact[1] for fact in news if fact[0] == "frame" and fact[2] in ANGLES}
-    angles = (Fact("frame", name, angle) for name in turned for angle in ANGLES)
-    view = view_of(news | {fact: facts[fact] for fact in angles if fact in facts}, names)
-    return _Reading(artifact, view._replace(names=view.names | names_in(facts)), view.parents())
+    return _whole(artifact, view_of(format.facts(artifact.text), known.names))
+
+
+def _whole(artifact: Artifact, view: View) -> _Reading:
+    """Return an artifact with all that it says."""
+    return _Reading(artifact, view, view.parents())
 
 
 def _held(artifact: Artifact, held: Held) -> _Reading:
@@ -135,29 +126,30 @@ def _disagreements(robot: Robot, artifacts: Sequence[Artifact]) -> list[Diagnost
     readings: list[_Reading] = []
     found: list[Diagnostic] = []
     for artifact in artifacts:
+        read = FORMATS[artifact.backend].facts
+        if read is None:
+            continue
         try:
-            reading = _reading(robot, artifact, None)
+            reading = _whole(artifact, view_of(read(artifact.text), called(robot, artifact)))
         except ValueError as problem:
             found.append(error(_RULE, f"{artifact.file} cannot be read back: {problem}", None, _HELP))
         else:
-            if reading:
-                found += _misfits(artifact)
-                readings.append(reading)
+            found += _misfits(artifact)
+            readings.append(reading)
     readings.sort(key=lambda reading: (reading.format.rank, reading.artifact.output))
-    known = known_of(robot)
+    model = Known(robot)
     for reading in readings:
-        model = view_of(_known(robot, reading.artifact, known).facts, {})
-        found += _wrong(robot, reading, model, readings)
+        found += _wrong(robot, reading, _known(robot, reading.artifact, model), readings)
     return found
 
 
-def _wrong(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _wrong(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     """Yield an error for each place where one artifact does not say what the model says."""
     yield from _frames(robot, reading)
     yield from _others(robot, reading)
-    yield from _values(robot, reading, model, readings)
-    yield from _turns(reading, model, readings)
-    yield from _shapes(robot, reading)
+    yield from _values(robot, reading, known, readings)
+    yield from _turns(reading, known, readings)
+    yield from _shapes(robot, reading, known)
 
 
 def _frames(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
@@ -179,11 +171,13 @@ def _others(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
             yield error(_RULE, f"{reading.artifact.file}: {sentence}", None, _HELP)
 
 
-def _values(robot: Robot, reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _values(robot: Robot, reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for fact, value in reading.view.plain.items():
-        meant = model.plain.get(fact)
+        meant = known.value(fact)
         if meant is None or same_value(value, meant, NOISE) or _cannot_say(robot, reading, fact):
             continue
+        from .wording import subject
+
         others = (other for other in readings if same_value(other.view.plain.get(fact), meant, NOISE))
         mine, theirs = _both(value, meant)
         yield _error(str(subject(fact)), reading, mine, theirs, next(others, None))
@@ -195,17 +189,21 @@ def _cannot_say(robot: Robot, reading: _Reading, fact: Fact) -> bool:
 
 def _both(value: Value, meant: Value) -> tuple[str, str]:
     """Return two different values in print, with as many digits as show the difference."""
+    from .wording import number_pair, value_text
+
     if isinstance(value.value, str) or isinstance(meant.value, str):
         return value_text(value), value_text(meant)
     before, after = number_pair(value.value, meant.value)
     return f"{before} {value.unit}".rstrip(), f"{after} {value.unit}".rstrip()
 
 
-def _turns(reading: _Reading, model: View, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
+def _turns(reading: _Reading, known: Known, readings: Sequence[_Reading]) -> Iterator[Diagnostic]:
     for frame, turn in reading.view.turns.items():
-        meant = model.turns.get(frame)
+        meant = turn_of(known.block("frame", frame))
         if meant is None or same_turn(turn, meant):
             continue
+        from .wording import number_pair  # only where something is wrong
+
         others = (other for other in readings if same_turn(other.view.turns.get(frame), meant))
         pairs = [number_pair(a, b) for a, b in zip(turn.rpy, meant.rpy, strict=True)]
         mine, theirs = (f"{' '.join(numbers)} rad" for numbers in zip(*pairs, strict=True))
@@ -217,15 +215,18 @@ def _error(what: str, reading: _Reading, mine: str, theirs: str, other: _Reading
     return error(_RULE, f"{what}: {reading.artifact.file} says {mine}, {others} {theirs}", None, _HELP)
 
 
-def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
+def _shapes(robot: Robot, reading: _Reading, known: Known) -> Iterator[Diagnostic]:
     """Yield an error for each link whose collision shapes in an artifact are not those of the model."""
     told = {link: solids for (link, purpose), solids in reading.view.shapes.items() if purpose == COLLISION}
-    every = reading.format.all_solids and bool(told)
+    every, output = reading.format.all_solids and bool(told), reading.output(robot)
     for link in sorted(reading.view.names) if every else sorted(told):
+        shapes = _meant(robot, link, reading, output)
+        if shapes is None:
+            continue
         # Names of shapes and the like are not in every artifact.
-        solids = [solid._replace(words=()) for solid in told.get(link, ())]
-        meant = _meant(robot, link, reading)
-        if meant is None or same_set(solids, meant):
+        solids = [solid._replace(words=()) if solid.words else solid for solid in told.get(link, ())]
+        meant = [_solid(solid, known) for shape in shapes for solid in shape.solids()]
+        if same_set(solids, meant):
             continue
         wrong = len(remainder(solids, meant).removed)
         message = f"{link} collision: {wrong} of {len(solids)} shapes in {reading.artifact.file} are not in the model"
@@ -234,15 +235,21 @@ def _shapes(robot: Robot, reading: _Reading) -> Iterator[Diagnostic]:
         yield error(_RULE, message, None, _HELP)
 
 
-def _meant(robot: Robot, link: str, reading: _Reading) -> list[Solid] | None:
-    """Return the solids that a link should have in an artifact; None if they cannot be compared."""
+def _solid(shape: Shape, known: Known) -> Solid:
+    """Return a shape as a solid; the same shapes are asked for, for each artifact."""
+    found = known.solids.get(id(shape))
+    if found is None:
+        found = known.solids[id(shape)] = (shape, solid_from(shape, _TOLERANCE))
+    return found[1]
+
+
+def _meant(robot: Robot, link: str, reading: _Reading, output: Output) -> Sequence[Shape] | None:
+    """Return the shapes that a link should have in an artifact; None if they cannot be compared."""
     if link not in robot.link:
         return None
     own: Sequence[Shape] | None = robot.link[link].collision
     if reading.format.solids is not None:
-        own = reading.format.solids(robot, link, reading.output(robot), reading.view.names)
-    if own is None:
+        own = reading.format.solids(robot, link, output, reading.view.names)
+    if own is None or any(isinstance(shape.geometry, Mesh) for shape in own):
         return None
-    if any(isinstance(shape.geometry, Mesh) for shape in own):
-        return None
-    return [solid_from(solid, _TOLERANCE) for shape in own for solid in shape.solids()]
+    return own

@@ -31,7 +31,7 @@ NOISE = 1e-12
 ROOT_THREE, TURNS = 3**0.5, 3.0
 # Closer than this to a pitch of 90 degrees (its cosine), roll and yaw are not told apart.
 _GIMBAL = 1e-6
-_NUMBER = re.compile(r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?")
+_NUMBER = r"[+-]?(?P<whole>[0-9]*)\.?(?P<part>[0-9]*)(?:[eE](?P<power>[+-]?[0-9]+))?"
 
 
 class Printing(NamedTuple):
@@ -86,7 +86,7 @@ def _counted(text: str) -> tuple[int, int] | None:
     >>> _counted("-1.5708"), _counted("0.0120"), _counted("7.5437e-05"), _counted("abc")
     ((5, 4), (2, 3), (5, 9), None)
     """
-    found = _NUMBER.fullmatch(text.strip())
+    found = re.fullmatch(_NUMBER, text.strip())
     if not found or not (found["whole"] or found["part"]):
         return None
     part = found["part"].rstrip("0")

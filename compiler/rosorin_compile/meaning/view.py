@@ -7,7 +7,7 @@ means little; so do shapes, because their numbers in an artifact mean nothing, a
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from functools import lru_cache
 from math import isfinite
 from typing import NamedTuple
@@ -19,10 +19,12 @@ from ..model.geometry import rotation_of_rpy
 from .solids import solid_of
 from .tolerance import Turn
 
-_SHAPE = re.compile(r"(collision|visual) (\d+) (.+)")
-_CELL = re.compile(r"cell (\d+) (\d+)")
+# Patterns are made where something may fit: most quantities are told apart by a word.
+_SHAPE = r"(collision|visual) (\d+) (.+)"
+_PURPOSES = ("collision ", "visual ")
+_CELL = r"cell (\d+) (\d+)"
 # A frame with several rows in the list of frames: the row is part of its name.
-_ROW = re.compile(r"(.+?) ((?:below|when) .+)")
+_ROW = r"(.+?) ((?:below|when) .+)"
 
 
 class View(NamedTuple):
@@ -86,22 +88,6 @@ def view_of(facts: Facts, names: Mapping[str, str]) -> View:
     return View(plain, {name: _turn(angles) for name, angles in turns.items()}, solids, heights, _names(plain, solids))
 
 
-def view_of_model(facts: Facts, frames: Iterable[str]) -> View:
-    """Return the view of what the model says, with the rotations of some frames alone."""
-    turns = {
-        frame: _turn({angle: facts[Fact("frame", frame, angle)] for angle in ANGLES})
-        for frame in frames
-        if Fact("frame", frame, ANGLES[0]) in facts
-    }
-    return View(facts, turns, {}, {}, frozenset())
-
-
-def names_in(facts: Facts) -> frozenset[str]:
-    """Return the frames and links that facts speak of, under the names that an artifact has for them."""
-    names = {fact[1] for fact in facts if fact[0] in ("frame", "link")}
-    return frozenset(names.union(str(value[0]) for fact, value in facts.items() if fact[2] == "parent"))
-
-
 # What is not plain: an angle, a property of a shape, how many shapes there are, a cell, a frame of several rows.
 _TURN, _SOLID, _COUNT, _HEIGHT, _ROWS = range(5)
 
@@ -113,16 +99,20 @@ def _part(kind: str, quantity: str) -> tuple[int, str, int, str] | None:
     if kind == "frame":
         if quantity in ANGLES:
             return (_TURN, "", 0, "")
-        return (_ROWS, "", 0, "") if _ROW.fullmatch(quantity) else None
+        return (_ROWS, "", 0, "") if _row(quantity) else None
     if kind == "link":
         if quantity in ("collision shapes", "visual shapes"):
             return (_COUNT, "", 0, "")
-        shape = _SHAPE.fullmatch(quantity)
+        shape = re.fullmatch(_SHAPE, quantity) if quantity.startswith(_PURPOSES) else None
         if shape:
             return (_SOLID, shape[1], int(shape[2]), shape[3])
         return (_SOLID, "collision", 1, quantity) if quantity.startswith("box ") else None
-    cell = _CELL.fullmatch(quantity) if kind == "height map" else None
+    cell = re.fullmatch(_CELL, quantity) if kind == "height map" else None
     return (_HEIGHT, "", int(cell[1]), cell[2]) if cell else None
+
+
+def _row(quantity: str) -> re.Match[str] | None:
+    return re.fullmatch(_ROW, quantity) if " below " in quantity or " when " in quantity else None
 
 
 def _check(fact: Fact, value: Value) -> None:
@@ -140,10 +130,15 @@ def _named(fact: Fact, value: Value, names: Mapping[str, str]) -> tuple[Fact, Va
         name = names.get(name, name)
     if quantity in ("parent", "child") and isinstance(value.value, str):
         value = value._replace(value=names.get(value.value, value.value))
-    row = _ROW.fullmatch(quantity) if kind == "frame" else None
+    row = _row(quantity) if kind == "frame" else None
     if row:
         name, quantity = f"{name} {row[2]}", row[1]
     return Fact(kind, name, quantity), value
+
+
+def turn_of(found: Mapping[str, Value]) -> Turn | None:
+    """Return the rotation that is among what is said of a frame; None if none is."""
+    return _turn(found) if ANGLES[0] in found else None
 
 
 def _turn(found: Mapping[str, Value]) -> Turn:

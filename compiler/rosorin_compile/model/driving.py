@@ -23,20 +23,18 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from .drive import DIFFERENTIAL, MECANUM, OMNI, ROLES, SLIDING, Drive
-from .geometry import Transform, Vector, dot, minus, norm, unit
+from .geometry import Transform, Vector, angle_between, dot, minus, norm, unit
+from .robot import Robot, of_robot
 from .shape import Capsule, Cylinder, Shape, Sphere
-
-if TYPE_CHECKING:
-    from .robot import Robot
 
 # Along which the ground holds a mecanum wheel: parts along x and y, in the X layout (from above, the axes of the upper
 # rollers point at the middle, so those below lie across).
 _GRIPS = {"front_left": (1.0, -1.0), "rear_left": (1.0, 1.0), "front_right": (1.0, 1.0), "rear_right": (1.0, -1.0)}
-_AROUND = 360  # points on the edge of a cylinder that is not on its axle
-_ROUND = [(math.cos(math.tau * step / _AROUND), math.sin(math.tau * step / _AROUND)) for step in range(_AROUND)]
+_AROUND = 360  # points on the edge of a cylinder that does not lie along its axle
+_ALONG = 1e-9  # rad, of one that does
 _SINGULAR = 1e-9
 
 
@@ -184,6 +182,7 @@ def _fitted(rows: Sequence[Sequence[float]], values: Sequence[float]) -> list[fl
     return [normal[line][size] / normal[line][line] for line in range(size)]
 
 
+@of_robot
 def driving_of(robot: Robot) -> Driving:
     """Return the kinematics of the drive of a robot, at zero. Raises ValueError where there is no drive, or none to be.
 
@@ -301,19 +300,13 @@ def _radius(robot: Robot, drive: Drive, name: str) -> float:
     return radius
 
 
+@of_robot
 def rolling_radius(robot: Robot, name: str) -> float | None:
     """Return how far round shapes reach from the axis of a joint (m): those of its wheel and of what hangs on it.
 
     Those that collide count, and where none does those that are seen. None where there is no round one: a mesh or a box
     does not say what it rolls on.
     """
-    known = robot.rolling_radii
-    if name not in known:
-        known[name] = _rolling_radius(robot, name)
-    return known[name]
-
-
-def _rolling_radius(robot: Robot, name: str) -> float | None:
     joint = robot.joint[name]
     axis = unit(joint.axis)
     for purpose in ("collision", "visual"):
@@ -350,7 +343,14 @@ def _reaches(shape: Shape, where: Transform, axis: Vector) -> Iterator[float]:
         if isinstance(geometry, Capsule):
             yield max(_from_axis(place.apply(end), axis) for end in ends) + geometry.radius
             return
-        edge = [(geometry.radius * x, geometry.radius * y, end[2]) for x, y in _ROUND for end in ends]
+        if abs(math.sin(angle_between(place.rotate((0.0, 0.0, 1.0)), axis))) < _ALONG:
+            yield _from_axis(place.xyz, axis) + geometry.radius
+            return
+        edge = [
+            (geometry.radius * math.cos(angle), geometry.radius * math.sin(angle), end[2])
+            for angle in (math.tau * step / _AROUND for step in range(_AROUND))
+            for end in ends
+        ]
         yield max(_from_axis(place.apply(point), axis) for point in edge)
 
 

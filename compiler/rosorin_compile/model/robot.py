@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, update_wrapper
 from typing import TYPE_CHECKING, Any, NoReturn, TypeVar
 
 from .drive import Drive
@@ -18,13 +18,32 @@ from .simulated import GazeboSensor, Simulated
 from .simulation import NO_SIMULATION, Simulation, Values
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
     from pathlib import Path
+    from typing import Concatenate, ParamSpec
 
     from .control import Block, Controller
     from .kinematics import Kinematics
     from .moveit import Moveit
 
+    Given = ParamSpec("Given")
+
 Named = TypeVar("Named")
+Made = TypeVar("Made")
+
+
+def of_robot(work: Callable[Concatenate[Robot, Given], Made]) -> Callable[Concatenate[Robot, Given], Made]:
+    """Make a function one that is worked out once for a robot: what came of it stays with the robot."""
+
+    def known(robot: Robot, /, *given: Given.args, **named: Given.kwargs) -> Made:
+        key = (work.__module__, work.__qualname__, given, *named.items())
+        if key not in robot.worked_out:
+            robot.worked_out[key] = work(robot, *given, **named)
+        made: Made = robot.worked_out[key]
+        return made
+
+    update_wrapper(known, work)
+    return known
 
 
 class ByName(dict[str, Named]):
@@ -178,9 +197,13 @@ class Robot:
 
         return html(self)
 
+    def __getstate__(self) -> dict[str, Any]:
+        """Return what is pickled: the fields, without what was worked out of them."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
     @cached_property
-    def rolling_radii(self) -> dict[str, float | None]:
-        """The radii of wheels (m) by joint, as far as they were worked out (``driving.rolling_radius``)."""
+    def worked_out(self) -> dict[tuple[Any, ...], Any]:
+        """What ``of_robot`` keeps: by function and arguments."""
         return {}
 
     @cached_property

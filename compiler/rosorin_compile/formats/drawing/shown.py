@@ -11,11 +11,12 @@ from ...model.frame_tree import NO_TOPIC, NOBODY, Row
 from ...xml.elements import tree_of
 from .. import Fact, Facts, Value
 
-_NODE = re.compile(r'n(\d+) ?\[(?:label=)?"(.*)"\];?')
-_EDGE = re.compile(r'n(\d+) (?:->|==>|-->|-\.->) ?(?:\|"(.*)"\| )?n(\d+)(?: \[label="(.*?)(?<!\\)", color=.*)?;?')
-_JOINT = re.compile(r"(.+) \((\w+)\)")
-_CODE = re.compile(r"#(\d+);")
-_BACKSLASH = re.compile(r"\\(.)")
+# Patterns are made by those who need them: an SVG has none of nodes and edges.
+_NODE = r'n(\d+) ?\[(?:label=)?"(.*)"\];?'
+_EDGE = r'n(\d+) (?:->|==>|-->|-\.->) ?(?:\|"(.*)"\| )?n(\d+)(?: \[label="(.*?)(?<!\\)", color=.*)?;?'
+_JOINT = r"(.+) \((\w+)\)"
+_CODE = r"#(\d+);"
+_BACKSLASH = r"\\(.)"
 
 
 class Shown(NamedTuple):
@@ -75,7 +76,7 @@ def _row_of(data: dict[str, str], letters: dict[str, str]) -> Row:
     if data["frame"] not in (data["parent"], data["child"]):
         raise ValueError(f"the line of {data['frame']} says another frame")
     first = data.get("first", "") or data["parent"]
-    joint = _JOINT.fullmatch(letters.get("joint", ""))
+    joint = re.fullmatch(_JOINT, letters.get("joint", ""))
     named = (joint[1], joint[2]) if joint else ("", "")
     return Row(data["parent"], data["child"], data["publisher"], why, topic, data.get("when", ""), first, *named)
 
@@ -98,7 +99,7 @@ def read_graph(text: str) -> list[Shown]:
                 panels.append(Shown(texts[0], (), ()))
                 names = {}
             continue
-        node, edge = _NODE.fullmatch(line), _EDGE.fullmatch(line)
+        node, edge = re.fullmatch(_NODE, line), re.fullmatch(_EDGE, line)
         if edge and panels:
             row = _edge(edge, names, texts)
             panels[-1] = panels[-1]._replace(edges=(*panels[-1].edges, row))
@@ -136,5 +137,5 @@ def _edge(match: re.Match[str], names: dict[str, str], texts: list[str]) -> Row:
 def _plain(text: str, dot: bool) -> str:
     """Return the text of a label."""
     if dot:
-        return _BACKSLASH.sub(r"\1", text)
-    return _CODE.sub(lambda code: chr(int(code[1])), text)
+        return re.sub(_BACKSLASH, r"\1", text)
+    return re.sub(_CODE, lambda code: chr(int(code[1])), text)

@@ -15,13 +15,16 @@ from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import transform_of_quaternion
-from ..facts import AXES, COLLISION, VISUAL, FactSheet, Held, Known, Six, number_of
+from ..facts import AXES, COLLISION, VISUAL, FactSheet, Six, number_of
 from ..format import Fact, Facts
 from .bodies import FLOATING, PLANAR, WORLD
 from .masses import LEAST
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
+
+    from ..format import Value
+    from ..known import Block, Held, Known
 
 _FREE = 7
 _SIZES = {"ball": 4, "free": _FREE}
@@ -244,19 +247,25 @@ def _axis(sheet: FactSheet, name: str, joint: Element) -> None:
 
 
 def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
-    name, kind = sheet.text(joint, "name"), joint.get("type", "hinge")
+    key = tuple(item for item in joint.items() if item[0] not in ("name", "class"))
+    sheet.add_joint(sheet.text(joint, "name"), child, sheet.once(key, lambda: _motion(sheet, joint)))
+
+
+def _motion(sheet: FactSheet, joint: Element) -> Block:
+    """Return what is said of a joint but where it sits."""
+    kind = joint.get("type", "hinge")
     slides = kind == "slide"
     unit, force = ("m", "N") if slides else ("rad", "N*m")
     ends = sheet.vector(joint, "range", 2, ())
     if not slides:
         kind = "revolute" if ends else "continuous"
-    sheet.add(Fact("joint", name, "type"), "prismatic" if slides else kind)
-    sheet.add(Fact("joint", name, "child"), child)
-    _axis(sheet, name, joint)
+    said: dict[str, Value] = {"type": sheet.value("prismatic" if slides else kind)}
+    xyz = sheet.vector3(joint, "axis", (0.0, 0.0, 1.0))
+    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
     for quantity, value in zip(("lower", "upper"), ends, strict=False):
-        sheet.add(Fact("joint", name, quantity), value, unit)
+        said[quantity] = sheet.value(value, unit)
     for effort in sheet.vector(joint, "actuatorfrcrange", 2, ())[1:]:
-        sheet.add(Fact("joint", name, "effort"), effort, force)
+        said["effort"] = sheet.value(effort, force)
     dynamics = (
         ("damping", "damping", f"{force}*s/{unit}"),
         ("friction", "frictionloss", force),
@@ -264,7 +273,8 @@ def _joint(sheet: FactSheet, joint: Element, child: str) -> None:
     )
     for quantity, attribute, dimension in dynamics:
         if attribute in joint.attrib:
-            sheet.add(Fact("joint", name, quantity), sheet.number(joint, attribute), dimension)
+            said[quantity] = sheet.value(sheet.number(joint, attribute), dimension)
+    return said
 
 
 def _inertial(sheet: FactSheet, name: str, inertial: Element) -> None:

@@ -10,7 +10,7 @@ import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from functools import cache
+from functools import cache, cached_property
 from typing import Any, NamedTuple
 
 from ...model import NODE, Publisher
@@ -47,7 +47,21 @@ class Key(NamedTuple):
     @property
     def many(self) -> bool:
         """Whether it stands for keys of many names."""
-        return _VARIABLE.search(self.name) is not None
+        return _is_variable(self.name)
+
+
+def _is_variable(piece: str) -> bool:
+    return "<" in piece or "__map_" in piece
+
+
+def _stands_for(many: str, name: str) -> bool:
+    """Say whether a key of many names stands for one; what has other words is no pattern's to judge."""
+    pieces, words = many.split("."), name.split(".")
+    if len(pieces) != len(words):
+        return False
+    if not all(piece == word or _is_variable(piece) for piece, word in zip(pieces, words, strict=True)):
+        return False
+    return _pattern(many).fullmatch(name) is not None
 
 
 @cache
@@ -83,8 +97,12 @@ class Kind:
 
     def key(self, name: str) -> Key | None:
         """Return what is known of a parameter; of several keys that fit the one without variables."""
-        many = (key for key in self.keys.values() if key.many and _pattern(key.name).fullmatch(name))
-        return self.keys.get(name) or next(many, None)
+        return self.keys.get(name) or next((key for key in self._many if _stands_for(key.name, name)), None)
+
+    @cached_property
+    def _many(self) -> list[Key]:
+        """The keys that stand for many names."""
+        return [key for key in self.keys.values() if key.many]
 
     def __contains__(self, name: str) -> bool:
         key = self.key(name)

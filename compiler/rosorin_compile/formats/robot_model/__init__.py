@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -26,12 +27,14 @@ from ...model import (
     Transform,
 )
 from ...rules.case import Case, suggest
-from ..facts import AXES, frame_facts
-from ..format import Fact, Facts, Format, Opened, Value
+from ..facts import AXES, Sheet
+from ..format import Facts, Format, Opened, Value
 from ..templating import Templates
 
 if TYPE_CHECKING:
     from ..imported import Imported
+    from ..known import Block, Held, Known
+
 RULES = (
     Rule(
         "robot-model-cannot-say",
@@ -228,8 +231,17 @@ def read(text: str) -> Facts:
     z and roll, pitch, yaw; ``joint NAME`` has type, child, axis, lower, upper; ``link NAME`` box min and box max;
     ``height map FRAME`` each cell, counted from 0; ``servo pulse_to_rad`` the calibration.
     """
+    return _read(text, Sheet()).facts
+
+
+def against(text: str, known: Known) -> Held:
+    """Return what a driver's model says that is not known. Raises ValueError if the text is none."""
+    return _read(text, Sheet(known)).held()
+
+
+def _read(text: str, sheet: Sheet) -> Sheet:
     try:
-        return _read(json_of(text, _no_number))
+        return _model(json_of(text, _no_number), sheet)
     except (KeyError, TypeError, AttributeError, OverflowError) as problem:
         raise ValueError(f"not a driver's model: {problem!r}") from None
 
@@ -238,50 +250,67 @@ def _no_number(word: str) -> float:
     raise ValueError(f"{word} is not a number of JSON")
 
 
-def _read(model: Mapping[str, Any]) -> Facts:
-    facts: Facts = {Fact("robot", "robot", "source"): Value(str(model["source"]))}
+def _model(model: Mapping[str, Any], sheet: Sheet) -> Sheet:
+    sheet.take("robot", "robot", "source", Value(str(model["source"])))
     for name, value in model.get("pulse_to_rad", {}).items():
         unit = "rad" if name == "rad_per_pulse" else ""
         text = ", ".join(value) if name == "joints" else str(value).lower()
         is_number = name in ("rad_per_pulse", "zero")
-        facts[Fact("servo", "pulse_to_rad", name)] = Value(float(value) if is_number else text, unit)
+        sheet.take("servo", "pulse_to_rad", name, Value(float(value) if is_number else text, unit))
     for name, joint in model["joints"].items():
-        facts |= _read_joint(name, joint)
+        _read_joint(sheet, name, joint)
     for link, box in model["boxes"].items():
-        for corner in ("min", "max"):
-            facts |= _vector("link", link, [f"box {corner} {axis}" for axis in AXES], box[corner], "m")
+        (a, b, c), (d, e, f) = (_floats(sheet, box[end]) for end in ("min", "max"))
+        sheet.add_box(sheet.named(link), (a, b, c), (d, e, f))
     if "chassis_heightmap" in model:
-        facts |= _read_height_map(model["chassis_heightmap"])
-    return facts
+        _read_height_map(sheet, model["chassis_heightmap"])
+    return sheet
 
 
-def _read_joint(name: str, joint: Mapping[str, Any]) -> Facts:
-    child, unit = joint["child"], _UNITS.get(joint["type"], "")
-    (x, y, z), (roll, pitch, yaw) = _numbers(joint["xyz"]), _numbers(joint["rpy"])
-    facts = frame_facts(child, joint["parent"], Pose((x, y, z), (roll, pitch, yaw)))
-    facts |= {Fact("joint", name, key): Value(joint[key]) for key in ("type", "child")}
-    if joint["type"] in _UNITS:
-        facts |= _vector("joint", name, [f"axis {axis}" for axis in AXES], joint["axis"], "")
+def _floats(sheet: Sheet, numbers: Iterable[float]) -> list[float]:
+    """Return numbers as floats; of what is known all have to be finite. Raises ValueError, TypeError."""
+    made = list(map(float, numbers))
+    if sheet.known is not None and not all(map(math.isfinite, made)):
+        raise ValueError("a number is not finite")
+    return made
+
+
+def _read_joint(sheet: Sheet, name: str, joint: Mapping[str, Any]) -> None:
+    child, kind = sheet.named(joint["child"]), joint["type"]
+    (x, y, z), (roll, pitch, yaw) = (_floats(sheet, _numbers(joint[key])) for key in ("xyz", "rpy"))
+    sheet.add_parent(child, sheet.named(joint["parent"]))
+    sheet.add_pose(child, Pose((x, y, z), (roll, pitch, yaw)))
+    limit = joint["limit"]
+    key = (kind, tuple(joint["axis"]), None if limit is None else tuple(limit))
+    sheet.add_joint(name, child, sheet.once(key, lambda: _motion(kind, joint)))
+
+
+def _motion(kind: str, joint: Mapping[str, Any]) -> Block:
+    """Return what is said of a joint but where it sits."""
+    said: dict[str, Value] = {"type": Value(kind)}
+    if kind in _UNITS:
+        said |= _vector([f"axis {axis}" for axis in AXES], joint["axis"], "")
     if joint["limit"] is not None:
-        facts |= _vector("joint", name, ("lower", "upper"), joint["limit"], unit)
-    return facts
+        said |= _vector(("lower", "upper"), joint["limit"], _UNITS.get(kind, ""))
+    return said
 
 
-def _read_height_map(described: Mapping[str, Any]) -> Facts:
-    frame = described["frame"]
-    facts = _vector("height map", frame, ("origin x", "origin y"), described["origin_xy"], "m")
-    facts |= _vector("height map", frame, ("cell",), [described["cell"]], "m")
-    facts |= {
-        Fact("height map", frame, key): Value(described[key]) for key in ("method", "stand_in") if key in described
-    }
+def _read_height_map(sheet: Sheet, described: Mapping[str, Any]) -> None:
+    frame = sheet.named(described["frame"])
+    said = _vector(("origin x", "origin y"), described["origin_xy"], "m")
+    said |= _vector(("cell",), [described["cell"]], "m")
+    said |= {key: Value(described[key]) for key in ("method", "stand_in") if key in described}
     for i, row in enumerate(described["z"]):
-        facts |= _vector("height map", frame, [f"cell {i} {j}" for j in range(len(row))], row, "m")
-    return facts
+        row = _floats(sheet, row)
+        if sheet.known is None:  # nothing is known of a cell
+            said |= _vector([f"cell {i} {j}" for j in range(len(row))], row, "m")
+    for quantity, value in said.items():
+        sheet.take("height map", frame, quantity, value)
 
 
-def _vector(kind: str, name: str, quantities: Iterable[str], numbers: Iterable[float], unit: str) -> Facts:
+def _vector(quantities: Iterable[str], numbers: Iterable[float], unit: str) -> dict[str, Value]:
     pairs = zip(quantities, numbers, strict=True)
-    return {Fact(kind, name, quantity): Value(float(number), unit) for quantity, number in pairs}
+    return {quantity: Value(float(number), unit) for quantity, number in pairs}
 
 
 def check(case: Case, output: Output) -> Iterator[Diagnostic]:
@@ -350,6 +379,7 @@ FORMAT = Format(
     read=_read_robot,
     include=False,
     facts=read,
+    against=against,
     syntax=json_of,
     schema="robot_model",
     solids=_solids,

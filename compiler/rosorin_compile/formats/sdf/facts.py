@@ -18,11 +18,14 @@ from typing import TYPE_CHECKING, NamedTuple
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
 from ...xml.elements import canonical
-from ..facts import AXES, FactSheet, Held, Known, numbers_of
+from ..facts import AXES, FactSheet, numbers_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
+
+    from ..format import Value
+    from ..known import Block, Held, Known
 
 _WORLD, _MODEL = "world", "__model__"
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
@@ -192,18 +195,21 @@ def _sizes(sheet: _Sheet, solid: Element) -> tuple[float, ...]:
 
 def _joint(sheet: _Sheet, joint: Element) -> None:
     name, kind, child = sheet.text(joint, "name"), sheet.text(joint, "type"), sheet.word(joint, "child")
-    sheet.add(Fact("joint", name, "type"), kind)
-    sheet.add(Fact("joint", name, "child"), child)
     axis = joint.find("axis")
-    if axis is not None:
-        _axis(sheet, axis, name, "m" if kind == "prismatic" else "rad")
+    key = None if axis is None else tuple((one.tag, one.text, *one.items()) for one in axis.iter())
+    sheet.add_joint(name, child, sheet.once((kind, key), lambda: _motion(sheet, axis, kind)))
     _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
 
 
-def _axis(sheet: _Sheet, axis: Element, name: str, unit: str) -> None:
+def _motion(sheet: _Sheet, axis: Element | None, kind: str) -> Block:
+    """Return what is said of a joint but where it sits."""
+    said: dict[str, Value] = {"type": sheet.value(kind)}
+    if axis is None:
+        return said
+    unit = "m" if kind == "prismatic" else "rad"
     force = "N" if unit == "m" else "N*m"
-    for letter, value in zip(AXES, sheet.numbers(axis, "xyz", 3), strict=True):
-        sheet.add(Fact("joint", name, f"axis {letter}"), value)
+    xyz = sheet.numbers(axis, "xyz", 3)
+    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     dynamics |= {"spring_stiffness": f"{force}/{unit}", "spring_reference": unit}
@@ -211,11 +217,12 @@ def _axis(sheet: _Sheet, axis: Element, name: str, unit: str) -> None:
         element = axis.find(tag)
         for quantity, of in units.items() if element is not None else ():
             if element is not None and element.find(quantity) is not None:
-                sheet.add(Fact("joint", name, quantity), sheet.one(element, quantity), of)
+                said[quantity] = sheet.value(sheet.one(element, quantity), of)
     mimic = axis.find("mimic")
     if mimic is not None:
         factor = sheet.one(mimic, "multiplier")
-        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(mimic, "joint"))
-        sheet.add(Fact("joint", name, "mimic multiplier"), factor)
+        said["mimic joint"] = sheet.value(sheet.text(mimic, "joint"))
+        said["mimic multiplier"] = sheet.value(factor)
         at = sheet.one(mimic, "reference") if mimic.find("reference") is not None else 0.0
-        sheet.add(Fact("joint", name, "mimic offset"), sheet.one(mimic, "offset") - factor * at, unit)
+        said["mimic offset"] = sheet.value(sheet.one(mimic, "offset") - factor * at, unit)
+    return said

@@ -9,13 +9,15 @@ robot, a link, a joint, its axis, a shape, its material.
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 from ...diagnostics import Source
 from ...model import Robot
 from ...xml.elements import indented
-from ...xml.markup import Element, MarkupError, parse
 from .words import OF_JOINT, OF_LINK, OF_MODEL
+
+if TYPE_CHECKING:
+    from ...xml.markup import Element
 
 POSED = ("sensor", "light", "particle_emitter", "projector", "audio_source", "visual", "collision")
 # What says how a URDF becomes an SDF, which this one does not come from.
@@ -70,6 +72,8 @@ def _elements(texts: Sequence[str], tag: str) -> Iterator[Element]:
     for text in texts:
         if f"<{tag}" not in text:
             continue
+        from ...xml.markup import MarkupError, parse  # few robots have such elements
+
         try:
             document = parse(Source("", f"<all>{text}</all>"))
         except MarkupError:  # more than one text can hold: the rules found it well formed
@@ -84,8 +88,13 @@ class Own(NamedTuple):
     inner: Mapping[str, Sequence[str]]
 
 
+_NOTHING = Own((), {})
+
+
 def own(texts: Sequence[str], *within: str) -> Own:
     """Return what stands in the <sdf> of an entry; ``within`` are the elements that it has in any case, as tag/tag."""
+    if not texts:
+        return _NOTHING
     found: list[Element] = []
     inner: dict[str, list[str]] = {}
     waiting = [("", block) for block in _elements(texts, "sdf")]

@@ -16,8 +16,7 @@ from ...model import Joint, Output
 from ...model.moveit import EndEffector, Group
 from ...rules.case import Case, exists, suggest
 from ...rules.tf_tree import is_tree
-from .matrix import digest
-from .planning import URDF, Planning, urdf_of
+from .planning import URDF, Planning, planning_of
 
 RULES = (
     Rule(
@@ -90,11 +89,10 @@ def check(case: Case, output: Output) -> Iterator[Diagnostic]:
     first = next(one for one in case.robot.outputs if one.backend == output.backend)
     if output != first or not case.robot.links or not is_tree(case):
         return
-    urdf = urdf_of(case.robot)
-    if urdf is None:
+    planning = planning_of(case.robot)
+    if planning is None:
         yield _no_urdf(case, output)
         return
-    planning = Planning(case.robot, urdf)
     known = all(name in case.robot.joint for group in planning.said.groups for name in _own_joints(planning, group))
     yield from _not_in_urdf(case, planning)
     yield from _groups(case, planning)
@@ -293,7 +291,7 @@ def _matrix(case: Case, planning: Planning, output: Output) -> Iterator[Diagnost
         help = "rosorin-compile collisions computes it"
         path: Path = ("outputs", output.name)
         yield case.problem("collisions-missing", message, path, help, severity=NOTE, key=True)
-    elif matrix is not None and matrix.of != digest(planning):
+    elif matrix is not None and matrix.of != planning.digest:
         message = (
             "the collision matrix was computed of other shapes, joints, limits or numbers:"
             f" the SRDF is without its {counted(len(matrix.pairs), 'pair')}"

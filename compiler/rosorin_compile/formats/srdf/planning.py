@@ -13,6 +13,7 @@ from functools import cached_property
 from ...model import Joint, JointPose, Output, Robot, Shape
 from ...model.drive import SLIDING
 from ...model.moveit import FIXED, FLOATING, PLANAR, DisabledCollision, Group, Moveit, Pair, VirtualJoint
+from ...model.robot import of_robot
 from ..urdf.masses import joints_of, links_of
 
 URDF = "urdf"
@@ -28,6 +29,13 @@ def urdf_of(robot: Robot) -> Output | None:
     return next(published, urdfs[0] if urdfs else None)
 
 
+@of_robot
+def planning_of(robot: Robot) -> Planning | None:
+    """Return a robot as its SRDF has it; None if it has no URDF that the SRDF could belong to."""
+    urdf = urdf_of(robot)
+    return None if urdf is None else Planning(robot, urdf)
+
+
 class Planning:
     """A robot as MoveIt has it of one URDF; names in ``moveit`` may still be wrong."""
 
@@ -39,6 +47,13 @@ class Planning:
         self.joints: Mapping[str, Joint] = {joint.name: joint for joint in joints_of(robot, urdf)}
         self.joint_to: Mapping[str, Joint] = {joint.child: joint for joint in self.joints.values()}
         self.groups: Mapping[str, Group] = {group.name: group for group in self.said.groups}
+
+    @cached_property
+    def digest(self) -> str:
+        """What tells it from any other (see ``matrix``)."""
+        from .matrix import digest
+
+        return digest(self)
 
     @cached_property
     def root(self) -> str:

@@ -17,8 +17,8 @@ from ...model import JointPose, Output, Pose, Robot
 from ...model.moveit import FIXED, PLANAR, Ball, DisabledCollision, Group
 from ...numbers import NUMBER_FORMATS
 from ..templating import Templates, attributes, comment
-from .matrix import changed_meshes, digest
-from .planning import Planning, ordered, urdf_of
+from .matrix import changed_meshes
+from .planning import Planning, ordered, planning_of
 
 RULES = (
     Rule(
@@ -40,14 +40,13 @@ NOTHING = Ball((0.0, 0.0, 0.0), 0.0)  # what a link has that touches nothing
 
 def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list[Diagnostic]]:
     """Return the SRDF of a robot. Option: ``number_format`` (exact or six)."""
-    urdf = urdf_of(robot)
-    if urdf is None:
+    planning = planning_of(robot)
+    if planning is None:
         message = f"{output.file} belongs to a URDF, and the robot has none among its outputs"
         return "", [error("srdf-without-urdf", message, None, "add urdf: {file: NAME.urdf} to outputs")]
-    planning = Planning(robot, urdf)
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     virtual = planning.virtual
-    values: dict[str, Any] = {"robot": robot, "urdf": urdf.file, "comment": comment, "attributes": attributes}
+    values: dict[str, Any] = {"robot": robot, "urdf": planning.urdf.file, "comment": comment, "attributes": attributes}
     values["groups"] = [_group(group) for group in planning.said.groups]
     values["states"] = [
         (attributes(name=state, group=group.name), _placed(planning, group, pose, number))
@@ -81,7 +80,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
     values["checked"] = [attributes(link1=one, link2=other) for one, other in pairs]
     values["passive_joints"] = [attributes(name=name) for name in planning.said.passive_joints]
     others = changed_meshes(planning)
-    current = planning.said.matrix is not None and not others and planning.said.matrix.of == digest(planning)
+    current = planning.said.matrix is not None and not others and planning.said.matrix.of == planning.digest
     values["computed"] = _computed(planning) if current else ""
     values["disabled"] = [_disabled(one) for one in planning.disabled(current)]
     return templates.own("robot.srdf.jinja", values), [*_of_meshes(others), *_left_out(planning)]

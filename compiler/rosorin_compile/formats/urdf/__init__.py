@@ -19,8 +19,8 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...model import Inertial, Output, Robot, Shape
     from ...rules.case import Case
-    from ..facts import Held, Known
     from ..imported import Imported
+    from ..known import Held, Known
     from ..templating import Templates
 
 __all__ = ["FORMAT"]

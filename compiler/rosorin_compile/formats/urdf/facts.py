@@ -19,16 +19,20 @@ from typing import TYPE_CHECKING
 
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
-from ..facts import AXES, SIZES, FactSheet, Held, Known, number_of
+from ..facts import AXES, SIZES, FactSheet, number_of
 from ..format import Fact, Facts
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element
 
+    from ..format import Value
+    from ..known import Block, Held, Known
+
 _MOVING = {"revolute": "rad", "continuous": "rad", "prismatic": "m", "planar": "m"}
 _OF_ROBOT = ("link", "joint", "material")
 _OF_LINK = ("inertial", "visual", "collision")
 _OF_SHAPE = ("origin", "geometry", "material")
+_ENDS = ("parent", "child", "origin")
 _OF_JOINT = ("parent", "child", "origin", "axis", "limit", "dynamics", "mimic", "calibration", "safety_controller")
 _INERTIA = ("ixx", "iyy", "izz", "ixy", "ixz", "iyz")
 _COLOUR = ("red", "green", "blue", "alpha")
@@ -61,7 +65,7 @@ def _elements(
     sheet: FactSheet, fact: Fact, element: Element, known: Sequence[str], foreign: Sequence[Element] = ()
 ) -> None:
     """Take down the elements that no other artifact has; space between elements means nothing."""
-    kept = [inner for inner in element if inner.tag not in known or inner in foreign]
+    kept = [inner for inner in element if inner.tag not in known or (foreign and inner in foreign)]
     if sheet.known is not None and kept:
         sheet.add(fact, "")  # nothing of it is known but the name
         return
@@ -99,19 +103,21 @@ def _joint(sheet: FactSheet, joint: Element) -> None:
     name, kind = sheet.text(joint, "name"), sheet.text(joint, "type")
     child = sheet.text(_child(joint, "child"), "link")
     sheet.add_frame(child, sheet.text(_child(joint, "parent"), "link"), _transform(sheet, joint))
-    sheet.add(Fact("joint", name, "type"), kind)
-    sheet.add(Fact("joint", name, "child"), child)
-    if kind in _MOVING:
-        _motion(sheet, joint, name, _MOVING[kind])
+    key = (kind, *((part.tag, *part.items()) for part in joint if part.tag not in _ENDS))
+    sheet.add_joint(name, child, sheet.once(key, lambda: _motion(sheet, joint, kind)))
     _elements(sheet, Fact("joint", name, ""), joint, _OF_JOINT)
 
 
-def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
+def _motion(sheet: FactSheet, joint: Element, kind: str) -> Block:
+    """Return what is said of a joint but where it sits."""
+    said: dict[str, Value] = {"type": sheet.value(kind)}
+    if kind not in _MOVING:
+        return said
+    unit = _MOVING[kind]
     force = "N" if unit == "m" else "N*m"
     axis = joint.find("axis")
     xyz = (1.0, 0.0, 0.0) if axis is None else sheet.vector3(axis, "xyz")
-    for letter, value in zip(AXES, xyz, strict=True):
-        sheet.add(Fact("joint", name, f"axis {letter}"), value)
+    said |= {f"axis {letter}": sheet.value(value) for letter, value in zip(AXES, xyz, strict=True)}
     limits = {"lower": unit, "upper": unit, "effort": force, "velocity": f"{unit}/s"}
     dynamics = {"damping": f"{force}*s/{unit}", "friction": force}
     calibration = {"rising": unit, "falling": unit, "reference_position": unit}
@@ -130,12 +136,13 @@ def _motion(sheet: FactSheet, joint: Element, name: str, unit: str) -> None:
         element = joint.find(tag)
         for quantity, dimension in quantities.items():
             if element is not None and quantity in element.attrib:
-                sheet.add(Fact("joint", name, called + quantity), sheet.number(element, quantity), dimension)
+                said[called + quantity] = sheet.value(sheet.number(element, quantity), dimension)
     mimic = joint.find("mimic")
     if mimic is not None:
-        sheet.add(Fact("joint", name, "mimic joint"), sheet.text(mimic, "joint"))
-        sheet.add(Fact("joint", name, "mimic multiplier"), sheet.number(mimic, "multiplier", 1.0))
-        sheet.add(Fact("joint", name, "mimic offset"), sheet.number(mimic, "offset"), unit)
+        said["mimic joint"] = sheet.value(sheet.text(mimic, "joint"))
+        said["mimic multiplier"] = sheet.value(sheet.number(mimic, "multiplier", 1.0))
+        said["mimic offset"] = sheet.value(sheet.number(mimic, "offset"), unit)
+    return said
 
 
 def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> None:

@@ -133,7 +133,16 @@ def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
     there = place.then(shape.pose.transform())
     (a, b, c), (d, e, f), (g, h, i) = there.rows
     u, v, w = there.xyz
-    own = _extent(shape.geometry)
+    geometry = shape.geometry
+    if isinstance(geometry, Capsule | Sphere):
+        radius, half = geometry.radius, geometry.length / 2 if isinstance(geometry, Capsule) else 0.0
+
+        def around(direction: Vector) -> float:
+            x, y, z = direction
+            return u * x + v * y + w * z + (abs(c * x + f * y + i * z) * half + radius)
+
+        return around
+    own = _extent(geometry)
 
     def reach(direction: Vector) -> float:
         x, y, z = direction
@@ -145,17 +154,14 @@ def along(shape: Shape, place: Transform) -> Callable[[Vector], float]:
 
 def _extent(geometry: Geometry) -> Callable[[float, float, float], float]:
     """Return what says how far a geometry reaches along a unit vector of its own frame (m)."""
-    if isinstance(geometry, Box | HeightMap):
-        return _extent_of_boxes(geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,))
-    if isinstance(geometry, Ellipsoid):
-        one, two, three = geometry.radii
-        return lambda x, y, z: math.hypot(x * one, y * two, z * three)
     if isinstance(geometry, Cylinder):
         radius, length = geometry.radius, geometry.length
         return lambda x, y, z: abs(z) * length / 2 + radius * math.hypot(x, y)
-    radius = geometry.radius if isinstance(geometry, Capsule | Sphere) else 0.0
-    length = geometry.length if isinstance(geometry, Capsule) else 0.0
-    return lambda _x, _y, z: abs(z) * length / 2 + radius
+    if isinstance(geometry, Ellipsoid):
+        one, two, three = geometry.radii
+        return lambda x, y, z: math.hypot(x * one, y * two, z * three)
+    boxes = geometry.boxes(MERGED) if isinstance(geometry, HeightMap) else (geometry,)
+    return _extent_of_boxes([box for box in boxes if isinstance(box, Box)])
 
 
 def _extent_of_boxes(boxes: Sequence[Box]) -> Callable[[float, float, float], float]:

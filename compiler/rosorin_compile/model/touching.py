@@ -83,7 +83,7 @@ class Solid:
 
     def seen(self, way: Transform) -> _Core:
         """Return what the search asks; ``way`` is where the frame of the link is."""
-        return self.core._replace(place=way.then(self._origin))
+        return _Core(way.then(self._origin), *self.core[1:])
 
 
 class Touching:

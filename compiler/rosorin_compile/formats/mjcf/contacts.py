@@ -18,7 +18,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property
 from typing import NamedTuple
 
@@ -79,6 +79,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
     solid = {top: [name for name in names if robot.link[name].collision] for top, names in groups.items()}
     places = _places(robot)
     geoms = {link.name: _geoms(link, form) for link in robot.links if link.collision} if implied else {}
+    meshes = {link.name for link in robot.links if any(isinstance(one.geometry, Mesh) for one in link.collision)}
     named = {frozenset(pair) for pair in robot.disabled_contacts}
     excluded: dict[frozenset[str], tuple[str, str]] = {}
     pairs: list[Meeting] = []
@@ -87,7 +88,7 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         joint = robot.joint_to.get(top)
         if joint is None or not below:
             continue
-        across = _Across(robot, joint, places, geoms)
+        across = _Across(robot, joint, places, geoms, meshes)
         for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
@@ -130,12 +131,18 @@ class _Across:
     """What is on both sides of a joint; ``places`` are those of the links in the topmost of their side."""
 
     def __init__(
-        self, robot: Robot, joint: Joint, places: Mapping[str, Transform], geoms: Mapping[str, Sequence[Geom]]
+        self,
+        robot: Robot,
+        joint: Joint,
+        places: Mapping[str, Transform],
+        geoms: Mapping[str, Sequence[Geom]],
+        meshes: Set[str],
     ) -> None:
         self.robot = robot
         self.joint = joint
         self.places = places
         self.geoms = geoms
+        self.meshes = meshes
         self.base = places[joint.parent].then(joint.origin.transform())
 
     @cached_property
@@ -162,10 +169,9 @@ class _Across:
         """
         meeting = self._meeting(above, below)
         order = {name: index for index, name in enumerate(below)}
-        unknown = {name for name in (*above, *below) if self._has_mesh(name)}
-        blind = [name for name in below if name in unknown]
+        blind = [name for name in below if name in self.meshes]
         for one in above:
-            others = set(below if one in unknown else (*blind, *meeting.get(one, ())))
+            others = set(below if one in self.meshes else (*blind, *meeting.get(one, ())))
             if one == self.joint.parent:
                 others |= {self.joint.child} & order.keys()
             for other in sorted(others, key=order.__getitem__):
@@ -173,15 +179,12 @@ class _Across:
 
     def excludes(self, links: tuple[str, str], meeting: Sequence[Meeting]) -> bool:
         """Say whether two links of both sides are not to collide."""
-        if links == (self.joint.parent, self.joint.child) or any(map(self._has_mesh, links)):
+        if links == (self.joint.parent, self.joint.child) or not self.meshes.isdisjoint(links):
             return True
         one, other = (self.places[name] for name in links)
         mine, theirs = ({geom.number: geom.solid for geom in side}.values() for side in zip(*meeting, strict=True))
         touching, back = Touching(list(mine), list(theirs)), one.inverse()
         return all(touching.at(back.then(way).then(other)) for way in self.ways())
-
-    def _has_mesh(self, link: str) -> bool:
-        return any(isinstance(shape.geometry, Mesh) for shape in self.robot.link[link].collision)
 
     def _meeting(self, above: Sequence[str], below: Sequence[str]) -> dict[str, dict[str, list[Meeting]]]:
         """Return the shapes that some position of the joint may bring together, by the links of both sides."""

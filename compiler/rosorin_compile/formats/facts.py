@@ -202,6 +202,11 @@ class FactSheet:
             values[name] = self.value(value, "kg*m^2", self.tolerance(value) + rounding)
         return values
 
+    def add_count(self, link: str, purpose: str, count: int) -> None:
+        """Take down how many shapes a link has."""
+        block = self.once((purpose, count), lambda: {f"{purpose} shapes": self.value(float(count), tolerance=0.0)})
+        self.blocks.append(("link", link, block))
+
     def add_shape(self, link: str, shape: str, kind: str, sizes: Sequence[float], transform: Transform) -> None:
         """Take down a shape, such as "collision 3": its kind, where its middle is in the link, its full sizes (m)."""
         sizes = tuple(sizes)

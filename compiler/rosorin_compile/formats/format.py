@@ -59,7 +59,8 @@ class Value(NamedTuple):
 
 Facts = dict[Fact, Value]
 
-# Facts about one thing by their quantity; of many things that are alike it is one object. Then kind, name and block.
+# Facts about one thing by their quantity, those of a shape apart; of things that are alike it is one object. Then kind,
+# name and block.
 Block = Mapping[str, Value]
 Blocks = list[tuple[str, str, Block]]
 

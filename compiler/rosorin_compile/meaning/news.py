@@ -49,9 +49,7 @@ def news(blocks: Blocks, known: Known) -> tuple[View, View]:
         if kind == "link":
             names.add(name)
             if id(block) not in shape_of:
-                for quantity, value in block.items():
-                    check(Fact(kind, name, quantity), value)
-                shape_of[id(block)] = _shape(block)
+                shape_of[id(block)] = _shape(name, block)
             shape = shape_of[id(block)]
             if shape is not None:
                 if shape is not _IDLE:
@@ -103,14 +101,19 @@ def _new(block: Block, known: Block) -> Block:
     return new
 
 
-def _shape(block: Block) -> _Shape | None:
-    """Return what a block says of a shape; None if it speaks of something else.
+def _shape(link: str, block: Block) -> _Shape | None:
+    """Return what a block says of a shape; None if it speaks of something else. It speaks of one shape or of none.
 
     What is said of shapes that do not collide, or beside the space that one takes, is idle.
     """
-    parts = [solid_part(quantity) for quantity in block]
-    if None in parts:
+    first = solid_part(next(iter(block), ""))
+    if first is None:
         return None
+    if first[0] != COLLISION:
+        return _IDLE
+    for quantity, value in block.items():
+        check(Fact("link", link, quantity), value)
+    parts = [solid_part(quantity) for quantity in block]
     found = {
         part[2]: value
         for part, value in zip(parts, block.values(), strict=True)

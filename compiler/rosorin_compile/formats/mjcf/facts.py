@@ -289,7 +289,7 @@ def _shapes(sheet: FactSheet, name: str, geoms: list[Element], scales: dict[str,
     """Take down the geoms of a body: what they are for stands at the end of their class."""
     for purpose in ("collision", "visual"):
         ours = [geom for geom in geoms if geom.get("class", "").endswith(f"_{purpose}")]
-        sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(ours)), tolerance=0.0)
+        sheet.add_count(name, purpose, len(ours))
         for index, geom in enumerate(ours, start=1):
             kind = geom.get("type", "sphere")
             sizes = _full_sizes(sheet, geom, kind, scales)

@@ -148,7 +148,7 @@ def _link(sheet: FactSheet, link: Element, materials: Mapping[str, Element]) -> 
     for purpose, every in shapes_of.items():
         shapes = [shape for shape in every if shape not in foreign]
         if shapes:
-            sheet.add(Fact("link", name, f"{purpose} shapes"), float(len(shapes)), tolerance=0.0)
+            sheet.add_count(name, purpose, len(shapes))
         for number, shape in enumerate(shapes, 1):
             _shape(sheet, name, f"{purpose} {number}", shape, materials)
     _elements(sheet, Fact("link", name, ""), link, _OF_LINK, foreign)

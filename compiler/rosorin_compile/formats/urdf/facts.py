@@ -48,8 +48,10 @@ def blocks(text: str) -> Blocks:
             sheet.add(Fact("material", name, quantity), value)
     for link in sheet.root.iterfind("link"):
         _link(sheet, link, materials)
+        link.clear()  # of thousands of links it would be half of the memory
     for joint in sheet.root.iterfind("joint"):
         _joint(sheet, joint)
+        joint.clear()
     _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
     return sheet.blocks
 

@@ -54,6 +54,10 @@ class Ledger:
         # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
         self.scopes: dict[int, Any] = _Scopes()
 
+    def forget(self) -> None:
+        """Let go of the scopes, which know the ledger: with them goes the tree, once nobody needs it."""
+        self.scopes.clear()
+
     @property
     def work(self) -> int:
         """The steps of all expressions of this expansion so far."""

@@ -160,8 +160,9 @@ class Parts:
         bound = [word for word in bound if word in made.scope.values]
         inner.values = made.scope.values | {word: own[word] for word in bound if word in own}
         inner.places = made.scope.places | dict.fromkeys(bound, place)
-        for key, value in given.items() if isinstance(given, Map) else ():
-            inner.values[key], inner.places[key] = value, Place(given.value_spans[key], given.via)
+        if isinstance(given, Map):
+            inner.values |= given
+            inner.places |= {key: Place(given.value_spans[key], given.via) for key in given}
         inner.said = made.scope.said
         return inner
 

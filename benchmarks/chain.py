@@ -1,6 +1,6 @@
 """How the time grows with the robot: a chain of N parts, against xacro on the same chain.
 
-Processor time of whole processes in pairs. A part is a link with inertia and a box, a revolute joint, and seven and more
+Processor time of whole processes in pairs. A part is a link with inertia and a box, a revolute joint, and seven or more
 expressions. ``rosorin-compile`` validates and writes six artifacts; xacro writes the URDF. It is measured twice: with
 the chain as a loop, as one would write it, and with N entries written out, as xacro needs it.
 

@@ -1,8 +1,8 @@
 """How the time grows with the robot: a chain of N parts, against xacro on the same chain.
 
-Whole processes in pairs. A part is a link with inertia and a box, a revolute joint, and seven and more expressions.
-``rosorin-compile`` validates and writes six artifacts; xacro writes the URDF. It is measured twice: with the chain as a
-loop, as one would write it, and with N entries written out, as xacro needs it.
+Processor time of whole processes in pairs. A part is a link with inertia and a box, a revolute joint, and seven or more
+expressions. ``rosorin-compile`` validates and writes six artifacts; xacro writes the URDF. It is measured twice: with
+the chain as a loop, as one would write it, and with N entries written out, as xacro needs it.
 
 Run with the environment's Python: ``python benchmarks/chain.py [PAIRS] [N ...]``.
 """
@@ -13,14 +13,13 @@ import os
 import shutil
 import sys
 import tempfile
-from functools import partial
 from pathlib import Path
 
-from pairs import Ratio, compare, row, wall_time
+from pairs import Ratio, compare, row, used
 
 HERE = Path(__file__).resolve().parent
 BIN = Path(sys.executable).parent
-GOAL = 0.1
+GOAL = 0.05
 
 
 def main(pairs: int, sizes: list[int]) -> None:
@@ -36,17 +35,19 @@ def main(pairs: int, sizes: list[int]) -> None:
 
 
 def _measure(form: str, n: int, pairs: int) -> Ratio:
-    _write(n)
+    write(n)
     ours = [str(BIN / "rosorin-compile"), "all", "loop.yaml", "-a", f"n={n}"]
     if form == "written out":
         ours = [str(BIN / "rosorin-compile"), "all", "written.yaml"]
     theirs = [str(BIN / "xacro"), "chain.xacro", "-o", "xacro.urdf"]
-    ratio = compare(partial(wall_time, ours, _forget), partial(wall_time, theirs), pairs, warm_up=1 if n < 1000 else 0)
+    ratio = compare(
+        lambda: used(ours, forget).seconds, lambda: used(theirs).seconds, pairs, warm_up=1 if n < 1000 else 0
+    )
     print(row(f"{n} links, {form}", ratio, GOAL))
     return ratio
 
 
-def _write(n: int) -> None:
+def write(n: int) -> None:
     """Write the chain in each form: as a loop, written out, and as xacro."""
     loop = (HERE / "segment.yaml").read_text("utf-8")
     Path("loop.yaml").write_text(loop, "utf-8")
@@ -63,7 +64,7 @@ def _write(n: int) -> None:
     Path("chain.xacro").write_text(macro, "utf-8")
 
 
-def _forget() -> None:
+def forget() -> None:
     shutil.rmtree("outputs", ignore_errors=True)
 
 

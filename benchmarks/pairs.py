@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import statistics
 import subprocess
 import time
@@ -26,6 +27,25 @@ def wall_time(command: Sequence[str], prepare: Callable[[], None] | None = None)
     start = time.perf_counter()
     subprocess.run(command, check=True, capture_output=True)
     return time.perf_counter() - start
+
+
+class Used(NamedTuple):
+    """What one process used: seconds of processor, user and system together, and the most memory at a time (MiB)."""
+
+    seconds: float
+    memory: float
+
+
+def used(command: Sequence[str], prepare: Callable[[], None] | None = None) -> Used:
+    """Return what one whole process used, which has to succeed; other programs on the machine count for little."""
+    if prepare is not None:
+        prepare()
+    with subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        _, status, usage = os.wait4(process.pid, 0)
+        process.returncode = os.waitstatus_to_exitcode(status)
+    if process.returncode:
+        raise subprocess.CalledProcessError(process.returncode, command)
+    return Used(usage.ru_utime + usage.ru_stime, usage.ru_maxrss / 1024)
 
 
 def compare(first: Callable[[], float], second: Callable[[], float], pairs: int, warm_up: int = 1) -> Ratio:

@@ -238,7 +238,11 @@ def compile_robot(
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
     ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``.
     """
-    return emitted(understand(path, arguments, tell, packages, wanted), path, search, wanted)
+    understood = understand(path, arguments, tell, packages, wanted)
+    compiled = emitted(understood, path, search, wanted)
+    if understood.expanded.scope is not None:
+        understood.expanded.scope.ledger.forget()
+    return compiled
 
 
 def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:

@@ -18,7 +18,7 @@ from ..diagnostics.registry import FORMATS, OUTPUTS, Rule
 from ..diagnostics.wording import masked
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Output, Pose, Robot, Source, Vector
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
-from ..rules.case import fed
+from ..rules.case import first_fed
 from ..rules.conditions import modes_in
 from . import format
 from .facts import NO_TOLERANCE, frame_facts, number_of
@@ -158,7 +158,8 @@ def _urdf_file(robot: Robot) -> str | None:
     """Return the first file among the outputs that robot_state_publisher reads."""
     from . import FORMATS
 
-    return next((output.file for output in fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)), None)
+    output = first_fed(robot, ROBOT_STATE_PUBLISHER, FORMATS)
+    return output.file if output is not None else None
 
 
 def numbers_of(*outputs: Output) -> Numbers:

@@ -6,7 +6,7 @@ stages work on plain values and can still name file, line and column. Nothing ch
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ..diagnostics import Related, Source, Span
@@ -61,6 +61,14 @@ class Map(dict[str, Any]):
         made = Map(self.span, self.via)
         made.update(self)
         made.key_spans, made.value_spans = self.key_spans.copy(), self.value_spans.copy()
+        return made
+
+    def like(self, changes: Mapping[str, Any]) -> Map:
+        """Return a mapping of the same keys, which never grows, with some values changed."""
+        made = Map(self.span, self.via)
+        made.update(self)
+        made.update(changes)
+        made.key_spans, made.value_spans = self.key_spans, self.value_spans
         return made
 
 

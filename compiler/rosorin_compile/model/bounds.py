@@ -64,8 +64,13 @@ class Ball(NamedTuple):
 
 def ball_of(shape: Shape) -> Ball | None:
     """Return what is quickly known of a shape, without its turn; None of a mesh."""
-    if isinstance(shape.geometry, Mesh):
-        return None
+    known = shape.notes.get("ball")
+    if known is None and not isinstance(shape.geometry, Mesh):
+        known = shape.notes["ball"] = _ball_of(shape)
+    return known if isinstance(known, Ball) else None
+
+
+def _ball_of(shape: Shape) -> Ball:
     (a, b, c), (d, e, f) = _own(shape.geometry)
     middle = ((a + d) / 2, (b + e) / 2, (c + f) / 2)
     x, y, z = shape.pose.xyz

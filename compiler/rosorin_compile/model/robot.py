@@ -258,15 +258,31 @@ class Robot:
 
     def walk(self) -> Iterator[Link]:
         """Yield the links from the root, parents before children, children in the order of their joints."""
+        return iter(self._down)
+
+    @cached_property
+    def _down(self) -> tuple[Link, ...]:
+        found: list[Link] = []
         waiting = [self.root]
         while waiting:
             name = waiting.pop()
-            yield self.link[name]
-            waiting.extend(joint.child for joint in reversed(self.joints_from.get(name, ())))
+            found.append(self.link[name])
+            waiting.extend([joint.child for joint in reversed(self.joints_from.get(name, ()))])
+        return tuple(found)
 
     def joints_down(self) -> tuple[Joint, ...]:
         """Return the joints from the root down, as ``walk`` passes them."""
-        return tuple(self.joint_to[link.name] for link in self.walk() if link.name in self.joint_to)
+        return self._joints_down
+
+    @cached_property
+    def _joints_down(self) -> tuple[Joint, ...]:
+        return tuple(self.joint_to[link.name] for link in self._down if link.name in self.joint_to)
+
+    @cached_property
+    def _fixed(self) -> frozenset[str]:
+        """The links at either end of a fixed joint."""
+        fixed = (joint for joint in self.joints if joint.is_fixed)
+        return frozenset(name for joint in fixed for name in (joint.parent, joint.child))
 
     def chain(self, link: str) -> tuple[Joint, ...]:
         """Return the joints from the root to a link."""
@@ -390,8 +406,21 @@ class Robot:
 
         A planar or a floating joint is in the URDF for other readers, whoever publishes it.
         """
-        ours = (ROBOT_STATE_PUBLISHER,)
-        return tuple(j for j in self.joints if j.publisher.kind in ours or j.type in SEVERAL_COORDINATES)
+        return self._in_urdf
+
+    @cached_property
+    def _in_urdf(self) -> tuple[Joint, ...]:
+        ours = ROBOT_STATE_PUBLISHER
+        return tuple(j for j in self.joints if j.publisher.kind == ours or j.type in SEVERAL_COORDINATES)
+
+    @cached_property
+    def is_tree(self) -> bool:
+        """Whether joints and links are one tree."""
+        if not all(joint.parent in self.link and joint.child in self.link for joint in self.joints):
+            return False
+        children = {joint.child for joint in self.joints}
+        # Each link but one has one joint above it; what is not reached from there goes round in a circle.
+        return len(children) == len(self.joints) == len(self.link) - 1 and len(self._down) == len(self.links)
 
     def shapes_at(self, link: str, carried: Set[str], purpose: str, form: str = ROWS) -> tuple[list[Shape], set[str]]:
         """Return the solids of a link where only some frames are ``carried``, and the frames that lend it theirs.
@@ -400,6 +429,8 @@ class Robot:
         and not carried, move to the link by the transform between the two and come first: those mounted on it, then
         those of the frames that it is mounted on. ``form`` is that of the boxes of height maps.
         """
+        if link not in self._fixed:
+            return [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)], set()
         moved: list[Shape] = []
         seen = {link}
         waiting = [(link, Transform())]

@@ -275,6 +275,11 @@ class Shape:
         return self._pieces[form]
 
     @cached_property
+    def notes(self) -> dict[str, object]:
+        """What has been found out about the shape: several ask, and many links may share it."""
+        return {}
+
+    @cached_property
     def _pieces(self) -> dict[str, tuple[Shape, ...]]:
         return {}
 

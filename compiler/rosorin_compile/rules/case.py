@@ -70,9 +70,12 @@ class Case(NamedTuple):
         """Return the path of the publisher of a joint, or of the joint where it is not said."""
         path = self.joint(joint)
         key_path = (*path, "publisher")
+        entry = at(self.tree, path)
+        if isinstance(entry, Map) and "publisher" in entry:
+            return key_path
         if path[-1] == "optical" and exists(self.tree, (*path[:-1], "publisher")) and not exists(self.tree, key_path):
             return (*path[:-1], "publisher")
-        return key_path if exists(self.tree, key_path) else path
+        return path
 
     def problem(
         self,
@@ -134,6 +137,11 @@ def fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> list[Out
     readable = [one for one in formats.values() if one.read is not None and publisher in one.feeds]
     endings = tuple(ending for one in readable for ending in one.endings)
     return [*outputs, *(one for one in others if one.file.endswith(endings))]
+
+
+def first_fed(robot: Robot, publisher: str, formats: Mapping[str, Format]) -> Output | None:
+    """Return the first output of ``fed``; where one is read by its format, without asking all formats."""
+    return next(iter(feeding(robot, publisher, formats) or fed(robot, publisher, formats)), None)
 
 
 def exists(tree: Map, path: Path) -> bool:

@@ -184,12 +184,18 @@ def _strength(case: Case, joint: Joint, limit: Limit) -> Iterator[Diagnostic]:
 @Check
 def units(case: Case) -> Iterator[Diagnostic]:
     """Quantities with the unit of another type of joint: a slide in radians, a hinge in metres."""
+    sound: set[tuple[int, str]] = set()  # what many joints of a type share is looked at once
     for joint in case.robot.joints:
         entry = (at(case.tree, case.joint(joint)) or {}) if joint.moves else {}
         for part in ("limit", "dynamics", "actuator", "mimic", "calibration", "safety_controller"):
-            for key, value in (entry.get(part) or {}).items():
-                if isinstance(value, Quantity):
-                    yield from _unit(case, joint, case.joint(joint, part, key))
+            values = entry.get(part)
+            if not values or (id(values), joint.type) in sound:
+                continue
+            quantities = [key for key, value in values.items() if isinstance(value, Quantity)]
+            wrong = [one for key in quantities for one in _unit(case, joint, case.joint(joint, part, key))]
+            yield from wrong
+            if not wrong:
+                sound.add((id(values), joint.type))
     for pose in case.robot.poses:
         for name in pose.positions:
             if name in case.robot.joint and case.robot.joint[name].moves:

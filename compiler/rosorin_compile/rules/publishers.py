@@ -8,11 +8,11 @@ from typing import NamedTuple
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
 from ..diagnostics.wording import first_of, listed, quoted
-from ..frontend.tree import Path, Seq
+from ..frontend.tree import Map, Path, Seq
 from ..frontend.wanted import is_listed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
 from . import conditions
-from .case import Case, at, exists, fed
+from .case import Case, at, exists, first_fed
 from .kinematics import children
 
 AFTER = "conditions"
@@ -66,7 +66,13 @@ def owner_of(publisher: Publisher) -> str:
 
 def turn_of_urdf(case: Case, joint: Joint) -> Path | None:
     """Return the place of robot_state_publisher in a list of publishers; None if there is no such list."""
+    path = case.joint(joint)
+    entry = at(case.tree, path)
+    if path[-1] != "optical" and isinstance(entry, Map) and not isinstance(entry.get("publisher"), Seq):
+        return None  # as of nearly all; a sensor speaks for both of its frames
     path = case.publisher(joint)
+    if path[-1] != "publisher":
+        return None
     value = at(case.tree, path)
     turns = value if isinstance(value, Seq) else ()
     return next(((*path, i, "by") for i, turn in enumerate(turns) if turn["by"] == ROBOT_STATE_PUBLISHER), None)
@@ -215,13 +221,15 @@ def started(case: Case) -> Iterator[Diagnostic]:
         return
     for kind, is_there in (
         (STATIC_TRANSFORM_PUBLISHER, launched),
-        (ROBOT_STATE_PUBLISHER, bool(fed(robot, ROBOT_STATE_PUBLISHER, case.formats))),
+        (ROBOT_STATE_PUBLISHER, first_fed(robot, ROBOT_STATE_PUBLISHER, case.formats) is not None),
     ):
+        if is_there:
+            continue
         joints = robot.published_by(kind)
         if kind == STATIC_TRANSFORM_PUBLISHER:
             joints = tuple(joint for joint, _, _ in statics)
         explicit = [joint for joint in joints if exists(case.tree, case.joint(joint, "publisher"))]
-        if is_there or not (explicit or (launched and joints)):
+        if not (explicit or (launched and joints)):
             continue
         what = "launch file that starts it" if kind == STATIC_TRANSFORM_PUBLISHER else "URDF that it reads"
         names = first_of([joint.name for joint in joints], 3)

@@ -12,7 +12,7 @@ from ..frontend.tree import Path
 from ..model import ROBOT_STATE_PUBLISHER, SEVERAL_COORDINATES, UNPUBLISHED, Edge
 from . import conditions
 from .case import Case, suggest
-from .kinematics import WORLD_FRAMES, below, children
+from .kinematics import WORLD_FRAMES, below
 
 AFTER = "publishers"
 
@@ -280,11 +280,7 @@ def _cut_off(
 
 def is_tree(case: Case) -> bool:
     """Say whether the joints and links are one tree; if not, that is the cause of what else is wrong."""
-    robot = case.robot
-    known = all(joint.parent in robot.link and joint.child in robot.link for joint in robot.joints)
-    single = all(len(joints) == 1 for joints in children(robot).values())
-    roots = [name for name in robot.link if name not in robot.joint_to]
-    return known and single and len(roots) == 1 and len(below(robot, roots[0])) == len(robot.links)
+    return case.robot.is_tree
 
 
 def pieces(pairs: Iterable[tuple[str, str]]) -> list[set[str]]:

@@ -88,8 +88,12 @@ def contacts(robot: Robot, form: str = MERGED, implied: bool = True) -> Contacts
         joint = robot.joint_to.get(top)
         if joint is None or not below:
             continue
+        above = solid[top_of[joint.parent]]
+        if above == [joint.parent] and below == [joint.child]:  # neighbours alone, wherever they are
+            excluded.setdefault(frozenset((joint.parent, joint.child)), (joint.parent, joint.child))
+            continue
         across = _Across(robot, joint, places, geoms, meshes)
-        for links, meeting in across.candidates(solid[top_of[joint.parent]], below):
+        for links, meeting in across.candidates(above, below):
             if across.excludes(links, meeting):
                 excluded.setdefault(frozenset(links), links)
             elif len(meeting) > MOST:

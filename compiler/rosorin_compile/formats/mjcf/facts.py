@@ -124,7 +124,7 @@ def _bodies(
 
     ``owners`` collects the link of each named thing that a sensor may measure at.
     """
-    free = False
+    free, kept = False, sheet.root.find("contact/pair") is not None
     waiting = [(body, _TOP) for body in reversed(top.findall("body"))]
     while waiting:
         body, parent = waiting.pop()
@@ -155,6 +155,8 @@ def _bodies(
             _inertial(sheet, name, inertial)
         _shapes(sheet, name, body.findall("geom"), scales)
         waiting += [(child, name) for child in reversed(body.findall("body"))]
+        if not kept:  # of thousands of bodies it would be half of the memory
+            body.clear()
     return free
 
 

@@ -29,7 +29,7 @@ What there is to know about the format (MuJoCo 4.0.0, XMLreference):
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import NamedTuple
@@ -207,6 +207,8 @@ class _Printer:
         self.geom_names: dict[str, list[str]] = {}
         self.simulated = SimulationPrinter(robot, number)
         self.fields: dict[str, Field] = {}
+        # What is printed of values that many links may share.
+        self.printed: dict[tuple[int, int], tuple[object, Markup | str]] = {}
         self.form = form
         self.names, self.simulated.own_names = _geom_names(robot, form)
         self.mesh_inertia = output.options.get("mesh_inertia", "shell")
@@ -295,7 +297,19 @@ class _Printer:
 
     def inertial(self, inertial: Inertial | None) -> Markup | str:
         """Return the attributes of an inertial; empty where there is no mass."""
-        if inertial is None or not has_mass(inertial):
+        if inertial is None:
+            return ""
+        return self.once((id(inertial), 0), inertial, lambda: self.massive(inertial))
+
+    def once(self, key: tuple[int, int], values: object, make: Callable[[], Markup | str]) -> Markup | str:
+        """Return what is printed of ``values``, whose identities are the key."""
+        if key not in self.printed:
+            self.printed[key] = (values, make())
+        return self.printed[key][1]
+
+    def massive(self, inertial: Inertial) -> Markup | str:
+        """Return the attributes of an inertial that is there."""
+        if not has_mass(inertial):
             return ""
         pos, mass, six = self.vector(inertial.pose.xyz), self.number(inertial.mass), along_link_of(inertial)
         if principal_moments(inertial)[0] < LEAST_EIGENVALUE and not any(six[3:]):
@@ -319,6 +333,14 @@ class _Printer:
                 continue
             name = self.names[link.name, purpose, index]
             values = {"name": name, "class": called, "type": type(geometry).__name__.lower()}
+            if not isinstance(geometry, (Mesh, HeightMap)):
+                place = self.once((id(geometry), id(solid.pose)), solid, partial(self.sized, geometry, solid))
+                more = self.look(solid) if purpose == VISUAL else {}
+                more |= self.simulated.touching(solid, purpose) if not shown else {}
+                if purpose == "collision":
+                    self.geom_names.setdefault(link.name, []).append(name)
+                yield Markup("".join((attributes(**values), place, attributes(**more) if more else "")))  # noqa: S704
+                continue
             origin = solid.origin()
             if isinstance(geometry, Mesh):
                 if not is_written(self.robot, geometry):
@@ -333,8 +355,6 @@ class _Printer:
                 values["hfield"] = f"{self.robot.name}_height_field_{len(self.fields) + 1}"
                 self.fields[values["hfield"]] = field
                 origin = field.pose
-            else:
-                values["size"] = self.vector(_half_sizes(geometry))
             values |= self.place(origin)
             if purpose == VISUAL:
                 values |= self.look(solid)
@@ -343,6 +363,10 @@ class _Printer:
             if purpose == "collision":
                 self.geom_names.setdefault(link.name, []).append(name)
             yield attributes(**values)
+
+    def sized(self, geometry: Geometry, solid: Shape) -> Markup:
+        """Return the sizes of a primitive, and where it sits."""
+        return attributes(size=self.vector(_half_sizes(geometry)), **self.place(solid.origin()))
 
     def mesh(self, name: str, mesh: Mesh) -> Markup:
         """Return the attributes of a mesh."""

@@ -55,8 +55,10 @@ def _read(sheet: FactSheet) -> FactSheet:
             sheet.add(Fact("material", name, quantity), value)
     for link in sheet.root.findall("link"):
         _link(sheet, link, materials)
+        link.clear()  # of thousands of links it would be half of the memory
     for joint in sheet.root.findall("joint"):
         _joint(sheet, joint)
+        joint.clear()
     _elements(sheet, Fact("robot", sheet.root.get("name", ""), ""), sheet.root, _OF_ROBOT)
     return sheet
 

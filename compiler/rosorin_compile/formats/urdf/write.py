@@ -10,8 +10,9 @@ Rules of the reader: ``ros/urdfdom@jazzy:urdf_parser``.
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import lru_cache
+from typing import Any, NamedTuple, TypeVar
 
 from markupsafe import Markup
 
@@ -54,6 +55,9 @@ ELEMENTS = [INERTIAL, "visual", "collision", "dynamics", "urdf_elements"]
 FROM_COLLISION = "from_collision"
 
 
+T = TypeVar("T")
+
+
 class _Format(NamedTuple):
     """How the URDF is asked for: how numbers are printed, its elements, its version, the boxes of height maps."""
 
@@ -61,6 +65,13 @@ class _Format(NamedTuple):
     elements: Sequence[str]
     version: str
     boxes: str
+    known: dict[int, tuple[object, Any]]
+
+    def once(self, value: T, make: Callable[[T], Any]) -> Any:
+        """Return what is made of a value, which many links or joints may share."""
+        if id(value) not in self.known:
+            self.known[id(value)] = (value, make(value))
+        return self.known[id(value)][1]
 
     def vector(self, numbers: Iterable[float]) -> str:
         return vector(numbers, self.number)
@@ -103,7 +114,7 @@ def write(robot: Robot, output: Output, templates: Templates) -> tuple[str, list
             )
             unsaid[name] = Counter(type(solid.geometry) for solid in (*visual, *collision))
             stand_ins |= {solid.stand_in for solid in collision if solid.stand_in}
-            inertial = _inertial(masses[name], number) if name in masses else []
+            inertial = form.once(masses[name], lambda one: _inertial(one, number)) if name in masses else []
             shapes = _rows(robot, name, visual, form), _rows(robot, name, collision, form)
             rows.append((attributes(name=name), inertial, *shapes, form.kept(link.urdf_elements, "    ")))
         steps.append((rows, [] if joint is None else [_joint(joint, form)]))
@@ -174,7 +185,7 @@ def _form(output: Output) -> _Format:
     number = NUMBER_FORMATS[output.options.get("number_format", "exact")]
     elements = output.options.get("elements", ELEMENTS)
     visual = ["visual"] if output.options.get("visuals") == FROM_COLLISION and "visual" not in elements else []
-    return _Format(number, [*elements, *visual], _version(output), _boxes(output))
+    return _Format(number, [*elements, *visual], _version(output), _boxes(output), {})
 
 
 def link_groups(robot: Robot, joints: tuple[Joint, ...]) -> list[tuple[list[str], Joint | None]]:
@@ -222,14 +233,22 @@ def _rows(robot: Robot, link: str, solids: list[Shape], form: _Format) -> list[t
     """Return each solid as attributes of its elements: name, origin, kind and sizes, material; and what is in them."""
     rows = []
     for index, solid in enumerate(solids, 1):
-        kind, sizes = _geometry(solid, form)
-        look = _look(solid.rgba, solid.texture, form)
-        material = solid.material or (_own_material(robot, f"{link}_{index}") if look else "")
-        names = attributes(name=solid.name) if solid.name else ""
-        surface = attributes(name=material) if material else ""
-        kept = form.kept(solid.urdf_elements, "      ")
-        rows.append((names, _origin(solid.origin(), form.number), kind, attributes(**sizes), surface, look, kept))
+        if solid.rgba is None and not solid.texture:  # else the name of the link may be in it
+            rows.append(form.once(solid, lambda one: _row(one, "", form)))
+        else:
+            rows.append(_row(solid, _own_material(robot, f"{link}_{index}"), form))
     return rows
+
+
+def _row(solid: Shape, own: str, form: _Format) -> tuple[Any, ...]:
+    """Return a shape as attributes; ``own`` is the name of its material if it has none, but a look."""
+    kind, sizes = _geometry(solid, form)
+    look = _look(solid.rgba, solid.texture, form)
+    material = solid.material or (own if look else "")
+    names = attributes(name=solid.name) if solid.name else ""
+    surface = attributes(name=material) if material else ""
+    kept = form.kept(solid.urdf_elements, "      ")
+    return names, _origin(solid.origin(), form.number), kind, attributes(**sizes), surface, look, kept
 
 
 def _own_material(robot: Robot, name: str) -> str:
@@ -239,6 +258,7 @@ def _own_material(robot: Robot, name: str) -> str:
     return name
 
 
+@lru_cache(maxsize=20_000)
 def _origin(pose: Pose, number: NumberFormat) -> Markup:
     return attributes(xyz=vector(pose.xyz, number), rpy=vector(pose.rpy, number))
 
@@ -277,7 +297,8 @@ def _joint(joint: Joint, form: _Format) -> tuple[Any, ...]:
     if joint.calibration is not None:
         inner.append(("calibration", _given(joint.calibration, ("rising", "falling", "reference_position"), number)))
     if along and joint.limit is not None:
-        inner.append(("limit", _given(joint.limit, ("lower", "upper", "effort", "velocity"), number)))
+        keys = ("lower", "upper", "effort", "velocity")
+        inner.append(("limit", form.once(joint.limit, lambda limit: _given(limit, keys, number))))
     if "dynamics" in form.elements and dynamics is not None and (dynamics.damping or dynamics.friction):
         inner.append(("dynamics", _given(dynamics, ("damping", "friction"), number)))
     if mimic is not None:

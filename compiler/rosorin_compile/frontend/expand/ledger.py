@@ -25,6 +25,16 @@ class Step(NamedTuple):
     named: bool
 
 
+class _Scopes(dict[int, Any]):
+    """Scopes, or what makes one that nobody has asked for yet."""
+
+    def __getitem__(self, key: int) -> Any:
+        scope = super().__getitem__(key)
+        if callable(scope):
+            scope = self[key] = scope()
+        return scope
+
+
 class Ledger:
     """What a whole expansion shares: the diagnostics, the count of values made, and what is known of each piece.
 
@@ -42,7 +52,11 @@ class Ledger:
         self.plans: dict[int, tuple[Step, ...]] = {}
         self.parameters: dict[int, Any] = {}
         # The scope of each part and each round of a loop, by the identity of its Instance: what ``explain`` asks.
-        self.scopes: dict[int, Any] = {}
+        self.scopes: dict[int, Any] = _Scopes()
+
+    def forget(self) -> None:
+        """Let go of the scopes, which know the ledger: with them goes the tree, once nobody needs it."""
+        self.scopes.clear()
 
     @property
     def work(self) -> int:

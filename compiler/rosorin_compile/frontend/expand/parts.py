@@ -10,6 +10,7 @@ import re
 import sys
 from collections.abc import Callable, Hashable
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -98,20 +99,24 @@ class Parts:
             self.ledger.nodes, self.ledger.full = sys.maxsize, True  # told once, not for each of its branches
             raise Failed
         message = f'part "{definition.name}" used here as "{name}"'
-        inner = Scope(self.ledger, definition.scope, Instance(message, where.span, scope.via or where.via, made=True))
-        inner.prefix = scope.prefix + prefix_of(name, entry)
-        key = self._key(definition, name, inner, entry)
+        via = Instance(message, where.span, scope.via or where.via, made=True)
+        prefix = scope.prefix + prefix_of(name, entry)
+        key = self._key(definition, name, prefix, entry)
         made = self.made.get(key) if key is not None else None
-        if made is None:
-            made = self._evaluated(definition, name, inner, entry, depth)
-            if key is not None:
-                self.made[key] = made._replace(fragment=_of_nobody(made.fragment, definition.body))
-            return self._placed(name, made.fragment, made.names, entry, scope, where)
-        self._again(made, name, inner, entry, where)
-        fragment = Map(made.fragment.span, inner.via)
-        fragment.update(made.fragment)
-        fragment.key_spans, fragment.value_spans = made.fragment.key_spans, made.fragment.value_spans
-        return self._placed(name, fragment, made.names, entry, scope, where)
+        if made is not None:
+            self.ledger.scopes[id(via)] = partial(self._again, made, definition, via, name, prefix, entry)
+            scope.count(made.nodes, where.span, where.via)
+            EFFORT.total += made.work
+            fragment = Map(made.fragment.span, via)
+            fragment.update(made.fragment)
+            fragment.key_spans, fragment.value_spans = made.fragment.key_spans, made.fragment.value_spans
+            return self._placed(name, fragment, made.names, entry, scope, where)
+        inner = Scope(self.ledger, definition.scope, via)
+        inner.prefix = prefix
+        made = self._evaluated(definition, name, inner, entry, depth)
+        if key is not None:
+            self.made[key] = made._replace(fragment=_of_nobody(made.fragment, definition.body))
+        return self._placed(name, made.fragment, made.names, entry, scope, where)
 
     def _evaluated(self, definition: Definition, name: str, inner: Scope, entry: Map, depth: int) -> _Made:
         """Return what a part comes to. Raises Failed after reporting."""
@@ -125,7 +130,7 @@ class Parts:
         given = entry.get("with")
         return _Made(fragment, names_of(fragment), inner, self.ledger.nodes - nodes, self.ledger.work - work, given)
 
-    def _key(self, definition: Definition, name: str, inner: Scope, entry: Map) -> Hashable:
+    def _key(self, definition: Definition, name: str, prefix: str, entry: Map) -> Hashable:
         """Return all that the sections of a part depend on; None where they have to be evaluated anew each time."""
         body = definition.body
         if id(body) not in self.alone:
@@ -133,7 +138,7 @@ class Parts:
         read = self.alone[id(body)]
         if read is None or entry.get("content") is not None:
             return None
-        own = {"name": name, "prefix": inner.prefix}
+        own = {"name": name, "prefix": prefix}
         given = entry.get("with")
         values = given.items() if isinstance(given, Map) else ()
         return (
@@ -143,21 +148,23 @@ class Parts:
             *((key, type(value), _exactly(value)) for key, value in values),
         )
 
-    def _again(self, made: _Made, name: str, inner: Scope, entry: Map, where: Place) -> None:
-        """Give the scope of a part that came to the same before its names, and count what it holds."""
+    def _again(self, made: _Made, definition: Definition, via: Instance, name: str, prefix: str, entry: Map) -> Scope:
+        """Return the scope of a part that came to the same before."""
+        inner = Scope(self.ledger, definition.scope, via)
+        inner.prefix = prefix
         place = Place(entry.span, entry.via)
-        own = {"name": name, "prefix": inner.prefix}
+        own = {"name": name, "prefix": prefix}
         given = entry.get("with")
-        inner.values = made.scope.values | {word: value for word, value in own.items() if word in made.scope.values}
-        inner.places = made.scope.places | dict.fromkeys(("name", "mirrored"), place)
-        if "prefix" in inner.values:
-            inner.places["prefix"] = place
+        said = (definition.body.get("params") or (), definition.body.get("let") or ())
+        bound = [word for word in ("name", "mirrored", "prefix") if not any(word in names for names in said)]
+        bound = [word for word in bound if word in made.scope.values]
+        inner.values = made.scope.values | {word: own[word] for word in bound if word in own}
+        inner.places = made.scope.places | dict.fromkeys(bound, place)
         if isinstance(given, Map):
-            for key, value in given.items():
-                inner.values[key], inner.places[key] = value, Place(given.value_spans[key], given.via)
+            inner.values |= given
+            inner.places |= {key: Place(given.value_spans[key], given.via) for key in given}
         inner.said = made.scope.said
-        inner.count(made.nodes, where.span, where.via)
-        EFFORT.total += made.work
+        return inner
 
     def check_unused(self) -> None:
         """Look at the parts of the description that nothing uses, as far as that can be done without arguments."""

@@ -202,7 +202,7 @@ def _made_by(entry: Any, via: Instance | None, before: Any) -> Any:
     """
     if via is None or not isinstance(entry, Map) or (entry.via is not None and entry.via.made):
         return entry
-    made = entry.copied() if entry is before else entry
+    made = entry.like({}) if entry is before else entry
     made.via = via
     return made
 
@@ -236,11 +236,12 @@ def _named_in(value: Any, key: str, texts: Mapping[str, Rename]) -> Any:
 
 def _with(entry: Map, changes: dict[str, Any]) -> Map:
     """Return an entry with some values changed; a new key has the place of the entry."""
-    made = entry.copied()
-    for key, value in changes.items():
-        if key in entry:
-            made[key] = value
-        elif value is not None:
+    same = {key: value for key, value in changes.items() if key in entry}
+    new = {key: value for key, value in changes.items() if value is not None and key not in entry}
+    made = entry.like(same)
+    if new:
+        made = made.copied()
+        for key, value in new.items():
             span = getattr(value, "span", entry.span)
             made.put(key, value, span, span)
     return made

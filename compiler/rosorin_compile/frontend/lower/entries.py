@@ -25,6 +25,7 @@ from ...model import (
     Source,
     Vector,
 )
+from ...model.link import NO_SOURCE
 from ...model.shape import Rgba
 from ...model.simulation import POSITION
 from ..tree import Path
@@ -149,7 +150,8 @@ def safety_of(entry: Mapping[str, Any] | None) -> SafetyController | None:
 
 def source_of(entry: Mapping[str, Any] | None) -> Source:
     """Return where the values of an entry come from."""
-    entry = entry or {}
+    if not entry:
+        return NO_SOURCE
     return Source(entry.get("status", ""), entry.get("note", ""), entry.get("measured", ""))
 
 

@@ -7,7 +7,7 @@ import sys
 
 def main() -> int:
     """Run the command line; return the exit code. A Ctrl-C that comes before there is a command ends it in silence."""
-    from .again import said_again
+    from .startup.again import said_again
 
     if said_again(sys.argv[1:]):
         return 0

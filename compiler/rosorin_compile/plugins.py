@@ -20,9 +20,9 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
-from .cache import cache_folder, keep, recalled
 from .diagnostics import Diagnostic, error
 from .diagnostics.registry import PLUGINS, Rule
+from .startup.cache import cache_folder, keep, recalled
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -11,9 +11,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from rosorin_compile import again, cache, project
+from rosorin_compile import project
 from rosorin_compile.output import stamp
 from rosorin_compile.output.stamp import recall, remember
+from rosorin_compile.startup import again, cache
 
 KEY = {"description": "/robots/r.yaml", "arguments": {"a": "1"}, "form": ["text", False]}
 SAID = ["warning: ä\n", {"n": [1, 2.5, None]}]

@@ -13,8 +13,8 @@ from unittest import mock
 
 import pytest
 
-from rosorin_compile import cache
 from rosorin_compile.cli import main
+from rosorin_compile.startup import cache
 from rosorin_compile.tools import compiling
 
 URDF = """\

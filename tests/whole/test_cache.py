@@ -11,9 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import cache, plugins
-from rosorin_compile.cache import cache_folder, cache_refused, keep, recalled
+from rosorin_compile import plugins
 from rosorin_compile.cli import main
+from rosorin_compile.startup import cache
+from rosorin_compile.startup.cache import cache_folder, cache_refused, keep, recalled
 
 ROBOT = """\
 robot: plain

@@ -99,7 +99,7 @@ def test_a_memory_that_is_damaged(home: Path, memory: str) -> None:
     outputs = describe(home)
     assert main(["all"]) == 0
     [path] = (home / "cache" / "outputs").iterdir()
-    from rosorin_compile.cache import keep
+    from rosorin_compile.startup.cache import keep
 
     keep(path, memory.encode())
     describe(home, table="two\n")

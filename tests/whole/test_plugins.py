@@ -10,7 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from rosorin_compile import cache, plugins
+from rosorin_compile import plugins
+from rosorin_compile.startup import cache
 
 pytestmark = pytest.mark.slow
 

@@ -16,7 +16,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TextIO
 
-from ..again import ERR, OUT
+from ..startup.again import ERR, OUT
 from . import ERROR, NOTE, TRUSTED, WARNING, Diagnostic, gathered, progress
 from .wording import and_more, counted, printable
 

@@ -16,8 +16,8 @@ from typing import Any, NoReturn
 
 from markupsafe import Markup, escape
 
-from ..cache import cache_folder, digest, keep, recalled
 from ..project import data_folder
+from ..startup.cache import cache_folder, digest, keep, recalled
 
 FOLDER = "ahead"
 XML = (".urdf", ".xml", ".sdf", ".svg", ".html", ".launch", ".srdf", ".xacro")

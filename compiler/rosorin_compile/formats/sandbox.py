@@ -16,7 +16,7 @@ from jinja2 import __version__ as jinja_version
 from jinja2.compiler import CodeGenerator, Frame
 from jinja2.sandbox import ImmutableSandboxedEnvironment
 
-from ..cache import cache_folder, digest, keep, recalled
+from ..startup.cache import cache_folder, digest, keep, recalled
 
 if TYPE_CHECKING:
     from pathlib import Path

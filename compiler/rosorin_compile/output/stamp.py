@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import Any
 
 from .. import __version__, plugins
-from ..again import changed, contents, marks, tool_folders
-from ..cache import cache_folder, digest, keep, recalled
-from ..project import Resolved
+from ..project import DATA, Resolved, data_folder
+from ..startup.again import changed, contents, marks
+from ..startup.cache import cache_folder, digest, keep, recalled
 
 
 def _nowhere(asked: Resolved) -> str:
@@ -84,6 +84,11 @@ def _path(key: Mapping[str, Any]) -> Path | None:
     folder = cache_folder("stamps")
     canonical = json.dumps(key, sort_keys=True, separators=(",", ":"))
     return folder and folder / f"{digest(canonical.encode())}.json"
+
+
+def tool_folders() -> list[str]:
+    """Return the folders of the tool: its modules, and what ships with it."""
+    return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]
 
 
 def _tool() -> str:

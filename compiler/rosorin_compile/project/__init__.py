@@ -12,6 +12,8 @@ from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
 
+from ..startup import cache
+
 ROOT_FILE = "robot.yaml"
 ENDINGS = (".yaml", ".yml")
 DESCRIPTIONS = "descriptions"
@@ -195,11 +197,7 @@ def nearest_file(path: Path) -> Path | None:
 
 def shown(path: Path) -> str:
     """Return a path as a person would name it: relative to here if it is below."""
-    try:
-        here = os.path.relpath(path)
-    except OSError:  # the folder of this process is gone
-        return str(path)
-    return str(path) if here.startswith("..") and path.is_absolute() else here
+    return cache.shown(str(path))
 
 
 class Resolved(NamedTuple):

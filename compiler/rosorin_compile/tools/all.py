@@ -9,10 +9,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..again import now
 from ..diagnostics.console import colour
 from ..diagnostics.registry import WRITING, Rule
 from ..project import MESH_FILE, PYTHON_PACKAGE, Description, Resolved, is_file, python_folder, resolved
+from ..startup.again import now
 from .options import depfile_options, format_options, hook_option, output_options, place, robot_options
 from .robots import Run, Settled, check_depfile, for_each, no_stdin
 from .usage import FINE, PROBLEMS, USAGE, WrongUsage

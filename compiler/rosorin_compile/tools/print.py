@@ -13,10 +13,10 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..again import RAW
 from ..diagnostics.console import Console, give
 from ..diagnostics.wording import counted, first_of
 from ..project import ON_STDIN, Description, NoDescription, first_file, stdin_of
+from ..startup.again import RAW
 from .compiling import compile_one, lacks_meshes, proven, read_by, search_meshes, telling
 from .given import Given, given_arguments, no_half_mark, texts
 from .options import argument_options, depfile_options, package_option, place

@@ -122,11 +122,12 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
 
 def keep_run(inputs: Iterable[str], outputs: Mapping[str, Sequence[str]], console: Console) -> None:
     """Keep what a run said, so that it is said again without one if nothing changes."""
-    from ..again import remember
+    from ..output.stamp import tool_folders
     from ..plugins import installed
+    from ..startup.again import remember
 
     if not installed():  # what a plug-in does may depend on anything
-        remember(inputs, outputs, looked_in(), console.printed)
+        remember(inputs, outputs, looked_in(), console.printed, tool_folders())
 
 
 def _is_plain(run: Run) -> bool:

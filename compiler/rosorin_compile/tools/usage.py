@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..cache import cache_refused
 from ..diagnostics.console import Console
 from ..diagnostics.registry import WRITING, Rule
+from ..startup.cache import cache_refused
 
 RULES = (
     Rule(

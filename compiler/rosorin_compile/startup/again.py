@@ -59,18 +59,27 @@ def remember(
     outputs: Mapping[str, Iterable[str]],
     lookups: Iterable[str | os.PathLike[str]],
     said: Sequence[tuple[str, str]],
+    tool: Iterable[str],
 ) -> None:
     """Keep what this process said, if it was begun for one line: ``said_again`` will say it.
 
     ``inputs`` are the files that were read, ``outputs`` the names of the artifacts by folder, ``lookups`` the folders
-    in which descriptions were looked for. A failure is silent.
+    in which descriptions were looked for, ``tool`` those of the tool itself. A failure is silent.
     """
     if not _called:
         return
     words, begun = _called[0]
     try:
         file = _file(words)
-        rows = list(_rows(sorted({os.path.abspath(one) for one in inputs}), outputs, lookups, begun))
+        rows = list(
+            _rows(
+                sorted({os.path.abspath(one) for one in inputs}),
+                outputs,
+                [*sys.path, *map(os.path.abspath, lookups)],
+                begun,
+            )
+        )
+        rows += [[_TOOL, folder, _state(_TOOL, folder)] for folder in tool]
         if file and not any(_END in text or _PART in text for _, text in said):
             rows += [list(one) for one in said]
             keep(file, _END.join(_PART.join(row) for row in rows).encode())
@@ -105,12 +114,10 @@ def _still_true(kept: str) -> list[tuple[str, str]]:
 
 
 def _rows(
-    inputs: Iterable[str], outputs: Mapping[str, Iterable[str]], lookups: Iterable[str | os.PathLike[str]], begun: int
+    inputs: Iterable[str], outputs: Mapping[str, Iterable[str]], folders: Iterable[str], begun: int
 ) -> Iterable[list[str]]:
     """Yield what a run depends on, and how that is. Raises ValueError if it may have changed meanwhile."""
-    for folder in tool_folders():
-        yield [_TOOL, folder, _state(_TOOL, folder)]
-    for folder in (*sys.path, *map(os.path.abspath, lookups)):
+    for folder in folders:
         yield [_FOLDER, folder, _state(_FOLDER, folder)]
     for name in inputs:
         if changed(name) >= begun:
@@ -135,13 +142,6 @@ def _state(kind: str, name: str) -> str:
         return str(os.stat(name or ".").st_mtime_ns)
     except OSError:
         return ""
-
-
-def tool_folders() -> list[str]:
-    """Return the folders of the tool: its modules, and what ships with it."""
-    from .project import DATA, data_folder
-
-    return [os.path.dirname(__file__), *(os.fspath(data_folder(name)) for name in DATA)]
 
 
 def marks(folder: str) -> list[str]:

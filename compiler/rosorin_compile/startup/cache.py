@@ -101,14 +101,19 @@ def _open_to_others(folder: str) -> tuple[str, str]:
 
 
 def _told(place: str, foreign: bool) -> tuple[str, str]:
-    from pathlib import Path
-
-    from .project import shown
-
-    named = shown(Path(place))
+    named = shown(place)
     if foreign:
         return f"{named} belongs to another user", _ELSEWHERE
     return f"{named} can be written by others", f"chmod go-w {named}; or {_ELSEWHERE}"
+
+
+def shown(path: str) -> str:
+    """Return a path as a person would name it: relative to here if it is below."""
+    try:
+        here = os.path.relpath(path)
+    except OSError:  # the folder of this process is gone
+        return path
+    return path if here.startswith("..") and os.path.isabs(path) else here
 
 
 def _above(path: str) -> list[str]:

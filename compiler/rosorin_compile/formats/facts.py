@@ -162,15 +162,17 @@ class Sheet:
 
     def take(self, kind: str, name: str, quantity: str, value: Value) -> None:
         """Take down a fact."""
-        if self.known is not None:
-            if kind in _OF_LINKS:
-                self._names.add(name)
-            if kind == "link" and quantity not in _OF_MASSES:
-                return
-            meant = self.known.block(kind, name).get(quantity)
-            if meant is None or meant[0] == value[0]:
-                return
-        self.facts[Fact(kind, name, quantity)] = value
+        if self.known is None or self.is_news(self.known, kind, name, quantity, value[0]):
+            self.facts[Fact(kind, name, quantity)] = value
+
+    def is_news(self, known: Known, kind: str, name: str, quantity: str, value: float | str) -> bool:
+        """Say whether something is known of what a fact says, and not that; what nothing is known of is no news."""
+        if kind in _OF_LINKS:
+            self._names.add(name)
+        if kind == "link" and quantity not in _OF_MASSES:
+            return False
+        meant = known.block(kind, name).get(quantity)
+        return meant is not None and meant[0] != value
 
     def once(self, key: Hashable, make: Callable[[], Block]) -> Block:
         """Return what is made of words that may be said of many things; ``key`` are all of those words."""
@@ -287,7 +289,8 @@ class FactSheet(Sheet):
 
     def add(self, fact: Fact, value: float | str, unit: str = "", tolerance: float | None = None) -> None:
         """Take down a fact; its value as in ``value``."""
-        self.take(*fact, self.value(value, unit, tolerance))
+        if self.known is None or self.is_news(self.known, *fact, value):
+            self.facts[fact] = self.value(value, unit, tolerance)
 
     def add_frame(self, link: str, parent: str, transform: Transform) -> None:
         """Take down where a link sits in its parent."""

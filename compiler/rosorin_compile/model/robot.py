@@ -438,13 +438,21 @@ class Robot:
             name, transform = waiting.pop()
             own = [solid for shape in getattr(self.link[name], purpose) for solid in shape.solids(form)]
             if name != link:
-                moved += [solid.moved(transform) for solid in own]
+                moved += [self._moved(solid, transform) for solid in own]
             neighbours = ((n, t) for n, t in self.fixed_neighbours(name) if n not in carried and n not in seen)
             steps = [(n, transform.then(t)) for n, t in neighbours]
             seen.update(n for n, _ in steps)
             waiting += reversed(steps)
         own = [solid for shape in getattr(self.link[link], purpose) for solid in shape.solids(form)]
         return [*moved, *own], seen - {link}
+
+    def _moved(self, solid: Shape, transform: Transform) -> Shape:
+        """Return a solid of a link seen from another one; each URDF asks for it, the SRDF, and the proof of them."""
+        key = ("moved", id(solid), transform)
+        moved: tuple[Shape, Shape] | None = self.worked_out.get(key)
+        if moved is None or moved[1] is not solid:  # as in a copy that was pickled
+            moved = self.worked_out[key] = (solid.moved(transform), solid)
+        return moved[0]
 
     def carriers(self, carried: Set[str]) -> Mapping[str, tuple[str, Transform]]:
         """Return who carries each link where only some frames are ``carried``, and where it sits in that one.

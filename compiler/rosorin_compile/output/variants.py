@@ -69,14 +69,19 @@ class Stored(NamedTuple):
 
 
 class VariantsFolder:
-    """A folder of variants, for one process of a run."""
+    """A folder of variants, for one process of a run. ``base`` is the folder from which the paths in it are seen."""
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.base = path
         self.hidden = path / HIDDEN
         self.links = True
         self.lock: int | None = None
         self.sound: dict[str, tuple[int, int, int]] = {}
+
+    def place(self, name: str) -> Path:
+        """Return where the artifacts of a variant stand."""
+        return self.path / name
 
     # The run as a whole.
 

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import argparse
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.console import Console
@@ -111,11 +111,11 @@ def run(options: argparse.Namespace) -> int:
     console.begin(description.name)
     try:
         shared = given.values()
-        variants, wrong = _listed(options, given, description)
+        variants, wrong = _listed(options, shared, given, description)
         if wrong:
             raise _Refused(wrong)
         sweep = Sweep(options, console, given, description, variants, VariantsFolder(Path(options.output)))
-        made = job(description, shared, given.packages, given.trust, sweep.folder.path)
+        made = job(description, shared, given.packages, given.trust, sweep.folder.base)
         code = _made(sweep, made)
     except (LoadError, OutputError, Stopped) as problem:
         console.show([problem.diagnostic])
@@ -137,9 +137,11 @@ class _Refused(Exception):
         self.diagnostics = diagnostics
 
 
-def _listed(options: argparse.Namespace, given: Given, description: Description) -> tuple[Variants, list[Diagnostic]]:
+def _listed(
+    options: argparse.Namespace, shared: Mapping[str, Any], given: Given, description: Description
+) -> tuple[Variants, list[Diagnostic]]:
     """Return the list of variants, and what is wrong with it as a whole. Raises WrongUsage."""
-    arguments, wrong = declared(description.path, {}, given.packages)
+    arguments, wrong = declared(description.path, shared, given.packages)
     types = {argument.name: argument.type for argument in arguments}
     path = Path(options.over)
     if options.whole and not path.is_dir():
@@ -163,7 +165,7 @@ def _made(sweep: Sweep, made: Job) -> int:
         with sweep.folder.held(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
             asked = Asked(sweep.variants, maker.known, engine, index.outdate)
-            head: dict[str, object] = {"description": os.path.relpath(sweep.description.path, sweep.folder.path)}
+            head: dict[str, object] = {"description": os.path.relpath(sweep.description.path, sweep.folder.base)}
             try:
                 run_all(asked, index, counts, teller.take, head)
             except BaseException:

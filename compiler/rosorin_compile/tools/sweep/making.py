@@ -127,7 +127,7 @@ class Maker:
             return Compiled(None, (), [], ())
         given = Given({}, (), self.job.packages, self.job.trust)
         name, path, _ = self.job.description
-        search = partial(search_meshes, given, Description(name, path, self.folder.path / variant.name))
+        search = partial(search_meshes, given, Description(name, path, self.folder.place(variant.name)))
         tell = _silent if self.job.trust else None
         return proven(compile_robot(path, merged(self.job.shared, variant), tell, given.packages, search))
 
@@ -155,11 +155,11 @@ class Maker:
         """Keep what a variant was made of; empty if nobody can know, so that it will be made anew. Raises OSError."""
         from ..compiling import lacks_meshes
 
-        own = self.folder.path / variant.name
+        own = self.folder.place(variant.name)
         inputs = [path for path in dict.fromkeys(compiled.inputs) if not path.is_relative_to(own)]
         if lacks_meshes(compiled) or any(_changed(path) >= begun for path in inputs):
             return ""
-        read = {os.path.relpath(path, self.folder.path): _digest_of(path, _mark(path)) for path in inputs}
+        read = {os.path.relpath(path, self.folder.base): _digest_of(path, _mark(path)) for path in inputs}
         return self.folder.keep_made_of({"inputs": read, "resolved": [list(one) for one in compiled.resolved]})
 
     def _fresh(self, made_of: str) -> bool:
@@ -170,7 +170,7 @@ class Maker:
         try:
             if known is None or any(leads({}, Resolved(*one)) != one[-1] for one in known["resolved"]):
                 return False
-            inputs = {self.folder.path / name: kept for name, kept in known["inputs"].items()}
+            inputs = {self.folder.base / name: kept for name, kept in known["inputs"].items()}
             return all(_digest_of(path, _mark(path)) == kept for path, kept in inputs.items())
         except (OSError, KeyError, TypeError, ValueError):
             return False

@@ -77,6 +77,9 @@ def options(command: argparse.ArgumentParser) -> None:
         metavar="ARGUMENT",
         help="with a folder: the argument that gets each file as a whole, or its path where it is a text",
     )
+    command.add_argument(
+        "--dask", default="", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
+    )
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
     package_option(command)
     format_options(command)
@@ -189,7 +192,12 @@ def _made(sweep: Sweep, made: Job) -> int:
 def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     count = min(sweep.options.jobs or cores, len(sweep.variants))
-    engine: Engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
+    if sweep.options.dask:
+        from .cluster import Cluster, connect
+
+        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask))
+    else:
+        engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
     try:
         yield engine
     finally:

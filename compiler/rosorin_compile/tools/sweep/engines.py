@@ -16,7 +16,7 @@ from multiprocessing import connection, get_context
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ...diagnostics import error, progress
+from ...diagnostics import Diagnostic, error, progress
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.variants import Variant
 from ...output.variants import VariantsFolder
@@ -196,13 +196,17 @@ def _has_room(worker: _Worker) -> bool:
 
 def died(variant: Variant, code: int | None = None) -> Made:
     """Return what became of a variant whose process died with an exit code, twice."""
+    return Made(line_of(variant, {}, [death(variant, code)]), ERROR)
+
+
+def death(variant: Variant, code: int | None = None) -> Diagnostic:
+    """Return the error about a variant whose process died with an exit code, twice."""
     how = ""
     if code is not None:
         with suppress(ValueError):
             how = f" by {signal.Signals(-code).name}" if code < 0 else f", with exit code {code}"
     message = f"the process that compiled it was ended{how}, twice"
-    said = error("worker-died", message, variant.span, "out of memory? -j with a smaller number needs less")
-    return Made(line_of(variant, {}, [said]), ERROR)
+    return error("worker-died", message, variant.span, "out of memory? -j with a smaller number needs less")
 
 
 def _prepare() -> None:

@@ -78,7 +78,7 @@ def options(command: argparse.ArgumentParser) -> None:
         help="with a folder: the argument that gets each file as a whole, or its path where it is a text",
     )
     command.add_argument(
-        "--dask", default="", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
+        "--dask", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
     )
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
     package_option(command)

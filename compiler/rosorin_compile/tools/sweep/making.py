@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, has_errors, progress
 from ...diagnostics.report import as_object
+from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
 from ...output import OutputError, check_names, encoded, explained, stamp
@@ -81,6 +82,7 @@ class Maker:
     def __init__(self, job: Job, folder: VariantsFolder) -> None:
         self.job = job
         self.folder = folder
+        self.kept = Kept()
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
 
     def known(self, variant: Variant) -> Made | None:
@@ -143,7 +145,8 @@ class Maker:
         name, path, _ = self.job.description
         search = partial(search_meshes, given, Description(name, path, self.folder.place(variant.name)))
         tell = _silent if self.job.trust else None
-        return proven(compile_robot(path, merged(self.job.shared, variant), tell, given.packages, search))
+        arguments = merged(self.job.shared, variant)
+        return proven(compile_robot(path, arguments, tell, given.packages, search, kept=self.kept))
 
     def _put(
         self,

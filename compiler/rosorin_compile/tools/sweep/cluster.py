@@ -25,13 +25,15 @@ from ... import __version__
 from ...diagnostics import Diagnostic, error, has_errors
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.asked import Asked
+from ...frontend.expand.files import Kept
 from ...frontend.variants import Variant
 from ...output import OutputError
 from ...output.ours import digest
+from ...output.remote import RemoteFolder, folder_of
 from ...output.variants import VariantsFolder
 from ...project import DATA, ROS_PACKAGE, Description, Resolved, data_folder, projects_of
 from .engines import Result, death, died
-from .making import Job, Made, Maker, files_of, line_of
+from .making import Folder, Job, Made, Maker, files_of, line_of
 from .running import Stopped
 
 if TYPE_CHECKING:
@@ -52,7 +54,7 @@ _BATCH_SECONDS = 1.0
 _MAX_BATCH = 64
 _A_THREAD = 3  # batches in flight
 _WAIT = 0.5
-_PATIENCE = 30.0  # seconds in which the scheduler has to answer
+_PATIENCE = 10.0  # seconds in which the scheduler has to answer
 _MISSING = ("file-unreadable", "package-missing", "template-missing", "include-outside")
 
 
@@ -67,15 +69,17 @@ class Bundle(NamedTuple):
 
 
 class Answer(NamedTuple):
-    """What a worker made: the line of the index, the artifacts (compressed), and what was read.
+    """What a worker made: the line of the index, the artifacts (compressed), and the digests of what was read.
 
-    ``lacking`` says that a file was looked for that may be here. ``compiled`` stands instead of files for the library.
+    ``lacking`` says that a file was looked for that may be here. Instead of files there is what became of the variant,
+    where the worker has written them, or ``compiled`` for the library.
     """
 
     line: str
     files: dict[str, bytes]
-    inputs: tuple[str, ...]
+    read: dict[str, str]
     lacking: bool
+    made: Made | None = None
     compiled: Compiled | None = None
 
 
@@ -142,6 +146,7 @@ def _below(folder: Path) -> Iterator[Path]:
 
 _lock = threading.Lock()
 _unpacked: dict[str, Path] = {}
+_kept: dict[str, Kept] = {}
 _tools: list[str] = []
 
 
@@ -187,11 +192,17 @@ def _within(root: Path, name: str) -> Path:
 
 
 class Task(NamedTuple):
-    """What is the same for all batches: arguments of all variants, whom to trust, and what is wanted of each."""
+    """What is the same for all batches: arguments of all variants, whom to trust, and what is wanted of each.
+
+    ``whole``: what was compiled, for the library; ``out``: that the artifacts are written there; else that they come.
+    ``key`` is that of the job.
+    """
 
     shared: dict[str, Any]
     trust: bool
-    whole: bool
+    whole: bool = False
+    out: str = ""
+    key: str = ""
 
 
 def work(bundle: Bundle, task: Task, batch: list[tuple[int, Variant, dict[str, bytes]]]) -> Answers:
@@ -214,6 +225,7 @@ def _answer(root: Path, bundle: Bundle, task: Task, variant: Variant) -> Answer:
     nowhere = VariantsFolder(root / "outputs")
     first = _within(root, bundle.first)
     maker = Maker(Job(Description("", first, root), task.shared, packages, task.trust, ""), nowhere)
+    maker.kept = _kept.setdefault(bundle.key, maker.kept)
     if task.whole:
         return _whole(maker, root, bundle, variant)
     compiled = maker.compiled(variant)
@@ -225,9 +237,21 @@ def _answer(root: Path, bundle: Bundle, task: Task, variant: Variant) -> Answer:
     except OutputError as problem:
         said.append(problem.diagnostic)
     line = _named(line_of(variant, {name: digest(data) for name, data in files.items()}, said), root, bundle)
-    inputs = tuple(f"/{path.relative_to(root)}" for path in compiled.inputs if path.is_relative_to(root))
+    read = _read(root, compiled) if files else {}
+    lacking = _lacking(root, compiled, said)
+    if task.out and not lacking:
+        folder = folder_of(task.out)
+        there = Maker(maker.job._replace(key=task.key), folder)
+        resolved = [tuple(_shown(text, root, bundle) for text in one) for one in compiled.resolved]
+        return Answer(line, {}, {}, False, there.take(variant, line, files, read, resolved))
     packed = {name: zlib.compress(data, 1) for name, data in files.items()}
-    return Answer(line, packed, inputs, _lacking(root, compiled, said))
+    return Answer(line, packed, read, lacking)
+
+
+def _read(root: Path, compiled: Compiled) -> dict[str, str]:
+    """Return the digests of the files that a variant was made of, by their paths where the sweep was asked for."""
+    inputs = [path for path in dict.fromkeys(compiled.inputs) if path.is_relative_to(root) and path.is_file()]
+    return {f"/{path.relative_to(root)}": digest(path.read_bytes()) for path in inputs}
 
 
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
@@ -235,12 +259,13 @@ def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer
     from .library import compiled_here
 
     job = maker.job
-    compiled = compiled_here(job.description.path, Asked("", job.shared, job.packages, []), variant)
+    compiled = compiled_here(job.description.path, Asked("", job.shared, job.packages, []), variant, maker.kept)
     lacking = _lacking(root, compiled, compiled.diagnostics)
     inputs = tuple(Path(_shown(str(path), root, bundle)) for path in compiled.inputs)
     said = [_moved(one, root, bundle) for one in compiled.diagnostics]
     resolved = tuple(Resolved(*(_shown(text, root, bundle) for text in one)) for one in compiled.resolved)
-    return Answer("", {}, (), lacking, compiled._replace(inputs=inputs, diagnostics=said, resolved=resolved))
+    moved = compiled._replace(inputs=inputs, diagnostics=said, resolved=resolved)
+    return Answer("", {}, {}, lacking, compiled=moved)
 
 
 def _lacking(root: Path, compiled: Compiled, said: Iterable[Diagnostic]) -> bool:
@@ -356,7 +381,7 @@ class _Flight:
             self.send(self.batch)
             self.batch = []
 
-    def land(self) -> Iterator[tuple[int, Variant, dict[str, bytes], Answer | None]]:
+    def land(self) -> Iterator[tuple[int, Variant, Answer | None]]:
         """Yield what came back; None for a variant whose worker died again and again. Raises Stopped."""
         self.flush()
         try:
@@ -376,8 +401,8 @@ class _Flight:
             each = max(answers.seconds / max(1, len(batch)), 1e-3)
             self.size = max(1, min(_MAX_BATCH, round(_BATCH_SECONDS / each)))
         known = dict(answers.answers) if isinstance(answers, Answers) else {}
-        for index, variant, files in batch:
-            yield index, variant, files, known.get(index)
+        for index, variant, _ in batch:
+            yield index, variant, known.get(index)
 
     def _result(self, future: Any, batch: list[tuple[int, Variant, dict[str, bytes]]]) -> Answers | str | None:
         """Return the answers of a batch; None if it was sent once more, a text if its worker died too often."""
@@ -428,12 +453,11 @@ def _failed(problem: BaseException) -> Diagnostic:
 class Cluster:
     """Makes variants on a cluster; the artifacts come back, and are written here."""
 
-    def __init__(self, job: Job, folder: VariantsFolder, client: Any) -> None:
+    def __init__(self, job: Job, folder: Folder, client: Any) -> None:
         self.maker = Maker(job, folder)
         self.client = client
         self.flight: _Flight | None = None
         self.resolved: list[list[str]] = []
-        self.digests: dict[str, str] = {}
         self.done: list[Result] = []
 
     @property
@@ -448,26 +472,25 @@ class Cluster:
             compiled = self.maker.compiled(variant)
             made = bundle(job.description.path, compiled, job.packages)
             self.resolved = [list(one) for one in compiled.resolved]
-            self.digests = {name: digest(data) for name, data in made.files.items()}
-            self.flight = _Flight(self.client, made, Task(job.shared, job.trust, False))
+            out = self.maker.folder.address if isinstance(self.maker.folder, RemoteFolder) else ""
+            self.flight = _Flight(self.client, made, Task(job.shared, job.trust, out=out, key=job.key))
         self.flight.submit(index, variant)
 
     def results(self) -> list[Result]:
         """Return what became of some variants. Raises Stopped."""
         if self.flight is None:
             return []
-        return [(index, self._taken(variant, files, answer)) for index, variant, files, answer in self.flight.land()]
+        return [(index, self._taken(variant, answer)) for index, variant, answer in self.flight.land()]
 
-    def _taken(self, variant: Variant, files: Mapping[str, bytes], answer: Answer | None) -> Made:
+    def _taken(self, variant: Variant, answer: Answer | None) -> Made:
         if answer is None:
             return died(variant)
         if answer.lacking:
             return self.maker.make(variant)
-        known = {**self.digests, **{name: digest(data) for name, data in files.items()}}
-        unknown = any(name not in known for name in answer.inputs)
-        read = {} if unknown else {name: known[name] for name in answer.inputs}
+        if answer.made is not None:
+            return answer.made
         artifacts = {name: zlib.decompress(data) for name, data in answer.files.items()}
-        return self.maker.take(variant, answer.line, artifacts, read, self.resolved)
+        return self.maker.take(variant, answer.line, artifacts, answer.read, self.resolved)
 
     def close(self) -> None:
         """Ask for nothing more, and leave the cluster."""
@@ -495,7 +518,7 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
                 if flight is None:
                     compiled = compiled_here(first, asked, variant)
                     made = bundle(first, compiled, asked.packages)
-                    flight = _Flight(client, made, Task(asked.arguments, False, True))
+                    flight = _Flight(client, made, Task(asked.arguments, False, whole=True))
                     yield compiled
                     continue
                 flight.submit(index, variant)
@@ -503,7 +526,7 @@ def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Varia
                 return
             if not flight.flying and not flight.batch:
                 continue
-            for _, variant, _, answer in flight.land():
+            for _, variant, answer in flight.land():
                 if answer is None:
                     yield Compiled(None, (), [death(variant)], (), variant=variant)
                 elif answer.lacking or answer.compiled is None:

@@ -17,14 +17,14 @@ from ...frontend.arguments import declared
 from ...frontend.load import LoadError
 from ...frontend.variants import Variants
 from ...output import OutputError, explained
-from ...output.variants import VariantsFolder
+from ...output.remote import folder_of
 from ...project import Description
 from ..given import Given, given_arguments
 from ..options import argument_options, console_of, format_options, one_robot, package_option, place
 from ..robots import no_stdin, one
 from ..usage import FINE, PROBLEMS, WrongUsage
 from .engines import Engine, InProcess, Processes
-from .making import Job, Maker, job
+from .making import Folder, Job, Maker, job
 from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
 from .telling import Teller
@@ -100,7 +100,7 @@ class Sweep(NamedTuple):
     given: Given
     description: Description
     variants: Variants
-    folder: VariantsFolder
+    folder: Folder
 
 
 def run(options: argparse.Namespace) -> int:
@@ -117,7 +117,7 @@ def run(options: argparse.Namespace) -> int:
         variants, wrong = _listed(options, shared, given, description)
         if wrong:
             raise _Refused(wrong)
-        sweep = Sweep(options, console, given, description, variants, VariantsFolder(Path(options.output)))
+        sweep = Sweep(options, console, given, description, variants, folder_of(options.output))
         made = job(description, shared, given.packages, given.trust, sweep.folder.base)
         code = _made(sweep, made)
     except (LoadError, OutputError, Stopped) as problem:
@@ -168,7 +168,7 @@ def _made(sweep: Sweep, made: Job) -> int:
         with sweep.folder.held(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
             asked = Asked(sweep.variants, maker.known, engine, index.outdate)
-            head: dict[str, object] = {"description": os.path.relpath(sweep.description.path, sweep.folder.base)}
+            head: dict[str, object] = {"description": sweep.folder.named(sweep.description.path)}
             try:
                 run_all(asked, index, counts, teller.take, head)
             except BaseException:

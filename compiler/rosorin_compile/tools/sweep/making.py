@@ -23,6 +23,7 @@ from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
 from ...output import OutputError, check_names, encoded, explained, stamp
 from ...output.ours import digest
+from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
 from ...project import Description, Resolved, shown
 from ...units import Quantity
@@ -30,6 +31,7 @@ from ...units import Quantity
 if TYPE_CHECKING:
     from ...pipeline import Compiled
 
+Folder = VariantsFolder | RemoteFolder
 MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
 
 
@@ -79,7 +81,7 @@ def job(
 class Maker:
     """Makes variants of a job, in one process."""
 
-    def __init__(self, job: Job, folder: VariantsFolder) -> None:
+    def __init__(self, job: Job, folder: Folder) -> None:
         self.job = job
         self.folder = folder
         self.kept = Kept()

@@ -24,7 +24,7 @@ from ..options import argument_options, console_of, format_options, one_robot, p
 from ..robots import no_stdin, one
 from ..usage import FINE, PROBLEMS, WrongUsage
 from .engines import Engine, InProcess, Processes
-from .making import Folder, Job, Maker, job
+from .making import Folder, Job, Maker, job, plain
 from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
 from .telling import Teller
@@ -169,6 +169,8 @@ def _made(sweep: Sweep, made: Job) -> int:
             index = sweep.folder.index()
             asked = Asked(sweep.variants, maker.known, engine, index.outdate)
             head: dict[str, object] = {"description": sweep.folder.named(sweep.description.path)}
+            if made.shared:
+                head["arguments"] = plain(made.shared)
             try:
                 run_all(asked, index, counts, teller.take, head)
             except BaseException:

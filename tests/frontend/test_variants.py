@@ -132,7 +132,10 @@ def test_a_broken_file_of_a_folder_is_wrong_with_its_variant_alone() -> None:
             "name,mats\nr1,1\n",
             'fleet.csv:1:6: error[unknown-argument]: the description has no argument "mats"; did you mean "mast"?',
         ),
-        ("name,mast,mast\nr1,1,2\n", 'fleet.csv:1:11: error[variants-list]: the column "mast" stands twice; remove one'),
+        (
+            "name,mast,mast\nr1,1,2\n",
+            'fleet.csv:1:11: error[variants-list]: the column "mast" stands twice; remove one',
+        ),
         (
             "name,mast\nr1\n",
             "fleet.csv:2:1: error[variants-list]: this row has 1 cell, and the header 2; "

@@ -70,7 +70,10 @@ def files() -> dict[str, str]:
 
 
 def heights() -> dict[str, str]:
-    return {path.parent.name: path.read_text().split("<joint")[1].split('xyz="')[1].split('"')[0] for path in OUT.glob("*/mast.urdf")}
+    return {
+        path.parent.name: path.read_text().split("<joint")[1].split('xyz="')[1].split('"')[0]
+        for path in OUT.glob("*/mast.urdf")
+    }
 
 
 def table(capsys: Shown) -> dict[str, int]:
@@ -221,7 +224,9 @@ def test_a_folder_of_calibrations(capsys: Shown) -> None:
     assert heights() == {"a": "0.003 0 0.3", "b": "0.004 0 0.3"}
     Path("descriptions/mast/arms/b.yaml").write_text("kal: {x: 1}\n")
     sweep(over="descriptions/mast/arms", code=1)
-    assert 'arms/b.yaml:1:1: error[unknown-argument]: b: the description has no argument "kal"' in capsys.readouterr().err
+    assert (
+        'arms/b.yaml:1:1: error[unknown-argument]: b: the description has no argument "kal"' in capsys.readouterr().err
+    )
     for name in "ab":
         Path("descriptions/mast/arms", f"{name}.yaml").write_text(f"x: {ord(name)} mm\nsize: {ord(name)} cm\n")
     sweep("--as", "cal", over="descriptions/mast/arms")
@@ -298,7 +303,10 @@ def test_a_variant_that_is_not_in_the_list_any_more(capsys: Shown) -> None:
     Path("fleet.csv").write_text("name\nr2\n")
     capsys.readouterr()
     sweep()
-    assert "note[variant-forgotten]: 2 variants of build are not in the list, and kept: r1 and r3" in capsys.readouterr().err
+    assert (
+        "note[variant-forgotten]: 2 variants of build are not in the list, and kept: r1 and r3"
+        in capsys.readouterr().err
+    )
     assert (OUT / "r1/mast.urdf").exists()
     sweep("--prune")
     assert "2 variants removed that are not in the list" in capsys.readouterr().out

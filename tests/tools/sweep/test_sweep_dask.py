@@ -81,7 +81,8 @@ def main():
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1") as cluster:
         with Client(cluster) as client:
             rows = ({"name": f"x{n}", "height": n / 100} for n in range(1, 31))
-            made = {one.variant.name: one for one in rosorin_compile.sweep("mast", rows, {"table": "cal.yaml"}, client=client)}
+            every = rosorin_compile.sweep("mast", rows, {"table": "cal.yaml"}, client=client)
+            made = {one.variant.name: one for one in every}
             here = {one.variant.name: one for one in rosorin_compile.sweep("mast", "fleet.csv")}
             there = {one.variant.name: one for one in rosorin_compile.sweep("mast", "fleet.csv", client=client)}
     assert {name: one.robot.joint["mast_joint"].origin.xyz[2] for name, one in made.items()} == {

@@ -140,7 +140,7 @@ def test_a_process_that_dies_takes_no_other_variant_along() -> None:
     assert Path("out/r5/mast.urdf").exists()
 
 
-def test_ctrl_c_leaves_what_is_made_and_says_how_to_go_on(home: Path) -> None:
+def test_ctrl_c_leaves_what_is_made_and_says_how_to_go_on() -> None:
     Path("many.csv").write_text("name,height\n" + "".join(f"r{n},{n} mm\n" for n in range(1, 3_000)))
     words = ["-m", "rosorin_compile", "sweep", "mast", "--over", "many.csv", "-o", "out", "-j", "2"]
     process = subprocess.Popen(

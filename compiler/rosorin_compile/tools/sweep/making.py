@@ -1,7 +1,7 @@
 """Making: one variant of a sweep, from its arguments to the folder of its artifacts, and knowing one that is made.
 
-The index, ``sweep.json``, is a JSON object whose ``variants`` stand in a line each; where ``-a`` gives arguments for all,
-they are its ``arguments``. A line is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
+The index, ``sweep.json``, is a JSON object whose ``variants`` stand in a line each; where ``-a`` gives arguments for
+all, they are its ``arguments``. A line is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
 ``status`` (made or error), ``artifacts`` (SHA-256 by name) and ``diagnostics`` as ``--format json`` has them. Nothing
 in it depends on the time, on the machine or on who made it.
 """

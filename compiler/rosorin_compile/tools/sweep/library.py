@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, error
 from ...frontend.arguments import declared
-from ...frontend.asked import Asked, ask, description_of
+from ...frontend.asked import ask, description_of
 from ...frontend.expand.files import Kept
 from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
 from ...pipeline import Compiled

@@ -230,7 +230,7 @@ def _forget(sweep: Sweep) -> None:
 def _tell_changed(sweep: Sweep, counts: Counts, maker: Maker) -> None:
     """Say that a file was changed while variants were made of it, and that artifacts were edited."""
     said = []
-    if not all(maker.fresh(made_of) for made_of in counts.made_of if made_of):
+    if not all(maker.fresh(made_of) for made_of in counts.made_of):
         message = "a file of the description was changed during the sweep: some variants were made before, some after"
         said.append(Diagnostic("variant-outdated", WARNING, message, help="the same command makes those anew"))
     if counts.edited:

@@ -65,9 +65,7 @@ class Made(NamedTuple):
     fatal: Diagnostic | None = None
 
 
-def job(
-    description: Description, shared: Mapping[str, Any], packages: Mapping[str, Path], trust: bool, out: Path
-) -> Job:
+def job(description: Description, shared: dict[str, Any], packages: Mapping[str, Path], trust: bool, out: Path) -> Job:
     """Return what is the same for all variants of a sweep into the folder ``out``."""
     told = {
         "tool": stamp.tool_mark(),
@@ -77,7 +75,7 @@ def job(
         "trust": trust,
     }
     key = digest(json.dumps(told, sort_keys=True).encode())
-    return Job(description, dict(shared), dict(packages), trust, key)
+    return Job(description, shared, dict(packages), trust, key)
 
 
 class Maker:

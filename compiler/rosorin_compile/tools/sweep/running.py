@@ -41,7 +41,6 @@ class Counts:
         self.size = 0
         self.edited = 0
         self.made_of: set[str] = set()
-        self.doubtful = 0
         self.begun = time.monotonic()
         self.recent: deque[tuple[float, int]] = deque()
 
@@ -65,7 +64,7 @@ class Counts:
         self.by_state[made.state] += 1
         self.size += made.size
         self.edited += made.edited
-        if made.state == MADE and len(self.made_of) < WAITING:
+        if made.made_of and len(self.made_of) < WAITING:
             self.made_of.add(made.made_of)
 
     def show(self) -> None:

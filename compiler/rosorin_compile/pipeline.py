@@ -30,7 +30,9 @@ if TYPE_CHECKING:
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
     from .frontend.asked import Asked
+    from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
+    from .frontend.variants import Variant
     from .project import Resolved
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
@@ -44,6 +46,7 @@ class Compiled(NamedTuple):
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
     packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
+    ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
 
     robot: Robot | None
@@ -52,6 +55,7 @@ class Compiled(NamedTuple):
     inputs: tuple[Path, ...]
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
+    variant: Variant | None = None
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""
@@ -96,13 +100,15 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     wanted: Sequence[str] = (),
+    kept: Kept | None = None,
 ) -> Understood:
     """Return what the description whose first file is ``path`` says; no artifact is made.
 
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
-    are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``.
+    are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``, ``kept`` as in
+    ``expand``.
     """
-    return judged(expand(path, arguments or {}, Readers(), tell, packages), wanted)
+    return judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted)
 
 
 def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
@@ -232,13 +238,14 @@ def compile_robot(
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
     wanted: Sequence[str] = (),
+    kept: Kept | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``.
+    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``.
     """
-    understood = understand(path, arguments, tell, packages, wanted)
+    understood = understand(path, arguments, tell, packages, wanted, kept)
     compiled = emitted(understood, path, search, wanted)
     if understood.expanded.scope is not None:
         understood.expanded.scope.ledger.forget()

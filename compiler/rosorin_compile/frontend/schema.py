@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Mapping, Sequence
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from ..project import data_folder
@@ -55,6 +55,36 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
         return schema()
     whole, section = schema(), schema()["properties"]["outputs"]
     return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
+
+
+class Judge:
+    """A schema, what says that a value certainly fits it, and its validator, which is made when it is asked for."""
+
+    def __init__(self, schema: dict[str, Any]) -> None:
+        self.schema = schema
+        self.certain = Certain(schema)
+
+    @cached_property
+    def validator(self) -> Any:
+        """What says where a value does not fit."""
+        return validator_of(self.schema)
+
+
+def judge_of(outputs: Any, formats: Mapping[str, Format]) -> Judge:
+    """Return what judges a description with these outputs, made once for outputs of the same names and formats."""
+    schema = with_outputs(outputs, formats)
+    options = schema["properties"]["outputs"].get("properties", {})
+    # The options of a format live as long as the program: the same ones are told by their identity.
+    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
+    if key not in _judges:
+        if len(_judges) >= _MAX_JUDGES:
+            _judges.clear()
+        _judges[key] = Judge(schema)
+    return _judges[key]
+
+
+_judges: dict[tuple[Any, ...], Judge] = {}
+_MAX_JUDGES = 100
 
 
 def with_formats(formats: Iterable[Format]) -> dict[str, Any]:

@@ -10,8 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
-from .certain import Certain
-from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, validator_of, with_outputs
+from .schema import ONE_ENTRY, Judge, Steps, backend_of, judge_of, subject, unit_at
 from .tree import Map, Seq, locate
 
 if TYPE_CHECKING:
@@ -38,10 +37,10 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     walk = _Walk()
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
-    schema = with_outputs(plain.get("outputs"), formats)
+    judge = judge_of(plain.get("outputs"), formats)
     # Of a large tree the validator takes less time.
-    if len(walk.done) > MANY or not Certain(schema).fits(plain):
-        diagnostics += _complaints(tree, plain, schema)
+    if len(walk.done) > MANY or not judge.certain.fits(plain):
+        diagnostics += _complaints(tree, plain, judge)
     for path, quantity in walk.misfits:
         diagnostics += _wrong_unit(tree, path, quantity, _dimensions(tuple(path)) or ())
     for path, quantity, allowed in _of_options(tree, formats):
@@ -49,14 +48,13 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     return diagnostics
 
 
-def _complaints(tree: Map, plain: Any, schema: dict[str, Any]) -> Iterator[Diagnostic]:
+def _complaints(tree: Map, plain: Any, judge: Judge) -> Iterator[Diagnostic]:
     """Yield what the validator says."""
-    held = validator_of(schema)
-    if not held.is_valid(plain):
+    if not judge.validator.is_valid(plain):
         from .complaint import Complaint
 
-        for problem in held.iter_errors(plain):
-            yield from Complaint(tree, problem, schema).diagnostics()
+        for problem in judge.validator.iter_errors(plain):
+            yield from Complaint(tree, problem, judge.schema).diagnostics()
 
 
 def _of_options(tree: Map, formats: Mapping[str, Format]) -> Iterator[tuple[Steps, Quantity, Dimension]]:

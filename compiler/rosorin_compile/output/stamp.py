@@ -36,7 +36,7 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
         if path is None:
             return None
         stamp = json.loads(recalled(path) or b"")
-        if stamp["tool"] != _tool() or contents(os.fspath(folder)) != stamp["outputs"]:
+        if stamp["tool"] != tool_mark() or contents(os.fspath(folder)) != stamp["outputs"]:
             return None
         if any(digest(Path(name).read_bytes()) != read for name, read in stamp["inputs"].items()):
             return None
@@ -74,7 +74,13 @@ def remember(
         read = {name: digest(Path(name).read_bytes()) for name in names}
         if begun is not None and any(changed(name) >= begun for name in names):
             return False
-        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages, "resolved": list(resolved)}
+        stamp = {
+            "tool": tool_mark(),
+            "inputs": read,
+            "outputs": written,
+            "messages": messages,
+            "resolved": list(resolved),
+        }
         keep(path, json.dumps(stamp).encode())
         return True
     return False
@@ -91,7 +97,7 @@ def tool_folders() -> list[str]:
     return [str(Path(__file__).parent.parent), *(str(data_folder(name)) for name in DATA)]
 
 
-def _tool() -> str:
+def tool_mark() -> str:
     """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
     parts = [f"{__version__} {sys.version}", *(mark for folder in tool_folders() for mark in marks(folder))]
     return digest("\n".join([*parts, *plugins.mark()]).encode("utf-8", "surrogateescape"))

@@ -37,6 +37,7 @@ def hook(event, arguments):
         opened.append(os.path.abspath(os.fsdecode(arguments[0])))
 sys.argv = ["rosorin-compile", *sys.argv[2:]]
 log = os.environ.pop("LOG")
+del sys.path[0]  # the folder of this script
 sys.addaudithook(hook)
 try:
     runpy.run_module("rosorin_compile", run_name="__main__", alter_sys=True)
@@ -167,7 +168,7 @@ def test_the_artifacts_are_those_of_the_command(lamp: Path, tmp_path: Path, monk
 
 def test_a_file_that_is_not_declared_is_missed(lamp: Path, tmp_path: Path) -> None:
     target = {"name": "lamp", "description": "descriptions/lamp/robot.yaml", "tool": "tools/rosorin-compile"}
-    with pytest.raises(AssertionError, match="cannot read descriptions/lamp/shade.yaml"):
+    with pytest.raises(AssertionError, match=r"cannot read descriptions/lamp/shade\.yaml"):
         by_hand(action(target), lamp, tmp_path / "hand")
 
 
@@ -177,7 +178,7 @@ def test_the_folder_of_a_package_is_that_of_its_package_xml() -> None:
     made = action({**target, "packages": {"arm": files}, "trust": True})
     assert made["argv"][-3:] == ["--package", "arm=ros/arm", "--trust"]
     assert made["inputs"] == ["robot.yaml", *files]
-    with pytest.raises(starlark.StarlarkError, match="has no package.xml"):
+    with pytest.raises(starlark.StarlarkError, match=r"has no package\.xml"):
         action({**target, "packages": {"arm": files[:1]}})
     with pytest.raises(starlark.StarlarkError, match="has no description"):
         action({"name": "lamp", "tool": "tools/rosorin-compile"})

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from .rules.case import Case
     from .tools.sides import diff
+    from .tools.sweep.library import sweep
 
 # Each public name and the module that has it.
 _HOMES = {
@@ -47,6 +48,7 @@ _HOMES = {
     "function": "frontend.expression.functions",
     "read": "pipeline",
     "rule": "diagnostics.registry",
+    "sweep": "tools.sweep.library",
 }
 
 __all__ = [
@@ -70,6 +72,7 @@ __all__ = [
     "function",
     "read",
     "rule",
+    "sweep",
 ]
 
 

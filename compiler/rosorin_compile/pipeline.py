@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from .formats.mesh_files import Searched
     from .frontend.asked import Asked
     from .frontend.expand.included_robots import How, Tell
+    from .frontend.variants import Variant
     from .project import Resolved
 
 Search = Callable[[Map, Sequence[Output]], "Searched"]
@@ -44,6 +45,7 @@ class Compiled(NamedTuple):
 
     ``inputs`` are the files that were read, templates of the description included; ``resolved`` says where the names of
     packages and of mesh files led. ``meshes`` are the mesh files that were looked for; None if none were.
+    ``variant`` is which of many robots it is, if ``sweep`` made it.
     """
 
     robot: Robot | None
@@ -52,6 +54,7 @@ class Compiled(NamedTuple):
     inputs: tuple[Path, ...]
     resolved: tuple[Resolved, ...] = ()
     meshes: Searched | None = None
+    variant: Variant | None = None
 
     def __repr__(self) -> str:
         """Return what there is, without the texts of the artifacts."""

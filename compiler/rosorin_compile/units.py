@@ -114,6 +114,10 @@ class Quantity(float):
         made.text = text
         return made
 
+    def __getnewargs__(self) -> tuple[float, Dimension, str]:  # type: ignore[override]
+        """Return what a copy is made of, in this process or another one."""
+        return float(self), self.dimension, self.text
+
 
 def dimension_of(value: float) -> Dimension | None:
     """Return the dimension of a quantity, None for a bare number."""

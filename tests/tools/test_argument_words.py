@@ -29,6 +29,7 @@ WORDS = {
     "print": ["urdf", "r.yaml"],
     "check": ["r.yaml", "--every-argument"],
     "watch": ["r.yaml"],
+    "sweep": ["r.yaml", "--over", "fleet.csv", "-o", "made"],
     "collisions": ["r.yaml"],
     "import": ["r.xacro", "-o", "made"],
     "diff": ["r.yaml", "r.yaml"],
@@ -72,7 +73,8 @@ def test_a_word_sets_what_the_option_sets(
     name: str, home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A name that the robot does not have is refused in the same words, wherever the word stands."""
-    write_files(home, {"r.yaml": ROBOT, "r.xacro": XACRO, "package.xml": "<package><name>p</name></package>"})
+    files = {"r.yaml": ROBOT, "r.xacro": XACRO, "fleet.csv": "name\nr1\n"}
+    write_files(home, {**files, "package.xml": "<package><name>p</name></package>"})
     monkeypatch.setattr(watch, "signal", mock.MagicMock())
     monkeypatch.setattr(watch, "time", SimpleNamespace(sleep=interrupted))
     command, words = name.split(), WORDS[name]

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from typing import TextIO
 
 from .wording import printable
@@ -32,7 +33,7 @@ class _Line:
         self.due = self.next = self.clock() + AFTER
         self.text, self.shown = "", False
 
-    def step(self, what: str, done: int, total: int, counted: bool) -> None:
+    def step(self, what: str, done: int, total: int, counted: bool, more: str = "") -> None:
         """Show a step when it is time; the first one of its kind at once, since none may follow for long."""
         now = self.clock()
         fresh = what != self.text
@@ -47,6 +48,7 @@ class _Line:
             share = min(1.0, done / total)  # a recording may hold more than it says
             full = int(_WIDTH * share)
             text += f" [{'#' * full}{'.' * (_WIDTH - full)}] {int(100 * share):3d}%"
+        text += printable(more)
         self.shown = True
         self._write(f"\r{_cut(text, self._columns() - 1)}\x1b[K")
 
@@ -96,10 +98,24 @@ def about(what: str) -> None:
         _line.about = what
 
 
-def step(what: str, done: int = 0, total: int = 0, counted: bool = True) -> None:
-    """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share."""
+def step(what: str, done: int = 0, total: int = 0, counted: bool = True, more: str = "") -> None:
+    """Say what is being done now, and that ``done`` of ``total`` (0: nobody knows) are; not ``counted``: a share.
+
+    ``more`` stands behind it, such as a rate.
+    """
     if _line is not None:
-        _line.step(what, done, total, counted)
+        _line.step(what, done, total, counted, more)
+
+
+@contextmanager
+def within() -> Iterator[None]:
+    """Show nothing of the steps within a step that is shown already."""
+    global _line
+    line, _line = _line, None
+    try:
+        yield
+    finally:
+        _line = line
 
 
 def part(what: str, index: int, count: int) -> Callable[[float], None]:

@@ -101,10 +101,11 @@ def as_json(diagnostics: Sequence[Diagnostic]) -> str:
     """Return diagnostics as a JSON list of objects."""
     import json
 
-    return json.dumps([_object(diagnostic) for diagnostic in diagnostics], indent=2) + "\n"
+    return json.dumps([as_object(diagnostic) for diagnostic in diagnostics], indent=2) + "\n"
 
 
-def _object(diagnostic: Diagnostic) -> dict[str, object]:
+def as_object(diagnostic: Diagnostic) -> dict[str, object]:
+    """Return a diagnostic as JSON has it."""
     related = [{"message": r.message, **_where(r.span)} for r in diagnostic.related]
     return {
         "rule": diagnostic.rule,

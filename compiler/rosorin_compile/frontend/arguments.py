@@ -44,7 +44,7 @@ def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
     for path in files:
         given = load_mapping(path, shown(path))
         for name, value in given.items():
-            if _has_expression(value):
+            if has_expression(value):
                 message = f'the argument "{name}" is an expression; a file of arguments holds values'
                 raise LoadError(error("bad-argument", message, given.value_spans[name], "write its result"))
         if made is None:
@@ -60,11 +60,12 @@ def read(files: Iterable[Path], texts: Mapping[str, str]) -> Map:
     return made
 
 
-def _has_expression(value: Any) -> bool:
+def has_expression(value: Any) -> bool:
+    """Say whether a value of a file of arguments is to be calculated."""
     if isinstance(value, Map):
-        return any(map(_has_expression, value.values()))
+        return any(map(has_expression, value.values()))
     if isinstance(value, Seq):
-        return any(map(_has_expression, value))
+        return any(map(has_expression, value))
     return isinstance(value, str) and "${" in value
 
 

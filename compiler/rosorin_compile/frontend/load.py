@@ -10,7 +10,7 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 
@@ -132,6 +132,28 @@ def parse_yaml(source: Source, via: Instance | None = None) -> Any:
         raise LoadError(explained(source, problem)) from None
 
 
+class Entry(NamedTuple):
+    """One entry of a list (``key`` is None) or of a mapping."""
+
+    key: str | None
+    value: Any
+    key_span: Span
+    span: Span
+
+
+def each_entry(source: Source) -> Iterator[Entry]:
+    """Yield the entries of a YAML list or mapping one by one; none is held. Raises LoadError.
+
+    A mapping may have a key twice: who asks looks after that.
+    """
+    try:
+        yield from _Composer(source, None).entries()
+    except yaml.YAMLError as problem:
+        from .yaml_mistakes import explained
+
+        raise LoadError(explained(source, problem)) from None
+
+
 def load_mapping(path: Path, shown: str, asked: Span | None = None, via: Instance | None = None) -> Map:
     """Read a YAML file whose top is a mapping. Raises LoadError."""
     source = read_text(path, shown, asked)
@@ -183,6 +205,25 @@ class _Composer:
             elif isinstance(event, (yaml.NodeEvent, yaml.AliasEvent)):
                 tree = self.value(event, events, 0)
         return tree
+
+    def entries(self) -> Iterator[Entry]:
+        """Yield what the top of the document holds, each with as many values as a document may have."""
+        events = iter(self.parser.get_event, None)
+        for event in events:
+            if isinstance(event, yaml.DocumentStartEvent) and self.nodes:
+                raise self.fail("yaml-documents", "this is one YAML document", event, 'remove the "---"')
+            if isinstance(event, yaml.ScalarEvent) and event.value:
+                raise self.fail("not-a-mapping", f"{self.source.path} is a text", event, "write a list or a mapping")
+            if not isinstance(event, (yaml.MappingStartEvent, yaml.SequenceStartEvent)):
+                continue
+            named = isinstance(event, yaml.MappingStartEvent)
+            for first in events:
+                if isinstance(first, (yaml.MappingEndEvent, yaml.SequenceEndEvent)):
+                    break
+                key = self.key(first) if named else None
+                event = next(events) if named else first
+                self.nodes = 1
+                yield Entry(key, self.value(event, events, 1), self.span(first), self.span(event))
 
     def span(self, event: Any) -> Span:
         start, end = event.start_mark, event.end_mark

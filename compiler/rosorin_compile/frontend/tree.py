@@ -86,7 +86,7 @@ class Kept(Text):
     __slots__ = ("via",)
     via: Instance | None
 
-    def __new__(cls, text: str, via: Instance | None) -> Kept:
+    def __new__(cls, text: str, via: Instance | None = None) -> Kept:
         made = super().__new__(cls, text)
         made.via = via
         return made

@@ -120,7 +120,7 @@ def write_set(
     another name (any other word). Raises OutputError.
     """
     _check_place(folder)
-    _check_names(files)
+    check_names(files)
     contents = {name: encoded(name, files[name]) for name in sorted(files)}
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
@@ -169,7 +169,8 @@ def _check_place(folder: Path) -> None:
         raise OutputError("output-folder", message, 'name a folder of its own, such as "outputs/my_robot"')
 
 
-def _check_names(files: Collection[str]) -> None:
+def check_names(files: Collection[str]) -> None:
+    """Raise OutputError for a name that is none below the folder, or that of the folder of another one."""
     for name in sorted(files):
         parts = name.split("/")
         if not name.isprintable() or any(part in ("", ".", "..") or part.casefold() == ".git" for part in parts):

@@ -45,7 +45,7 @@ def tidy(parent: Path) -> None:
         if entry.stat(follow_symlinks=False).st_uid != os.geteuid():
             continue
         if entry.is_dir(follow_symlinks=False):
-            _discard(parent / entry.name)
+            discard(parent / entry.name)
         elif entry.is_file(follow_symlinks=False):
             with suppress(OSError):
                 (parent / entry.name).unlink()
@@ -67,7 +67,7 @@ def replace(folder: Path, fresh: Mapping[str, bytes], carried: There, seen: Ther
         if old is not None:
             _rescue(old, folder, fresh, seen)
     finally:
-        _discard(stage)
+        discard(stage)
 
 
 def _fill(new: Path, folder: Path, fresh: Mapping[str, bytes], carried: There) -> None:
@@ -79,7 +79,7 @@ def _fill(new: Path, folder: Path, fresh: Mapping[str, bytes], carried: There) -
             (new / name).mkdir()
             folders[new / name] = folder / name
         else:
-            _carry(folder / name, new / name)
+            carry(folder / name, new / name)
     for name, data in fresh.items():
         (new / name).parent.mkdir(parents=True, exist_ok=True)
         _write(new / name, data)
@@ -128,7 +128,7 @@ def _make_like(path: Path, model: Path) -> None:
     path.chmod(stat.S_IMODE(wanted.st_mode))
 
 
-def _carry(source: Path, target: Path) -> None:
+def carry(source: Path, target: Path) -> None:
     """Let a file stand in the new folder too: the same file where links can be made, else a copy. Raises OSError."""
     try:
         os.link(source, target, follow_symlinks=False)
@@ -155,7 +155,7 @@ def _rescue(old: Path, folder: Path, fresh: Mapping[str, bytes], seen: There) ->
             (old / name).replace(folder / name)
 
 
-def _discard(stage: Path) -> None:
+def discard(stage: Path) -> None:
     """Remove the folder of a run, after bringing back what only it holds. What cannot be removed stays."""
     with suppress(OSError):
         recover(stage / _ASIDE, stage.parent)

@@ -46,7 +46,7 @@ def recall(key: Mapping[str, Any], folder: Path, leads: Callable[[Resolved], str
         if path is None:
             return None
         stamp = json.loads(recalled(path) or b"")
-        if stamp["tool"] != _tool() or not _same_outputs(stamp["outputs"], folder):
+        if stamp["tool"] != tool_mark() or not _same_outputs(stamp["outputs"], folder):
             return None
         if any(_digest(Path(name).read_bytes()) != digest for name, digest in stamp["inputs"].items()):
             return None
@@ -84,7 +84,13 @@ def remember(
         read = {name: _digest(Path(name).read_bytes()) for name in names}
         if begun is not None and any(_changed(name) >= begun for name in names):
             return
-        stamp = {"tool": _tool(), "inputs": read, "outputs": written, "messages": messages, "resolved": list(resolved)}
+        stamp = {
+            "tool": tool_mark(),
+            "inputs": read,
+            "outputs": written,
+            "messages": messages,
+            "resolved": list(resolved),
+        }
         keep(path, json.dumps(stamp).encode())
 
 
@@ -98,7 +104,7 @@ def _digest(data: bytes) -> str:
     return hashlib.sha256(data).hexdigest()
 
 
-def _tool() -> str:
+def tool_mark() -> str:
     """Return what tells this very tool from another one: versions, and size and time of its files and its plug-ins'."""
     parts = [f"{__version__} {sys.version}"]
     for folder in (Path(__file__).parent.parent, *map(data_folder, DATA)):

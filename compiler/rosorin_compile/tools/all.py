@@ -103,7 +103,7 @@ def _write_one(run: Run, description: Description) -> int:
     from ..output import stamp
 
     key = _key(run, description)
-    remembered = stamp.recall(key, description.outputs, partial(_leads, {})) if run.console.for_people else None
+    remembered = stamp.recall(key, description.outputs, partial(leads, {})) if run.console.for_people else None
     match remembered:
         case [str(said), str(summary), int(stand_ins), list(names), list(inputs)]:
             run.console.again(said)
@@ -201,7 +201,7 @@ def _tell_build(run: Run, description: Description, names: Sequence[str], inputs
     return tell_build(run, run.options.depfile_target or str(made[0]), inputs, made, newer)
 
 
-def _leads(finders: dict[str, Packages], asked: Resolved) -> str:
+def leads(finders: dict[str, Packages], asked: Resolved) -> str:
     """Return where the name of a package or a mesh file leads now; ``finders`` are kept from one to the next."""
     if asked.kind == PYTHON_PACKAGE:
         return resolved(asked.kind, asked.name, asked.by, python_folder(asked.name)).answer

@@ -1,0 +1,93 @@
+"""Library: ``rosorin_compile.sweep``, for people who want numbers of many robots and not files."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ...diagnostics import Diagnostic, error, has_errors
+from ...frontend.arguments import declared
+from ...frontend.asked import Asked, ask, description_of
+from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
+from ...pipeline import Compiled, compile_robot
+from .making import merged
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+
+def sweep(
+    path: str | os.PathLike[str],
+    variants: str | os.PathLike[str] | Mapping[str, Any] | Iterable[Any],
+    arguments: Mapping[str, Any] | None = None,
+    packages: Mapping[str, str | os.PathLike[str]] | None = None,
+    client: Client | None = None,
+) -> Iterator[Compiled]:
+    """Yield what becomes of a description with the arguments of each variant; nothing is written.
+
+    ``variants`` is what ``rosorin-compile sweep --over`` takes, a CSV or YAML file or a folder; or arguments by name;
+    or pairs of a name and arguments, or tables with ``name`` among the arguments, also from a generator. ``arguments``
+    hold for all, where a variant has none of its own; they and ``packages`` are those of ``compile``. Each ``Compiled``
+    has its ``variant``. With ``client``, one of ``dask.distributed``, they are made on its cluster, and come in the
+    order in which they are done; else one after the other, here.
+
+    What is wrong with a variant is among its diagnostics; what is wrong with all, such as the list itself, is a single
+    ``Compiled`` without a variant.
+    """
+    asked = ask(path, arguments, packages)
+    first, wrong = description_of(asked.name) if not asked.diagnostics else (None, asked.diagnostics)
+    if first is None:
+        yield Compiled(None, (), wrong, ())
+        return
+    known, told = declared(first, asked.arguments, asked.packages)
+    listed, wrong = _listed(variants, [argument.name for argument in known])
+    wrong = [one for one in told if one.severity == "error"] or wrong
+    if wrong:
+        yield Compiled(None, (), wrong, ())
+    elif client is not None:
+        from .cluster import compiled_on
+
+        yield from compiled_on(client, first, asked, listed)
+    else:
+        for variant in listed:
+            yield compiled_here(first, asked, variant)
+
+
+def compiled_here(first: Path, asked: Asked, variant: Variant) -> Compiled:
+    """Return what becomes of one variant."""
+    if has_errors(variant.diagnostics):
+        return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
+    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages)
+    return compiled._replace(diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
+
+
+def _listed(variants: Any, arguments: list[str]) -> tuple[Iterable[Variant], list[Diagnostic]]:
+    """Return the variants that are asked for, and what is wrong with their list as a whole."""
+    if isinstance(variants, (str, os.PathLike)):
+        listed = Variants(Path(os.fsdecode(variants)), arguments)
+        return listed, listed.check()
+    if isinstance(variants, Mapping):
+        return _checked(given(variants.items(), "variants")), []
+    if isinstance(variants, Iterable):
+        return _checked(given(map(_pair, variants), "variants")), []
+    message = f"variants are a file, arguments by name, or a list of them; this is of the type {type(variants).__name__}"
+    return (), [error("variants-list", message, None)]
+
+
+def _pair(entry: Any) -> tuple[Any, Any]:
+    """Return the name and the arguments of an entry of a list."""
+    if isinstance(entry, Mapping):
+        return entry.get(NAME, ""), {key: value for key, value in entry.items() if key != NAME}
+    if isinstance(entry, (tuple, list)) and len(entry) == 2:
+        return entry[0], entry[1]
+    return "", entry
+
+
+def _checked(variants: Iterable[Variant]) -> Iterator[Variant]:
+    """Yield variants, those without a name that can be one with an error."""
+    for variant in variants:
+        name = variant.name if isinstance(variant.name, str) else ""
+        named = variant._replace(name=name)
+        yield named._replace(diagnostics=(*variant.diagnostics, *wrong_name(named)))

@@ -1,0 +1,286 @@
+"""Making: one variant of a sweep, from its arguments to the folder of its artifacts, and knowing one that is made.
+
+A line of the index, ``sweep.json``, is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
+``status`` (made or error), ``artifacts`` (SHA-256 by name) and ``diagnostics`` as ``--format json`` has them. Nothing
+in it depends on the time, on the machine or on who made it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import zlib
+from collections.abc import Mapping
+from functools import lru_cache, partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ...diagnostics import Diagnostic, Related, has_errors, progress
+from ...diagnostics.report import as_object
+from ...frontend.tree import Map, Seq, Text
+from ...frontend.variants import Variant
+from ...output import OutputError, check_names, encoded, explained, stamp
+from ...output.ours import digest
+from ...output.variants import Record, VariantsFolder
+from ...project import Description, Resolved, shown
+from ...units import Quantity
+
+if TYPE_CHECKING:
+    from ...pipeline import Compiled
+
+MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
+
+
+class Job(NamedTuple):
+    """What is the same for all variants: the description, arguments that hold for all, packages, and whom to trust.
+
+    ``key`` tells this job from others, and this tool from others.
+    """
+
+    description: Description
+    shared: dict[str, Any]
+    packages: dict[str, Path]
+    trust: bool
+    key: str
+
+
+class Made(NamedTuple):
+    """What became of a variant: its line of the index, how that came about, and the bytes of its artifacts.
+
+    ``made_of`` is the name under which the folder knows the files that it was made of. ``fatal`` is why nothing can be
+    written any more.
+    """
+
+    line: str
+    state: str
+    size: int = 0
+    made_of: str = ""
+    edited: bool = False
+    fatal: Diagnostic | None = None
+
+
+def job(
+    description: Description, shared: Mapping[str, Any], packages: Mapping[str, Path], trust: bool, out: Path
+) -> Job:
+    """Return what is the same for all variants of a sweep into the folder ``out``."""
+    told = {
+        "tool": stamp.tool_mark(),
+        "description": [os.path.relpath(description.path, out), shown(description.path)],
+        "arguments": typed(shared),
+        "packages": {name: os.path.abspath(folder) for name, folder in packages.items()},
+        "trust": trust,
+    }
+    key = digest(json.dumps(told, sort_keys=True).encode())
+    return Job(description, dict(shared), dict(packages), trust, key)
+
+
+class Maker:
+    """Makes variants of a job, in one process."""
+
+    def __init__(self, job: Job, folder: VariantsFolder) -> None:
+        self.job = job
+        self.folder = folder
+        self.fresh = lru_cache(maxsize=10_000)(self._fresh)
+
+    def known(self, variant: Variant) -> Made | None:
+        """Return what is known of a variant that is made already, by this job, and whole; else None."""
+        record = self.folder.record(variant.name)
+        if record is None or record.key != self._key(variant):
+            return None
+        if record.at and record.at != _places(variant):
+            return None
+        if not record.made_of or not self.fresh(record.made_of):
+            return None
+        artifacts = record.artifacts
+        if not self.folder.holds(variant.name, artifacts):
+            return None
+        return Made(record.line, UNCHANGED, 0, record.made_of)
+
+    def make(self, variant: Variant) -> Made:
+        """Make a variant; what is wrong with it is told in its line."""
+        begun = stamp.now()
+        with progress.within():
+            compiled = self.compiled(variant)
+        files: dict[str, bytes] = {}
+        said = [*variant.diagnostics, *compiled.diagnostics]
+        try:
+            if not has_errors(said):
+                files = files_of(compiled)
+        except OutputError as problem:
+            said.append(problem.diagnostic)
+        try:
+            return self._put(variant, files, said, self._made_of(variant, compiled, begun) if files else "")
+        except OutputError as problem:
+            return self._failed(variant, [*said, problem.diagnostic])
+        except OSError as problem:
+            fatal = explained(problem, self.folder.path, "write").diagnostic
+            return Made(line_of(variant, {}, [*said, fatal]), ERROR, fatal=fatal)
+
+    def compiled(self, variant: Variant) -> Compiled:
+        """Return what becomes of a variant; nothing is written."""
+        from ...pipeline import Compiled, compile_robot
+        from ..compiling import proven, search_meshes
+        from ..given import Given
+
+        if has_errors(variant.diagnostics):
+            return Compiled(None, (), [], ())
+        given = Given({}, (), self.job.packages, self.job.trust)
+        name, path, _ = self.job.description
+        search = partial(search_meshes, given, Description(name, path, self.folder.place(variant.name)))
+        tell = _silent if self.job.trust else None
+        return proven(compile_robot(path, merged(self.job.shared, variant), tell, given.packages, search))
+
+    def _put(self, variant: Variant, files: Mapping[str, bytes], said: list[Diagnostic], made_of: str) -> Made:
+        """Write the artifacts of a variant. Raises OutputError, OSError."""
+        before = self.folder.record(variant.name)
+        line = line_of(variant, {name: digest(data) for name, data in files.items()}, said)
+        if has_errors(said):
+            if before is not None:
+                self.folder.drop(variant.name)
+            return Made(line, ERROR)
+        record = Record(self._key(variant), made_of, _places(variant) if _names_list(variant, said) else 0, line)
+        edited = before is not None and before.key == record.key and before.made_of == made_of
+        self.folder.put(variant.name, files, record)
+        return Made(line, MADE, sum(map(len, files.values())), made_of, edited)
+
+    def _failed(self, variant: Variant, said: list[Diagnostic]) -> Made:
+        return Made(line_of(variant, {}, said), ERROR)
+
+    def _key(self, variant: Variant) -> str:
+        told = json.dumps([self.job.key, variant.name, typed(variant.arguments)], sort_keys=True)
+        return digest(told.encode("utf-8", "surrogatepass"))
+
+    def _made_of(self, variant: Variant, compiled: Compiled, begun: int) -> str:
+        """Keep what a variant was made of; empty if nobody can know, so that it will be made anew. Raises OSError."""
+        from ..compiling import lacks_meshes
+
+        own = self.folder.place(variant.name)
+        inputs = [path for path in dict.fromkeys(compiled.inputs) if not path.is_relative_to(own)]
+        if lacks_meshes(compiled) or any(_changed(path) >= begun for path in inputs):
+            return ""
+        read = {os.path.relpath(path, self.folder.base): _digest_of(path, _mark(path)) for path in inputs}
+        return self.folder.keep_made_of({"inputs": read, "resolved": [list(one) for one in compiled.resolved]})
+
+    def _fresh(self, made_of: str) -> bool:
+        """Say whether the files that a variant was made of are as they were, and names lead where they led."""
+        from ..all import leads
+
+        known = self.folder.made_of(made_of)
+        try:
+            if known is None or any(leads({}, Resolved(*one)) != one[-1] for one in known["resolved"]):
+                return False
+            inputs = {self.folder.base / name: kept for name, kept in known["inputs"].items()}
+            return all(_digest_of(path, _mark(path)) == kept for path, kept in inputs.items())
+        except (OSError, KeyError, TypeError, ValueError):
+            return False
+
+
+def files_of(compiled: Compiled) -> dict[str, bytes]:
+    """Return the artifacts of a robot, bytes by name, with the meshes that belong to them. Raises OutputError."""
+    from ..compiling import mesh_files
+
+    files = {**mesh_files(compiled), **{one.file: encoded(one.file, one.text) for one in compiled.artifacts}}
+    check_names(files)
+    return files
+
+
+def merged(shared: Mapping[str, Any], variant: Variant) -> Map:
+    """Return the arguments of a variant: its own, before those of all."""
+    made = Map(variant.arguments.span)
+    for arguments in (shared, variant.arguments):
+        for name, value in arguments.items():
+            made[name] = value
+            if isinstance(arguments, Map) and name in arguments.value_spans:
+                made.key_spans[name] = arguments.key_spans[name]
+                made.value_spans[name] = arguments.value_spans[name]
+    return made
+
+
+def line_of(variant: Variant, artifacts: Mapping[str, str], said: list[Diagnostic]) -> str:
+    """Return the line of a variant in the index: a JSON object."""
+    entry = {
+        "name": variant.name,
+        "folder": variant.name,
+        "arguments": plain(variant.arguments),
+        "status": ERROR if has_errors(said) else MADE,
+        "artifacts": dict(sorted(artifacts.items())),
+        "diagnostics": [as_object(one) for one in _placed(variant, said)],
+    }
+    return json.dumps(entry)
+
+
+def _placed(variant: Variant, said: list[Diagnostic]) -> list[Diagnostic]:
+    """Return what there is to say; an error in the description names the place of the variant, too."""
+    if variant.span is None:
+        return said
+    here = Related(f"of the variant {variant.name}", variant.span)
+    own = variant.span.source.path
+    return [
+        one._replace(related=(*one.related, here))
+        if one.severity == ERROR and (one.span is None or one.span.source.path != own)
+        else one
+        for one in said
+    ]
+
+
+def plain(value: Any) -> Any:
+    """Return a value of an argument as JSON has it; a quantity as it was written."""
+    if isinstance(value, dict):
+        return {str(key): plain(one) for key, one in value.items()}
+    if isinstance(value, list):
+        return [plain(one) for one in value]
+    if isinstance(value, Quantity) and value.text:
+        return value.text
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else str(float(value))
+    return str(value) if isinstance(value, str) else value
+
+
+def typed(value: Any) -> Any:
+    """Return a value of an argument as JSON that tells it from all that mean something else."""
+    if isinstance(value, dict):
+        return {"table": [[str(key), typed(one)] for key, one in value.items()]}
+    if isinstance(value, (list, Seq)):
+        return [typed(one) for one in value]
+    if isinstance(value, Quantity):
+        return {"quantity": [repr(float(value)), *value.dimension]}
+    if isinstance(value, Text):
+        return {"text": str(value)}
+    return {"number": repr(value)} if isinstance(value, float) else value
+
+
+def _places(variant: Variant) -> int:
+    """Return what tells the places of a variant's arguments from others; never 0."""
+    spans = [variant.span, *variant.arguments.value_spans.values()]
+    told = repr([(span.source.path, span.line, span.column, span.length) for span in spans if span is not None])
+    return zlib.crc32(told.encode("utf-8", "surrogatepass")) + 1
+
+
+def _names_list(variant: Variant, said: list[Diagnostic]) -> bool:
+    """Say whether something that is said has a place among the arguments of a variant."""
+    own = {span.source.path for span in variant.arguments.value_spans.values()}
+    spans = (span for one in said for span in (one.span, *(related.span for related in one.related)))
+    return any(span is not None and span.source.path in own for span in spans)
+
+
+def _silent(_: Diagnostic) -> None:
+    """Say nothing of what is run that is trusted."""
+
+
+Mark = tuple[int, int, int, int]
+
+
+def _mark(path: Path) -> Mark:
+    status = path.stat()
+    return status.st_mtime_ns, status.st_ctime_ns, status.st_size, status.st_ino
+
+
+@lru_cache(maxsize=10_000)
+def _digest_of(path: Path, mark: Mark) -> str:  # noqa: ARG001 - what tells the file from its next version
+    return digest(path.read_bytes())
+
+
+def _changed(path: Path) -> int:
+    status = path.stat()
+    return max(status.st_mtime_ns, status.st_ctime_ns)

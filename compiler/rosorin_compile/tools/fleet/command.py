@@ -74,6 +74,12 @@ _OTHERS = {
     "--args": "args_files",
     "--parameters": "parameters",
     "--controllers": "controllers",
+    "--launch": "launch",
+    "--remap": "remap",
+    "--namespace": "namespace",
+    "--distribution": "distribution",
+    "--package": "packages",
+    "--trust": "trust",
 }
 
 
@@ -97,6 +103,31 @@ class Told:
             return self.kept
         last = self.kept[-1]
         return [*self.kept[:-1], last._replace(message=f"{last.message},{and_more(left, 'of this kind')}")]
+
+
+class Failed:
+    """Robots that were not made: those that have the same first error are told together."""
+
+    def __init__(self) -> None:
+        self.count = 0
+        self._found: dict[object, tuple[Variant, list[str], list[int]]] = {}
+        self._more = Told()
+
+    def take(self, variant: Variant) -> None:
+        """Take one robot that was not made."""
+        self.count += 1
+        first = _first_error(variant)
+        key = tuple(str(first.get(part)) for part in ("rule", "message", "file", "line", "column"))
+        if key not in self._found and len(self._found) == _MOST:
+            self._more.add(_failed(variant, [variant.name], 1))
+            return
+        _, names, count = self._found.setdefault(key, (variant, [], [0]))
+        count[0] += 1
+        names += [variant.name] if len(names) < _NAMED else []
+
+    def all(self) -> list[Diagnostic]:
+        """Return an error for each reason."""
+        return [_failed(variant, names, count) for variant, names, (count,) in self._found.values()] + self._more.all()
 
 
 class StandIns:
@@ -135,7 +166,8 @@ class Fleet:
         self.file = file
         self.columns = Columns()
         self.stand_ins = StandIns()
-        self.failed, self.missing, self.changed, self.unreadable = Told(), Told(), Told(), Told()
+        self.failed = Failed()
+        self.missing, self.changed, self.unreadable = Told(), Told(), Told()
         self.total = self.made = 0
         self.names: set[str] = set()
         self.problem: Diagnostic | None = None
@@ -154,7 +186,7 @@ class Fleet:
                 continue
             self.names.add(variant.name)
             if not variant.made:
-                self.failed.add(_failed(variant))
+                self.failed.take(variant)
                 continue
             self.made += 1
             self.stand_ins.take(variant)
@@ -183,7 +215,8 @@ class Fleet:
     def diagnostics(self) -> list[Diagnostic]:
         """Return all that is wrong, and the stand-ins; the file is read once more for the places of outliers."""
         told = [self.problem] if self.problem else []
-        for kind in (self.failed, self.missing, self.changed, self.unreadable):
+        told += self.failed.all()
+        for kind in (self.missing, self.changed, self.unreadable):
             told += kind.all()
         told += self._outliers()
         if 1 < self.made < FEWEST:
@@ -281,17 +314,22 @@ def _is(names: list[str]) -> str:
     return "is" if len(names) == 1 else "are"
 
 
-def _failed(variant: Variant) -> Diagnostic:
-    """Return that a robot was not made, with its first error."""
-    errors = [one for one in variant.diagnostics if one.get("severity") == ERROR]
-    message = f"{printable(variant.name)} was not made"
-    if not errors:
-        return error("fleet-failed", f"{message}; its status is {printable(variant.status)}", variant.span("status"))
-    first = errors[0]
-    more = f",{and_more(len(errors) - 1, 'error' if len(errors) == 2 else 'errors')}" if len(errors) > 1 else ""
-    said = f"{message}: {printable(str(first.get('message', '')))}{more}"
+def _first_error(variant: Variant) -> Mapping[str, Any]:
+    return next((one for one in variant.diagnostics if one.get("severity") == ERROR), {})
+
+
+def _failed(variant: Variant, names: list[str], count: int) -> Diagnostic:
+    """Return that robots were not made, with the first error of the first of them."""
+    first = _first_error(variant)
+    whose = printable(f"{', '.join(names)}{and_more(count - len(names))}")
+    message = f"{whose} {'was' if count == 1 else 'were'} not made"
+    if not first:
+        return error("fleet-failed", f"{message}; the status is {printable(variant.status)}", variant.span("status"))
+    errors = sum(one.get("severity") == ERROR for one in variant.diagnostics)
+    more = f" ({counted(errors - 1, 'more error')})" if errors > 1 and count == 1 else ""
     place = _place(first)
-    related = [Related("it is here", place)] if place else []
+    related = [Related("said here", place)] if place else []
+    said = f"{message}: {printable(str(first.get('message', '')))}{more}"
     return error("fleet-failed", said, variant.span("status"), printable(str(first.get("help", ""))), related)
 
 

@@ -46,11 +46,11 @@ def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Nam
     joints = {joint["name"]: joint["child"] for joint in data["joints"]}
     numbers = [_placed(row, links, joints) for row in page_rows(fleet.rows[:_MOST_ROWS])]
     said = {
-        "said": f"{fleet.summary()}; shown is {variant.name}",
+        "said": _sent(fleet, f"{fleet.summary()}; shown is {variant.name}"),
         "numbers": numbers,
         "lines": fleet.numbers(full=False)[-1:],
-        "problems": [_line(one) for one in diagnostics if one.severity != NOTE][:_MOST],
-        "notes": [_line(one) for one in diagnostics if one.severity == NOTE][:_MOST],
+        "problems": [_line(fleet, one) for one in diagnostics if one.severity != NOTE][:_MOST],
+        "notes": [_line(fleet, one) for one in diagnostics if one.severity == NOTE][:_MOST],
     }
     text = html({"robot": data, "fleet": said})
     try:
@@ -69,9 +69,15 @@ def _placed(said: dict[str, Any], links: set[str], joints: dict[str, str]) -> di
     return {**said, "frame": frame} if frame else said
 
 
-def _line(one: Diagnostic) -> dict[str, str]:
+def _sent(fleet: Fleet, text: str) -> str:
+    """Return a text without the folder on this machine, for a page that is sent."""
+    folder = fleet.file.path.parent
+    return text.replace(f"{folder}/", "") if folder.is_absolute() else text
+
+
+def _line(fleet: Fleet, one: Diagnostic) -> dict[str, str]:
     more = [one.help, *(related.message for related in one.related)]
-    made = {"text": one.message, "severity": "error" if one.severity == ERROR else one.severity}
+    made = {"text": _sent(fleet, one.message), "severity": "error" if one.severity == ERROR else one.severity}
     more = [text for text in more if text]
     return {**made, "more": "; ".join(more)} if more else made
 

@@ -11,6 +11,7 @@ thousand (30 and more).
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean, median
 from typing import NamedTuple
@@ -64,12 +65,10 @@ def straight(angles: Sequence[float]) -> list[float]:
         return list(angles)
     gaps = [after - before for before, after in zip(known, [*known[1:], known[0] + math.tau], strict=True)]
     first = known[(gaps.index(max(gaps)) + 1) % len(known)]  # the angle behind the gap
-    turned = [first + (angle - first) % math.tau if math.isfinite(angle) else angle for angle in angles]
-    turned = [angle - math.tau if angle - first > math.tau - _SAME else angle for angle in turned]
-    middle = median(angle for angle in turned if math.isfinite(angle))
-    shift = math.tau * round(middle / math.tau)
-    if middle - shift <= -math.pi + _SAME:
-        shift -= math.tau
+    turned = [first + (angle - first + _SAME) % math.tau - _SAME if math.isfinite(angle) else angle for angle in angles]
+    pairs = zip(turned, angles, strict=True)
+    rounds = Counter(round((one - angle) / math.tau) for one, angle in pairs if math.isfinite(angle))
+    shift = math.tau * max(rounds, key=lambda turns: (rounds[turns], -abs(turns)))  # most stay as they are written
     return [angle - shift for angle in turned]
 
 

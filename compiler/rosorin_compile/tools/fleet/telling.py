@@ -112,10 +112,14 @@ def _can_print(letters: str) -> bool:
 
 def texts_of(columns: Columns, full: bool) -> list[str]:
     """Return what else differs: texts, each with how many robots have it, and artifacts that no format reads."""
-    lines = []
+    lines: list[str] = []
+    lacking: dict[str, int] = {}
     total = len(columns.robots)
     for fact, found in columns.texts.items():
         counts = {text: said.count for text, said in found.items()}
+        if set(counts) == {""}:
+            lacking[fact.name] = max(total - counts[""], lacking.get(fact.name, 0))
+            continue
         usual = columns.usual_texts.get(fact)
         if usual is not None:
             counts[usual] = counts.get(usual, 0) + total - sum(counts.values())
@@ -125,6 +129,9 @@ def texts_of(columns: Columns, full: bool) -> list[str]:
         said = first_of([f"{printable(text) or 'none'} ({counts[text]:,})" for text in often], _NAMED)
         name = fact.name if fact.kind == ARGUMENT else str(subject(fact))
         lines.append(f"{printable(name)}: {said}")
+    if lacking:
+        names = [f"{printable(name)} ({count:,})" for name, count in sorted(lacking.items())]
+        lines.append(f"not in all robots: {first_of(names, 12)}")
     more = len(lines) - MOST_ROWS
     if more > 0 and not full:
         lines = [*lines[:MOST_ROWS], f"and {counted(more, 'more text')}; --full lists all"]

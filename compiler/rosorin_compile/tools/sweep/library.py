@@ -72,7 +72,9 @@ def _listed(variants: Any, arguments: list[str]) -> tuple[Iterable[Variant], lis
         return _checked(given(variants.items(), "variants")), []
     if isinstance(variants, Iterable):
         return _checked(given(map(_pair, variants), "variants")), []
-    message = f"variants are a file, arguments by name, or a list of them; this is of the type {type(variants).__name__}"
+    message = (
+        f"variants are a file, arguments by name, or a list of them; this is of the type {type(variants).__name__}"
+    )
     return (), [error("variants-list", message, None)]
 
 

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     from .formats.imported import Imported
     from .formats.mesh_files import Searched
     from .frontend.asked import Asked
+    from .frontend.expand.files import Kept
     from .frontend.expand.included_robots import How, Tell
     from .frontend.variants import Variant
     from .project import Resolved
@@ -99,13 +100,15 @@ def understand(
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
     wanted: Sequence[str] = (),
+    kept: Kept | None = None,
 ) -> Understood:
     """Return what the description whose first file is ``path`` says; no artifact is made.
 
     ``tell`` takes what has to be said before anything is run; without it, that is among the diagnostics. ``packages``
-    are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``.
+    are folders of ROS packages by name, for robots that are included. ``wanted`` as in ``judged``, ``kept`` as in
+    ``expand``.
     """
-    return judged(expand(path, arguments or {}, Readers(), tell, packages), wanted)
+    return judged(expand(path, arguments or {}, Readers(), tell, packages, kept), wanted)
 
 
 def judged(expanded: Expanded, wanted: Sequence[str] = ()) -> Understood:
@@ -235,13 +238,14 @@ def compile_robot(
     packages: Mapping[str, Path] | None = None,
     search: Search | None = None,
     wanted: Sequence[str] = (),
+    kept: Kept | None = None,
 ) -> Compiled:
     """Compile the description whose first file is ``path``; nothing is written.
 
     ``arguments`` are texts by name, as on the command line. Problems are diagnostics, never exceptions. ``tell`` and
-    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``.
+    ``packages`` as in ``understand``; ``search`` and ``wanted`` as in ``emitted``, ``kept`` as in ``expand``.
     """
-    return emitted(understand(path, arguments, tell, packages, wanted), path, search, wanted)
+    return emitted(understand(path, arguments, tell, packages, wanted, kept), path, search, wanted)
 
 
 def emitted(understood: Understood, path: Path, search: Search | None = None, wanted: Sequence[str] = ()) -> Compiled:

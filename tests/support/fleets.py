@@ -1,4 +1,4 @@
-"""Fleets: robots of one description with calibrations of their own, made by a sweep, all right but for what is planted."""
+"""Fleets: robots of one description, each with a calibration, made by a sweep; all right but for what is planted."""
 
 from __future__ import annotations
 
@@ -68,10 +68,8 @@ def calibrated(count: int, seed: int = 1) -> Rows:
 def swept(home: Path, rows: Mapping[str, Mapping[str, Any]], files: Mapping[str, str] = BOT, *words: str) -> Path:
     """Make robots in ``fleet`` of the current folder, and return their sweep.json as seen from there."""
     write_files(home, files)
-    lines = (
-        f"{name}: {{{', '.join(f'{key}: {value}' for key, value in row.items())}}}\n" for name, row in rows.items()
-    )
-    (home / "rows.yaml").write_text("".join(lines), "utf-8")
+    texts = {name: ", ".join(f"{key}: {value}" for key, value in row.items()) for name, row in rows.items()}
+    (home / "rows.yaml").write_text("".join(f"{name}: {{{text}}}\n" for name, text in texts.items()), "utf-8")
     main(["sweep", "-q", "-j", "1", "--over", "rows.yaml", "-o", "fleet", *words])
     return Path("fleet/sweep.json")
 

@@ -56,6 +56,23 @@ def with_outputs(outputs: Any, formats: Mapping[str, Format]) -> dict[str, Any]:
     return {**whole, "properties": {**whole["properties"], "outputs": {**section, "properties": entries}}}
 
 
+def with_validator(outputs: Any, formats: Mapping[str, Format]) -> tuple[dict[str, Any], Any]:
+    """Return the schema of ``with_outputs`` and its validator, made once for outputs of the same names and formats."""
+    schema = with_outputs(outputs, formats)
+    options = schema["properties"]["outputs"].get("properties", {})
+    # The options of a format live as long as the program: the same ones are told by their identity.
+    key = tuple((name, *map(id, one["properties"].values())) for name, one in options.items())
+    if key not in _validators:
+        if len(_validators) >= _MAX_VALIDATORS:
+            _validators.clear()
+        _validators[key] = schema, validator_of(schema)
+    return _validators[key]
+
+
+_validators: dict[tuple[Any, ...], tuple[dict[str, Any], Any]] = {}
+_MAX_VALIDATORS = 100
+
+
 def with_formats(formats: Iterable[Format]) -> dict[str, Any]:
     """Return the schema of descriptions with the options of every format, each with the formats that have it."""
     options: dict[str, dict[str, Any]] = {}

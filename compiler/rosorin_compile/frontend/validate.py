@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import SHAPE, Rule
 from ..units import Dimension, Quantity, describe, parse_unit
-from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, validator_of, with_outputs
+from .schema import ONE_ENTRY, Steps, backend_of, subject, unit_at, with_validator
 from .tree import Map, Seq, locate
 
 if TYPE_CHECKING:
@@ -35,8 +35,7 @@ def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:
     walk = _Walk()
     plain = walk.plain(tree)
     diagnostics = [walk.diagnostics_of(tree, path) for path in walk.not_finite]
-    schema = with_outputs(plain.get("outputs"), formats)
-    held = validator_of(schema)
+    schema, held = with_validator(plain.get("outputs"), formats)
     if not held.is_valid(plain):
         from .complaint import Complaint
 

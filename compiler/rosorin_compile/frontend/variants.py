@@ -234,15 +234,15 @@ class Variants:
         header, cells, delimiter = head
         names = [cell.strip() for cell in cells]
         places = _places(header, delimiter)
+        near = nearest(NAME, names) if NAME not in names else None
         if NAME not in names:
-            near = nearest(NAME, names)
             help = "each variant needs a name" + (f'; call "{near}" so?' if near else "")
             message = f'{shown(self.path)} has no column "{NAME}"'
             yield error("variants-list", message, Span(header, header.first, 1, len(header.line(header.first))), help)
         for index, (name, place) in enumerate(zip(names, places, strict=True)):
             if name and name in names[:index]:
                 yield error("variants-list", f'the column "{name}" stands twice', place, "remove one")
-            elif name not in (NAME, "", *self.arguments):
+            elif name not in (NAME, "", near, *self.arguments):
                 known = [one for one in self.arguments if one not in names]
                 help = did_you_mean(name, known) or "it has none"
                 yield error("unknown-argument", f'the description has no argument "{name}"', place, help)

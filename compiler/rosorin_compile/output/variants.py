@@ -36,7 +36,7 @@ RULES = (
 
 HIDDEN = ".rosorin-compile-sweep"
 INDEX = "sweep.json"
-_BEGIN = b'{"sweep": '
+BEGIN = b'{"sweep": '
 _PATIENCE = 10.0  # seconds in which processes of a run that was killed end what they are at
 _NO_LINKS = {errno.EPERM, errno.ENOTSUP, errno.EOPNOTSUPP, errno.EXDEV, errno.ENOSYS}
 _KNOWN_SOUND = 200_000  # objects of which a process remembers that they are as they were
@@ -72,6 +72,7 @@ class VariantsFolder:
     """A folder of variants, for one process of a run. ``base`` is the folder from which the paths in it are seen."""
 
     def __init__(self, path: Path) -> None:
+        self.address = str(path)
         self.path = path
         self.base = path
         self.hidden = path / HIDDEN
@@ -82,6 +83,10 @@ class VariantsFolder:
     def place(self, name: str) -> Path:
         """Return where the artifacts of a variant stand."""
         return self.path / name
+
+    def named(self, path: Path) -> str:
+        """Return how a file is called in the index: as seen from the folder."""
+        return os.path.relpath(path, self.path)
 
     # The run as a whole.
 
@@ -135,7 +140,7 @@ class VariantsFolder:
     def _check_index(self) -> None:
         """Raise OutputError if another program's file stands where the index goes."""
         with suppress(FileNotFoundError), (self.path / INDEX).open("rb") as file:
-            if file.read(len(_BEGIN)) not in (_BEGIN, b""):
+            if file.read(len(BEGIN)) not in (BEGIN, b""):
                 message = f"this tool did not write {self.path / INDEX}: it is not replaced"
                 raise OutputError("output-not-ours", message, "move it away, or name another folder")
 

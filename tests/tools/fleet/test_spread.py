@@ -17,7 +17,7 @@ def far(values: list[float], unit: str = "") -> list[int]:
 
 
 def measured(count: int, middle: float, width: float, seed: int = 3) -> list[float]:
-    random_of = random.Random(seed)
+    random_of = random.Random(seed)  # noqa: S311 - nothing is kept secret
     return [random_of.gauss(middle, width) for _ in range(count)]
 
 
@@ -40,7 +40,7 @@ def test_of_eight_robots_with_a_typo_the_plain_deviation_finds_none() -> None:
 
 @pytest.mark.parametrize(("count", "most"), [(6, 0.03), (8, 0.02), (30, 0.004), (200, 0.002)])
 def test_sound_fleets_are_rarely_called_wrong(count: int, most: float) -> None:
-    random_of = random.Random(11)
+    random_of = random.Random(11)  # noqa: S311
     fleets = 1500
     found = sum(bool(far([random_of.gauss(5, 1) for _ in range(count)])) for _ in range(fleets))
     assert found / fleets <= most
@@ -48,7 +48,7 @@ def test_sound_fleets_are_rarely_called_wrong(count: int, most: float) -> None:
 
 
 def test_a_sweep_over_factors_has_no_outliers() -> None:
-    random_of = random.Random(5)
+    random_of = random.Random(5)  # noqa: S311
     assert far([10 ** (step / 10) for step in range(-30, 31)]) == []
     assert not any(far([math.exp(random_of.gauss(0, 0.7)) for _ in range(100)]) for _ in range(100))
 

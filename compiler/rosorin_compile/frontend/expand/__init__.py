@@ -17,11 +17,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, did_you_mean, error
-from ...project import Resolved, data_folder, shown
+from ...project import Resolved, data_folder
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused
-from .files import Reader, table_loader
+from .files import Kept, Reader, table_loader
 from .forms import ENTRIES, SECTIONS, XML, check_controls
 from .ledger import Failed, Ledger
 from .parameters import declare
@@ -60,6 +60,7 @@ def expand(
     robots: ForeignReader | None,
     tell: Tell | None = None,
     packages: Mapping[str, Path] | None = None,
+    kept: Kept | None = None,
 ) -> Expanded:
     """Return the tree of the description whose first file is ``path``.
 
@@ -67,10 +68,10 @@ def expand(
     ``Map`` that have a place were read from a file. ``tell`` takes what has to be said before anything is run
     (``xacro-runs-code``), at that moment; without it, that is among the diagnostics. ``robots`` reads robots of others
     that are included; without it they are left out, and nothing is run. ``packages`` are folders of ROS packages by
-    name, asked before those that an include names.
+    name, asked before those that an include names. ``kept`` has what was read before, and gets what is read now.
     """
     reader = Reader(path, robots, packages)
-    root = reader.read(path, shown(path), None, None, ())
+    reader, root = kept.read(reader) if kept else (reader, reader.whole())
     if root is None:
         return Expanded(None, reader.diagnostics, tuple(reader.files))
     ledger = Ledger()

@@ -7,10 +7,11 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping, Sequence
+from copy import copy as copy_of
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ...diagnostics import Diagnostic, Related, Span, error
+from ...diagnostics import Diagnostic, Related, Source, Span, error
 from ...diagnostics.progress import step
 from ...diagnostics.registry import FILES, Rule
 from ...project import (
@@ -114,6 +115,26 @@ def foreign(item: Any, place: Place, by: Path, endings: Callable[[], tuple[str, 
     return Asked(made, place, by)
 
 
+class Kept:
+    """What was read of one description, to be taken again while its files are what they were, to the letter.
+
+    For whoever compiles it again and again in one go: where the names of packages lead is not asked once more.
+    """
+
+    def __init__(self) -> None:
+        self.reader: Reader | None = None
+        self.root: Map | None = None
+
+    def read(self, reader: Reader) -> tuple[Reader, Map | None]:
+        """Return the joined files of a description, and who has read them: ``reader`` or one before, both anew."""
+        before = self.reader
+        if before is not None and before.same_as(reader) and before.is_current():
+            return before.again(), self.root
+        root = reader.whole()
+        self.reader, self.root = (reader, root) if not reader.diagnostics else (None, None)
+        return (reader.again() if self.reader else reader), root
+
+
 class Reader:
     """Reads a file and what it includes; collects named values, foreign robots, files and what is wrong."""
 
@@ -128,12 +149,36 @@ class Reader:
         self.found: set[str] = set()
         self.shares: dict[Path, str] = {}
         self.files: list[Path] = []
+        self.sources: list[tuple[Path, Source]] = []
+        self.tables: dict[str, tuple[Path, Source, Any]] = {}
         self.resolved: list[Resolved] = []
         self.lets: list[tuple[str, Any, Place, Place]] = []
         self.given: dict[str, tuple[Any, Place]] = {}
         self.offered: list[Any] = []
         self.diagnostics: list[Diagnostic] = []
         self.robots: list[Asked] = []
+
+    def whole(self) -> Map | None:
+        """Return the description, joined; None if its first file cannot be read."""
+        return self.read(self.root, shown(self.root), None, None, ())
+
+    def same_as(self, other: Reader) -> bool:
+        """Say whether another reader is to read the same."""
+        return (self.root, self.packages) == (other.root, other.packages)
+
+    def is_current(self) -> bool:
+        """Say whether the files that were read hold what they held."""
+        try:
+            return all(read_text(path, source.path).text == source.text for path, source in self.sources)
+        except LoadError:
+            return False
+
+    def again(self) -> Reader:
+        """Return a reader that has read the same, for another expansion; what both have loaded they share."""
+        made = copy_of(self)
+        made.files, made.resolved, made.diagnostics = list(self.files), list(self.resolved), list(self.diagnostics)
+        made.found, made.shares = set(self.found), dict(self.shares)
+        return made
 
     def read(
         self, path: Path, name: str, asked: Span | None, via: Instance | None, within: tuple[Path, ...]
@@ -150,6 +195,7 @@ class Reader:
             led_here = stack[1:] if diagnostic.span == asked else stack
             self.diagnostics.append(diagnostic._replace(related=diagnostic.related + led_here))
             return None
+        self.sources.append((path, file.span.source))
         made = Map(file.span, via)
         for item, span in self._includes(file):
             robot = foreign(item, Place(span, via), path, self.foreign_endings)
@@ -383,6 +429,7 @@ class Reader:
 def table_loader(reader: Reader) -> Callable[[Any], Any]:
     """Return the function ``load`` of a description: a YAML file of its project or a package, read once."""
     loaded: dict[str, Any] = {}
+    known = reader.tables
 
     def load(name: Any) -> Any:
         if not isinstance(name, str):
@@ -391,7 +438,10 @@ def table_loader(reader: Reader) -> Callable[[Any], Any]:
             path = _table(reader, name)
             reader.files.append(path)
             try:
-                loaded[name] = parse_yaml(read_text(path, shown(path)))
+                source = read_text(path, shown(path))
+                if name not in known or known[name][:2] != (path, source):
+                    known[name] = path, source, parse_yaml(source)
+                loaded[name] = known[name][2]
             except LoadError as problem:
                 diagnostic = problem.diagnostic
                 span = diagnostic.span

@@ -17,14 +17,14 @@ from ...frontend.arguments import declared
 from ...frontend.load import LoadError
 from ...frontend.variants import Variants
 from ...output import OutputError, explained
-from ...output.variants import VariantsFolder
+from ...output.remote import folder_of
 from ...project import Description
 from ..given import Given, given_arguments
 from ..options import argument_options, console_of, format_options, one_robot, package_option, place
 from ..robots import no_stdin, one
 from ..usage import FINE, PROBLEMS, WrongUsage
 from .engines import Engine, InProcess, Processes
-from .making import Job, Maker, job
+from .making import Folder, Job, Maker, job, plain
 from .running import Asked, Counts, Stopped, forgotten
 from .running import run as run_all
 from .telling import Teller
@@ -78,6 +78,9 @@ def options(command: argparse.ArgumentParser) -> None:
         help="with a folder: the argument that gets each file as a whole, or its path where it is a text",
     )
     command.add_argument(
+        "--dask", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
+    )
+    command.add_argument(
         "--ninja",
         type=place,
         metavar="FILE",
@@ -103,7 +106,7 @@ class Sweep(NamedTuple):
     given: Given
     description: Description
     variants: Variants
-    folder: VariantsFolder
+    folder: Folder
 
 
 def run(options: argparse.Namespace) -> int:
@@ -122,7 +125,7 @@ def run(options: argparse.Namespace) -> int:
             raise _Refused(wrong)
         if options.ninja is not None:
             return _write_ninja(options, console, given, description, variants)
-        sweep = Sweep(options, console, given, description, variants, VariantsFolder(Path(options.output)))
+        sweep = Sweep(options, console, given, description, variants, folder_of(options.output))
         made = job(description, shared, given.packages, given.trust, sweep.folder.base)
         code = _made(sweep, made)
     except (LoadError, OutputError, Stopped) as problem:
@@ -144,8 +147,11 @@ def _write_ninja(
     from .ninja import Asked as AskedOfNinja
     from .ninja import write
 
-    if options.prune:
-        raise WrongUsage("--ninja makes nothing, and removes nothing: it does not go with --prune")
+    for option, given_too in (("--prune", options.prune), ("--dask", options.dask), ("-j", options.jobs)):
+        if given_too:
+            raise WrongUsage(f"--ninja makes nothing itself: it does not go with {option}")
+    if "://" in options.output:
+        raise WrongUsage("Ninja sees files of this machine alone: -o is a folder here")
     file = Path(options.ninja)
     count = write(AskedOfNinja(file, description, variants, given, Path(options.output), options.whole))
     console.say(f"{file}: {counted(count, 'variant')} for ninja")
@@ -190,7 +196,9 @@ def _made(sweep: Sweep, made: Job) -> int:
         with sweep.folder.held(), _engine(sweep, made) as engine:
             index = sweep.folder.index()
             asked = Asked(sweep.variants, maker.known, engine, index.outdate)
-            head: dict[str, object] = {"description": os.path.relpath(sweep.description.path, sweep.folder.base)}
+            head: dict[str, object] = {"description": sweep.folder.named(sweep.description.path)}
+            if made.shared:
+                head["arguments"] = plain(made.shared)
             try:
                 run_all(asked, index, counts, teller.take, head)
             except BaseException:
@@ -214,7 +222,12 @@ def _made(sweep: Sweep, made: Job) -> int:
 def _engine(sweep: Sweep, made: Job) -> Iterator[Engine]:
     cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
     count = min(sweep.options.jobs or cores, len(sweep.variants))
-    engine: Engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
+    if sweep.options.dask:
+        from .cluster import Cluster, connect
+
+        engine: Engine = Cluster(made, sweep.folder, connect(sweep.options.dask))
+    else:
+        engine = InProcess(made, sweep.folder) if count < 2 else Processes(made, sweep.folder, count)
     try:
         yield engine
     finally:

@@ -13,14 +13,13 @@ import threading
 from collections import deque
 from contextlib import suppress
 from multiprocessing import connection, get_context
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
-from ...diagnostics import error, progress
+from ...diagnostics import Diagnostic, error, progress
 from ...diagnostics.registry import WRITING, Rule
 from ...frontend.variants import Variant
-from ...output.variants import VariantsFolder
-from .making import ERROR, Job, Made, Maker, line_of
+from ...output.remote import folder_of
+from .making import ERROR, Folder, Job, Made, Maker, line_of
 
 if TYPE_CHECKING:
     from multiprocessing.process import BaseProcess
@@ -62,7 +61,7 @@ class Engine(Protocol):
 class InProcess:
     """Makes one variant after the other, in this process."""
 
-    def __init__(self, job: Job, folder: VariantsFolder) -> None:
+    def __init__(self, job: Job, folder: Folder) -> None:
         self.maker = Maker(job, folder)
         self.done: list[Result] = []
 
@@ -87,11 +86,11 @@ class InProcess:
 class _Worker:
     """A process, the pipe to it, and what it was given, the oldest first."""
 
-    def __init__(self, context: Any, job: Job, folder: VariantsFolder) -> None:
+    def __init__(self, context: Any, job: Job, folder: Folder) -> None:
         progress.wipe()
         self.pipe, theirs = context.Pipe()
         lock = folder.lock if context.get_start_method() == "fork" else None
-        arguments = (theirs, job, folder.path, os.getpid(), lock)
+        arguments = (theirs, job, folder.address, os.getpid(), lock)
         self.process: BaseProcess = context.Process(target=_work, args=arguments, daemon=True)
         self.process.start()
         theirs.close()
@@ -120,7 +119,7 @@ class _Worker:
 class Processes:
     """Makes variants in several processes at once."""
 
-    def __init__(self, job: Job, folder: VariantsFolder, count: int) -> None:
+    def __init__(self, job: Job, folder: Folder, count: int) -> None:
         self.job, self.folder = job, folder
         # Forking takes along what is imported; with threads around it is not safe.
         safe = sys.platform == "linux" and threading.active_count() == 1
@@ -196,13 +195,17 @@ def _has_room(worker: _Worker) -> bool:
 
 def died(variant: Variant, code: int | None = None) -> Made:
     """Return what became of a variant whose process died with an exit code, twice."""
+    return Made(line_of(variant, {}, [death(variant, code)]), ERROR)
+
+
+def death(variant: Variant, code: int | None = None) -> Diagnostic:
+    """Return the error about a variant whose process died with an exit code, twice."""
     how = ""
     if code is not None:
         with suppress(ValueError):
             how = f" by {signal.Signals(-code).name}" if code < 0 else f", with exit code {code}"
     message = f"the process that compiled it was ended{how}, twice"
-    said = error("worker-died", message, variant.span, "out of memory? -j with a smaller number needs less")
-    return Made(line_of(variant, {}, [said]), ERROR)
+    return error("worker-died", message, variant.span, "out of memory? -j with a smaller number needs less")
 
 
 def _prepare() -> None:
@@ -211,7 +214,7 @@ def _prepare() -> None:
     from ...meaning import agreement  # noqa: F401
 
 
-def _work(pipe: Any, job: Job, path: Path, parent: int, lock: int | None) -> None:
+def _work(pipe: Any, job: Job, address: str, parent: int, lock: int | None) -> None:
     """Make variants that come through a pipe, until it ends or the run is dead."""
     import gc
     import traceback
@@ -223,7 +226,7 @@ def _work(pipe: Any, job: Job, path: Path, parent: int, lock: int | None) -> Non
         os.close(lock)  # it goes when the run does
     gc.freeze()
     gc.enable()
-    folder = VariantsFolder(path)
+    folder = folder_of(address)
     with folder.working():
         maker = Maker(job, folder)
         while True:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 from ...diagnostics import Diagnostic, error, has_errors
 from ...frontend.arguments import declared
 from ...frontend.asked import Asked, ask, description_of
+from ...frontend.expand.files import Kept
 from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
 from ...pipeline import Compiled, compile_robot
 from .making import merged
@@ -51,15 +52,16 @@ def sweep(
 
         yield from compiled_on(client, first, asked, listed)
     else:
+        kept = Kept()
         for variant in listed:
-            yield compiled_here(first, asked, variant)
+            yield compiled_here(first, asked, variant, kept)
 
 
-def compiled_here(first: Path, asked: Asked, variant: Variant) -> Compiled:
+def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None = None) -> Compiled:
     """Return what becomes of one variant."""
     if has_errors(variant.diagnostics):
         return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
-    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages)
+    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages, kept=kept)
     return compiled._replace(diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
 
 

@@ -1,6 +1,7 @@
 """Making: one variant of a sweep, from its arguments to the folder of its artifacts, and knowing one that is made.
 
-A line of the index, ``sweep.json``, is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
+The index, ``sweep.json``, is a JSON object whose ``variants`` stand in a line each; where ``-a`` gives arguments for all,
+they are its ``arguments``. A line is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
 ``status`` (made or error), ``artifacts`` (SHA-256 by name) and ``diagnostics`` as ``--format json`` has them. Nothing
 in it depends on the time, on the machine or on who made it.
 """
@@ -11,17 +12,19 @@ import json
 import math
 import os
 import zlib
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, has_errors, progress
 from ...diagnostics.report import as_object
+from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
 from ...output import OutputError, check_names, encoded, explained, stamp
 from ...output.ours import digest
+from ...output.remote import RemoteFolder
 from ...output.variants import Record, VariantsFolder
 from ...project import Description, Resolved, shown
 from ...units import Quantity
@@ -29,6 +32,7 @@ from ...units import Quantity
 if TYPE_CHECKING:
     from ...pipeline import Compiled
 
+Folder = VariantsFolder | RemoteFolder
 MADE, UNCHANGED, ERROR = "made", "unchanged", "error"
 
 
@@ -78,9 +82,10 @@ def job(
 class Maker:
     """Makes variants of a job, in one process."""
 
-    def __init__(self, job: Job, folder: VariantsFolder) -> None:
+    def __init__(self, job: Job, folder: Folder) -> None:
         self.job = job
         self.folder = folder
+        self.kept = Kept()
         self.fresh = lru_cache(maxsize=10_000)(self._fresh)
 
     def known(self, variant: Variant) -> Made | None:
@@ -109,13 +114,27 @@ class Maker:
                 files = files_of(compiled)
         except OutputError as problem:
             said.append(problem.diagnostic)
+        line = line_of(variant, {name: digest(data) for name, data in files.items()}, said)
+        read = self._read(variant, compiled, begun) if files else {}
+        return self.take(variant, line, files, read, compiled.resolved)
+
+    def take(
+        self,
+        variant: Variant,
+        line: str,
+        files: Mapping[str, bytes],
+        read: Mapping[str, str],
+        resolved: Iterable[Sequence[str]],
+    ) -> Made:
+        """Write the artifacts of a variant. ``read`` are the digests of what it was made of; none if nobody knows."""
         try:
-            return self._put(variant, files, said, self._made_of(variant, compiled, begun) if files else "")
+            return self._put(variant, line, files, read, resolved)
         except OutputError as problem:
-            return self._failed(variant, [*said, problem.diagnostic])
+            entry = {**json.loads(line), "status": ERROR, "artifacts": {}}
+            entry["diagnostics"].append(as_object(problem.diagnostic))
+            return Made(json.dumps(entry), ERROR)
         except OSError as problem:
-            fatal = explained(problem, self.folder.path, "write").diagnostic
-            return Made(line_of(variant, {}, [*said, fatal]), ERROR, fatal=fatal)
+            return Made(line, ERROR, fatal=explained(problem, self.folder.path, "write").diagnostic)
 
     def compiled(self, variant: Variant) -> Compiled:
         """Return what becomes of a variant; nothing is written."""
@@ -129,38 +148,49 @@ class Maker:
         name, path, _ = self.job.description
         search = partial(search_meshes, given, Description(name, path, self.folder.place(variant.name)))
         tell = _silent if self.job.trust else None
-        return proven(compile_robot(path, merged(self.job.shared, variant), tell, given.packages, search))
+        arguments = merged(self.job.shared, variant)
+        return proven(compile_robot(path, arguments, tell, given.packages, search, kept=self.kept))
 
-    def _put(self, variant: Variant, files: Mapping[str, bytes], said: list[Diagnostic], made_of: str) -> Made:
-        """Write the artifacts of a variant. Raises OutputError, OSError."""
-        before = self.folder.record(variant.name)
-        line = line_of(variant, {name: digest(data) for name, data in files.items()}, said)
-        if has_errors(said):
+    def _put(
+        self,
+        variant: Variant,
+        line: str,
+        files: Mapping[str, bytes],
+        read: Mapping[str, str],
+        resolved: Iterable[Sequence[str]],
+    ) -> Made:
+        """Write the artifacts of a variant, as ``take``. Raises OutputError, OSError."""
+        entry, before = json.loads(line), self.folder.record(variant.name)
+        if entry["status"] == ERROR:
             if before is not None:
                 self.folder.drop(variant.name)
             return Made(line, ERROR)
-        record = Record(self._key(variant), made_of, _places(variant) if _names_list(variant, said) else 0, line)
-        edited = before is not None and before.key == record.key and before.made_of == made_of
+        names = {os.path.relpath(path, self.folder.base): known for path, known in read.items()}
+        made_of = (
+            self.folder.keep_made_of({"inputs": names, "resolved": [list(one) for one in resolved]}) if read else ""
+        )
+        at = _places(variant) if _names_list(variant, entry["diagnostics"]) else 0
+        record = Record(self._key(variant), made_of, at, line)
+        edited = before is not None and before.key == record.key and before.made_of == made_of != ""
         self.folder.put(variant.name, files, record)
         return Made(line, MADE, sum(map(len, files.values())), made_of, edited)
-
-    def _failed(self, variant: Variant, said: list[Diagnostic]) -> Made:
-        return Made(line_of(variant, {}, said), ERROR)
 
     def _key(self, variant: Variant) -> str:
         told = json.dumps([self.job.key, variant.name, typed(variant.arguments)], sort_keys=True)
         return digest(told.encode("utf-8", "surrogatepass"))
 
-    def _made_of(self, variant: Variant, compiled: Compiled, begun: int) -> str:
-        """Keep what a variant was made of; empty if nobody can know, so that it will be made anew. Raises OSError."""
+    def _read(self, variant: Variant, compiled: Compiled, begun: int) -> dict[str, str]:
+        """Return the digests of what a variant was made of; none if nobody can know, so that it will be made anew."""
         from ..compiling import lacks_meshes
 
         own = self.folder.place(variant.name)
         inputs = [path for path in dict.fromkeys(compiled.inputs) if not path.is_relative_to(own)]
-        if lacks_meshes(compiled) or any(_changed(path) >= begun for path in inputs):
-            return ""
-        read = {os.path.relpath(path, self.folder.base): _digest_of(path, _mark(path)) for path in inputs}
-        return self.folder.keep_made_of({"inputs": read, "resolved": [list(one) for one in compiled.resolved]})
+        try:
+            if lacks_meshes(compiled) or any(_changed(path) >= begun for path in inputs):
+                return {}
+            return {str(path): _digest_of(path, _mark(path)) for path in inputs}
+        except OSError:
+            return {}
 
     def _fresh(self, made_of: str) -> bool:
         """Say whether the files that a variant was made of are as they were, and names lead where they led."""
@@ -257,11 +287,10 @@ def _places(variant: Variant) -> int:
     return zlib.crc32(told.encode("utf-8", "surrogatepass")) + 1
 
 
-def _names_list(variant: Variant, said: list[Diagnostic]) -> bool:
+def _names_list(variant: Variant, said: Iterable[Mapping[str, Any]]) -> bool:
     """Say whether something that is said has a place among the arguments of a variant."""
     own = {span.source.path for span in variant.arguments.value_spans.values()}
-    spans = (span for one in said for span in (one.span, *(related.span for related in one.related)))
-    return any(span is not None and span.source.path in own for span in spans)
+    return any(place.get("file") in own for one in said for place in (one, *one["related"]))
 
 
 def _silent(_: Diagnostic) -> None:

@@ -15,9 +15,10 @@ from ... import __version__
 from ...diagnostics import Diagnostic
 from ...diagnostics.progress import step
 from ...frontend.variants import Variant
-from ...output.variants import Index, VariantsFolder
+from ...output.remote import RemoteIndex
+from ...output.variants import Index
 from .engines import Engine
-from .making import ERROR, MADE, UNCHANGED, Made
+from .making import ERROR, MADE, UNCHANGED, Folder, Made
 
 WAITING = 1_000  # variants between the first that is not done and the last that is begun
 _RECENT = 20.0  # seconds that the rate is of
@@ -132,7 +133,9 @@ def in_order(asked: Asked) -> Iterator[Made]:
             yield made
 
 
-def run(asked: Asked, index: Index, counts: Counts, told: Callable[[Made], None], head: dict[str, object]) -> None:
+def run(
+    asked: Asked, index: Index | RemoteIndex, counts: Counts, told: Callable[[Made], None], head: dict[str, object]
+) -> None:
     """Make all variants, write the index, and count. Raises Stopped, OSError, LoadError."""
     text = json.dumps({"sweep": 1, "tool": __version__, **head})
     index.write(f'{text[:-1]}, "variants": [\n')
@@ -146,6 +149,6 @@ def run(asked: Asked, index: Index, counts: Counts, told: Callable[[Made], None]
     index.write("\n]}\n")
 
 
-def forgotten(folder: VariantsFolder, variants: Container[str]) -> Iterator[str]:
+def forgotten(folder: Folder, variants: Container[str]) -> Iterator[str]:
     """Yield the names of variants that the folder has and the list has no more."""
     return (name for name in folder.names() if name not in variants)

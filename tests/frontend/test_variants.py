@@ -1,0 +1,253 @@
+"""Lists of variants: what a CSV, a YAML file and a folder say, and what is wrong with one, with its place."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.diagnostics import report
+from rosorin_compile.frontend.load import LoadError
+from rosorin_compile.frontend.variants import Names, Variants
+
+ARGUMENTS = ["mast", "label", "calibration"]
+
+
+@pytest.fixture(autouse=True)
+def here(home: Path) -> Path:
+    return home
+
+
+def listed(text: str, name: str = "fleet.csv") -> Variants:
+    Path(name).write_text(text, encoding="utf-8")
+    variants = Variants(Path(name), ARGUMENTS)
+    assert variants.check() == []
+    return variants
+
+
+def told(text: str | bytes, name: str = "fleet.csv") -> list[str]:
+    Path(name).write_bytes(text.encode() if isinstance(text, str) else text)
+    return [f"{one}; {one.help}" for one in Variants(Path(name), ARGUMENTS).check()]
+
+
+def plain(variants: Variants) -> dict[str, dict[str, object]]:
+    return {variant.name: dict(variant.arguments) for variant in variants}
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "name,mast,label\nr1,12 mm,a\nr2,,b\n",
+        "\ufeffname,mast,label\r\nr1,12 mm,a\r\nr2,,b\r\n",
+        "name;mast;label\nr1;12 mm;a\nr2;;b\n",
+        "name\tmast\tlabel\nr1\t12 mm\ta\nr2\t\tb",
+        "sep=;\nname;mast;label\nr1;12 mm;a\nr2;;b\n",
+        'name, mast, label\n"r1", 12 mm , "a"\n\n,,\nr2,,b\n',
+        "label,name,mast,\na,r1,12 mm,\nb,r2,,\n",
+    ],
+)
+def test_tables_that_spreadsheets_write_say_the_same(text: str) -> None:
+    assert plain(listed(text)) == {"r1": {"mast": "12 mm", "label": "a"}, "r2": {"label": "b"}}
+
+
+def test_each_cell_knows_its_place() -> None:
+    text = 'name,label,mast\nr1,"a, ""b""",1 m\nr2,"two\nlines",  2 m\n'
+    first, second = listed(text)
+    assert first.arguments["label"] == 'a, "b"'
+    places = [(place.line, place.column) for place in (first.span, *first.arguments.value_spans.values()) if place]
+    assert places == [(2, 1), (2, 4), (2, 15)]
+    place = second.arguments.value_spans["mast"]
+    assert (place.line, place.column, place.length) == (4, 10, 3)
+    assert place.source.line(4) == 'lines",  2 m'
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "r1: {mast: 12 mm}\nr2:\n",
+        "- {name: r1, mast: 12 mm}\n- {name: r2}\n",
+        '[\n\t{"name": "r1", "mast": "12 mm"},\n\t{"name": "r2"}\n]\n',
+    ],
+)
+def test_a_tree_is_a_mapping_or_a_list(text: str) -> None:
+    name = "fleet.json" if text.startswith("[") else "fleet.yaml"
+    assert {key: {k: str(v) for k, v in value.items()} for key, value in plain(listed(text, name)).items()} in (
+        {"r1": {"mast": "0.012"}, "r2": {}},
+        {"r1": {"mast": "12 mm"}, "r2": {}},
+    )
+
+
+def test_a_number_is_a_name_as_it_is_written() -> None:
+    assert list(plain(listed("- {name: 0007, mast: 1}\n- {name: 1e3}\n", "fleet.yaml"))) == ["0007", "1e3"]
+
+
+def test_a_folder_has_a_file_a_variant() -> None:
+    folder = Path("cal")
+    folder.mkdir()
+    (folder / "r2.json").write_text('{"calibration": {"x": [1, 2]}}')
+    (folder / "r1.yaml").write_text("calibration: {x: 3 mm}\n")
+    (folder / "README.md").write_text("no variant")
+    (folder / ".r3.yaml").write_text("hidden: 1")
+    variants = Variants(folder, ARGUMENTS)
+    assert variants.check() == []
+    assert len(variants) == 2
+    assert plain(variants) == {"r1": {"calibration": {"x": 0.003}}, "r2": {"calibration": {"x": [1, 2]}}}
+    whole = Variants(folder, ARGUMENTS, "mast")
+    assert whole.check() == []
+    assert plain(whole)["r2"] == {"mast": {"calibration": {"x": [1, 2]}}}
+    path = Variants(folder, ARGUMENTS, "mast", by_path=True, home=Path("descriptions/rover"))
+    assert path.check() == []
+    assert plain(path)["r1"] == {"mast": "../../cal/r1.yaml"}
+
+
+def test_a_broken_file_of_a_folder_is_wrong_with_its_variant_alone() -> None:
+    folder = Path("cal")
+    folder.mkdir()
+    (folder / "good.yaml").write_text("mast: 1\n")
+    (folder / "list.yaml").write_text("[1]\n")
+    (folder / "torn.yaml").write_text("mast: {\n")
+    (folder / "sum.yaml").write_text("mast: ${1 + 1}\n")
+    variants = Variants(folder, ARGUMENTS)
+    assert variants.check() == []
+    wrong = {one.name: report.text(one.diagnostics).partition("\n")[0] for one in variants if one.diagnostics}
+    assert wrong["list"] == "cal/list.yaml:1:1: error[not-a-mapping]: cal/list.yaml is no table of values"
+    assert wrong["torn"].startswith("cal/torn.yaml:1:7: error[yaml-syntax]: ")
+    assert wrong["sum"] == (
+        'cal/sum.yaml:1:7: error[bad-argument]: the argument "mast" is an expression; a list of variants holds values'
+    )
+    assert "good" not in wrong
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "error[variants-list]: fleet.csv is empty; write a header: name, and a column for each argument"),
+        ("name,mast\n", "error[variants-list]: fleet.csv has no variant; write one row, entry or file for each"),
+        (
+            "Name,mast\nr1,1\n",
+            'fleet.csv:1:1: error[variants-list]: fleet.csv has no column "name"; '
+            'each variant needs a name; call "Name" so?',
+        ),
+        (
+            "name,mats\nr1,1\n",
+            'fleet.csv:1:6: error[unknown-argument]: the description has no argument "mats"; did you mean "mast"?',
+        ),
+        (
+            "name,mast,mast\nr1,1,2\n",
+            'fleet.csv:1:11: error[variants-list]: the column "mast" stands twice; remove one',
+        ),
+        (
+            "name,mast\nr1\n",
+            "fleet.csv:2:1: error[variants-list]: this row has 1 cell, and the header 2; "
+            "an argument that is not given is an empty cell",
+        ),
+        (
+            "name,label\nr1,a,b\n",
+            "fleet.csv:2:6: error[variants-list]: this row has 3 cells, and the header 2; "
+            "put what has a comma into quotes",
+        ),
+        (
+            "name,mast,\nr1,1,2\n",
+            "fleet.csv:2:6: error[variants-list]: this cell stands in a column without a name; "
+            "name the column, or empty the cell",
+        ),
+        (
+            'name,label\nr1,"torn\n',
+            "fleet.csv:2:1: error[variants-list]: this is no CSV: unexpected end of data; "
+            'a cell in quotes ends with a quote; a quote within is written ""',
+        ),
+        (
+            "name\n\nr1\nr2\nr1\n",
+            'fleet.csv:5:1: error[variant-name]: two variants are called "r1", up to capital letters; '
+            "each needs a folder of its own",
+        ),
+        (
+            "name\nr1\nR1\n",
+            'fleet.csv:3:1: error[variant-name]: two variants are called "R1", up to capital letters; '
+            "each needs a folder of its own",
+        ),
+        (
+            "name\na/b\n",
+            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "a/b": its name has "/"; '
+            "use letters, digits, _, - and .",
+        ),
+        (
+            "name\n..\n",
+            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "..": its name begins with "."; '
+            "use letters, digits, _, - and .",
+        ),
+        (
+            "name\nSweep.json\n",
+            'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "Sweep.json": '
+            "its name is that of a file that the sweep writes; use letters, digits, _, - and .",
+        ),
+        (
+            "name,mast\n,1\n",
+            "fleet.csv:2:1: error[variant-name]: this variant has no name; give it one of its own, such as r0007",
+        ),
+        (
+            "name\ngr\xf6\xdfe\n".encode("latin-1"),
+            "error[not-utf8]: fleet.csv is not UTF-8 text: invalid start byte; "
+            'save it as UTF-8; a spreadsheet calls that "CSV UTF-8"',
+        ),
+        ("name\nr\x001\n", 'fleet.csv:2:1: error[variant-name]: no folder is made for the variant "r\\x001": '),
+    ],
+)
+def test_what_is_wrong_with_a_table(text: str | bytes, message: str) -> None:
+    assert any(line.startswith(message) for line in told(text)), told(text)
+
+
+def test_a_table_without_names_is_told() -> None:
+    assert told("serial,mast\nr1,1\n")[0] == (
+        'fleet.csv:1:1: error[variants-list]: fleet.csv has no column "name"; each variant needs a name'
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("", "error[variants-list]: fleet.yaml has no variant"),
+        ("- r1\n", "fleet.yaml:1:3: error[variants-list]: this entry is no table; write - {name: NAME, "),
+        ("- {mast: 1}\n", "fleet.yaml:1:3: error[variant-name]: this entry has no name; write name: NAME first"),
+        ("r1: 5\n", 'fleet.yaml:1:5: error[variants-list]: variant "r1" is no table of arguments'),
+        ("r1: {}\nr1: {}\n", 'fleet.yaml:2:1: error[variant-name]: two variants are called "r1"'),
+        ("just text\n", "fleet.yaml:1:1: error[not-a-mapping]: fleet.yaml is a text"),
+        ("r1: {a: 1, a: 2}\n", 'fleet.yaml:1:12: error[duplicate-key]: the key "a" stands twice'),
+        ("r1: {\n", "fleet.yaml:1:5: error[yaml-syntax]: "),
+        ("r1: {}\n---\nr2: {}\n", "fleet.yaml:2:1: error[yaml-documents]: "),
+    ],
+)
+def test_what_is_wrong_with_a_tree(text: str, message: str) -> None:
+    assert told(text, "fleet.yaml")[0].startswith(message), told(text, "fleet.yaml")
+
+
+def test_what_is_no_list() -> None:
+    assert told("", "fleet.xlsx") == [
+        "error[variants-list]: fleet.xlsx is no list of variants; "
+        "name a file .csv, .yaml or .json, or a folder of .yaml or .json files"
+    ]
+    assert str(Variants(Path("none.csv"), []).check()[0]) == (
+        'error[file-unreadable]: there is no file or folder "none.csv" of variants'
+    )
+    Path("empty").mkdir()
+    assert str(Variants(Path("empty"), []).check()[0]) == "error[variants-list]: empty has no variant"
+
+
+def test_a_list_that_changes_under_way_is_told() -> None:
+    variants = listed("name,mast\nr1,1\nr2,2\n")
+    rows = iter(variants)
+    next(rows)
+    Path("fleet.csv").write_text("name,mast\nr1,1\nr2\n")
+    with pytest.raises(LoadError, match="this row has 1 cell"):
+        list(variants)
+
+
+def test_names_are_known_again_in_eight_bytes_each() -> None:
+    names = Names()
+    for number in range(5_000):
+        names.add(f"r{number}")
+    names.close()
+    assert not names.twice
+    assert all(f"r{number}" in names for number in range(5_000))
+    assert not any(f"x{number}" in names for number in range(5_000))
+    assert sum(bucket.itemsize * len(bucket) for bucket in names.buckets) == 8 * 5_000

@@ -117,7 +117,7 @@ def test_straight_angles_are_the_same_angles(angles: list[float]) -> None:
         (0.0000481, "m", False, "m where mm is meant?"),
         (4.81, "m", False, "cm where m is meant?"),
         (-0.0481, "m", False, "a sign that is lost, or one too many?"),
-        (0.481, "m", False, "cm where mm is meant?"),
+        (0.481, "m", False, "a slip of the decimal point, or cm where mm is meant?"),
         (0.0048, "kg", False, "a slip of the decimal point?"),
         (0.0481 / 0.0254, "m", False, "inches where m is meant?"),
         (0.0481 * 180 / math.pi, "rad", True, "degrees where radians are meant?"),

@@ -115,6 +115,27 @@ def test_a_number_that_follows_no_argument_is_told_by_itself(home: Path, capsys:
     assert "wheel inertia ixx" in found[0]["related"][1]["message"]
 
 
+def test_a_number_that_gives_none_may_be_anything(home: Path, capsys: Shown) -> None:
+    text = BOT["descriptions/bot/robot.yaml"].replace("  mast: {", "  serial: {default: 0}\n  mast: {")
+    rows = {name: {**one, "serial": 1000 + index} for index, (name, one) in enumerate(calibrated(9).items())}
+    rows["r004"]["serial"] = 900_000
+    file = swept(home, rows, {"descriptions/bot/robot.yaml": text})
+    assert outliers(capsys, file) == []
+    assert "serial " in shown(capsys, file)
+
+
+def test_an_argument_that_gives_its_numbers_by_a_formula(home: Path, capsys: Shown) -> None:
+    """No line leads from the angle to the place: both are far, and the angle is the cause."""
+    text = BOT["descriptions/bot/robot.yaml"].replace('"${lidar_x}"', '"${0.1 * cos(lidar_yaw / 3)}"')
+    text = text.replace('rpy: [0, 0, "${lidar_yaw}"]', "rpy: [0, 0, 0]")
+    rows = {name: {"lidar_yaw": one["lidar_yaw"]} for name, one in calibrated(12).items()}
+    rows["r004"]["lidar_yaw"] = 0.5
+    file = swept(home, rows, {"descriptions/bot/robot.yaml": text})
+    (one,) = [one for one in told(capsys, file) if one["rule"] == "fleet-outlier"]
+    assert one["message"].startswith("r004: lidar_yaw is ")
+    assert "and with it 1 number of this robot: laser origin x" in one["related"][0]["message"]
+
+
 def test_an_angle_that_goes_round_is_no_outlier(home: Path, capsys: Shown) -> None:
     rows = calibrated(10)
     rows["r003"]["lidar_yaw"] = -3.141

@@ -28,8 +28,8 @@ from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE, parse_quantity
 from .spread import is_same
 from .sweep_file import Variant
 
-MOST = 4_000_000  # values that are kept
-MOST_READ = 2_000_000  # values of artifacts that may come again
+MOST = 2_000_000  # values that are kept
+MOST_READ = 1_000_000  # values of artifacts that may come again
 MOST_TEXTS = 40  # different texts of one thing
 _EXTREMES = 8  # robots with the smallest and with the largest number
 _BLOCK = 1 << 20
@@ -444,7 +444,7 @@ class Texts:
         except (OSError, ValueError):
             return None
         found = sums.digest()
-        if status.st_nlink > 1 and len(self._sums) < MOST_READ // 10:
+        if status.st_nlink > 1 and len(self._sums) < MOST_READ // 5:
             self._sums[key] = (status.st_mtime_ns, found)
         return found
 

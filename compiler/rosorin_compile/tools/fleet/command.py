@@ -255,7 +255,8 @@ class Fleet:
         lines = table(self.rows, full) if self.rows else []
         lines += texts_of(self.columns, full)
         if self.made > 1:
-            lines.append(f"{counted(differing, 'number')} of the artifacts differ, {same:,} are the same in all robots")
+            verb = "differs" if differing == 1 else "differ"
+            lines.append(f"{counted(differing, 'number')} of the artifacts {verb}, {same:,} are the same in all robots")
         return lines
 
 

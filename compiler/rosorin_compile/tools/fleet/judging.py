@@ -274,8 +274,9 @@ def outliers(robot: str, far: Sequence[Far], places: Mapping[str, Span]) -> list
     swapped = _swapped(far)
     told = [_swap(robot, *pair, places) for pair in swapped]
     left = [one for one in far if not any(one is other for pair in swapped for other in pair)]
-    arguments = [one for one in left if one.row.is_argument]
     others = [one for one in left if not one.row.is_argument]
+    # What gives no number, such as a serial number, may be as it likes.
+    arguments = [one for one in left if one.row.is_argument and (one.row.follow or others)]
     if arguments:
         told += [_outlier(robot, one, [] if at else others, places) for at, one in enumerate(arguments)]
     elif others and not told:

@@ -155,7 +155,11 @@ _FACTORS = (
     (1e-3, "a thousandth of that of the others", {"m": "m where mm is meant?"}),
     (100.0, "100 times that of the others", {"m": "cm where m is meant?"}),
     (0.01, "a hundredth of that of the others", {"m": "m where cm is meant?"}),
-    (10.0, "10 times that of the others", {"": "a slip of the decimal point?", "m": "a slip of the decimal point, or cm where mm is meant?"}),
+    (
+        10.0,
+        "10 times that of the others",
+        {"": "a slip of the decimal point?", "m": "a slip of the decimal point, or cm where mm is meant?"},
+    ),
     (0.1, "a tenth of that of the others", {"": "a slip of the decimal point?"}),
     (1 / 0.0254, "39.37 times that of the others", {"m": "inches where m is meant?"}),
     (1 / 25.4, "25.4 times less than that of the others", {"m": "mm where inches are meant?"}),

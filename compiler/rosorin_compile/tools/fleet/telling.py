@@ -123,7 +123,7 @@ def texts_of(columns: Columns, full: bool) -> list[str]:
         usual = columns.usual_texts.get(fact)
         if usual is not None:
             counts[usual] = counts.get(usual, 0) + total - sum(counts.values())
-        if len(counts) < 2 or (fact.kind == ARGUMENT and len(counts) > min(_BINS, total // 2)):
+        if len(counts) < 2 or (fact.kind == ARGUMENT and len(counts) > max(2, min(_BINS, total // 2))):
             continue  # a name, a serial number
         often = sorted(counts, key=lambda text: (-counts[text], text))
         said = first_of([f"{printable(text) or 'none'} ({counts[text]:,})" for text in often], _NAMED)

@@ -395,6 +395,14 @@ def test_the_page(home: Path, capsys: Shown) -> None:
     assert (home / "fleet.html").read_text("utf-8") == once
 
 
+def test_the_page_knows_the_arguments_of_all(home: Path, capsys: Shown) -> None:
+    file = swept(home, calibrated(6), BOT, "-a", "mast=false", "-a", "lidar_z=0.75 m")
+    shown(capsys, file, "--html", "fleet.html")
+    data = data_of((home / "fleet.html").read_text("utf-8"))
+    assert "pole" not in {link["name"] for link in data["robot"]["links"]}
+    assert next(one for one in data["robot"]["joints"] if one["name"] == "laser_joint")["xyz"][2] == 0.75
+
+
 def test_the_page_without_the_description_shows_an_artifact(home: Path, capsys: Shown) -> None:
     file = planted(home, "r003", {"lidar_x": 48.1})
     shutil.rmtree(home / "descriptions")

@@ -102,7 +102,7 @@ def _shown(fleet: Fleet, variant: Variant) -> Shown | None:
 
     paths = [Path(fleet.file.head.description)] if fleet.file.head.description else []
     paths = [fleet.file.path.parent / path for path in paths]
-    given = Given(cast("dict[str, str]", dict(variant.arguments)), ())
+    given = Given(cast("dict[str, str]", {**fleet.file.head.arguments, **variant.arguments}), ())
     tried = [(Description(variant.name, path, variant.folder), given) for path in paths if path.is_file()]
     tried += [(Description(variant.name, path, variant.folder), Given({}, ())) for path in _readable(variant)]
     for description, arguments in tried:

@@ -151,8 +151,8 @@ def _without(numbers: Sequence[float], left: Sequence[int]) -> list[float]:
 
 # A factor between what was written and what was meant: the words for a length, an angle, anything else.
 _FACTORS = (
-    (1000.0, "1,000 times that of the others", {"m": "mm where m is meant?"}),
-    (1e-3, "a thousandth of that of the others", {"m": "m where mm is meant?"}),
+    (1000.0, "1,000 times that of the others", {"m": "mm where m is meant?", "kg": "g where kg is meant?"}),
+    (1e-3, "a thousandth of that of the others", {"m": "m where mm is meant?", "kg": "kg where g is meant?"}),
     (100.0, "100 times that of the others", {"m": "cm where m is meant?"}),
     (0.01, "a hundredth of that of the others", {"m": "m where cm is meant?"}),
     (

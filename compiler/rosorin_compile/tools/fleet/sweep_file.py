@@ -73,10 +73,10 @@ def span_of(file: str, line: str, number: int, column: int, length: int = 1) -> 
 
 
 class Head(NamedTuple):
-    """What a sweep says beside its variants: the description as it was named, and the version of the tool."""
+    """What a sweep says beside its variants: the description as it was named, and the arguments of all of them."""
 
     description: str
-    tool: str
+    arguments: Mapping[str, Any]
 
 
 class SweepFile:
@@ -85,7 +85,7 @@ class SweepFile:
     def __init__(self, path: Path) -> None:
         self.path = path / "sweep.json" if path.is_dir() else path
         self.problem: Diagnostic | None = None
-        self.head = Head("", "")
+        self.head = Head("", {})
         if not self.path.is_file():
             way = "rosorin-compile sweep -o FOLDER writes FOLDER/sweep.json"
             raise WrongUsage(f'there is no file "{self.path}"; {way}')
@@ -223,4 +223,5 @@ def _head(said: Any, line: str, number: int) -> Head:
     if version != _VERSION:
         message = f"is a sweep of version {printable(str(version))}; this rosorin-compile reads version {_VERSION}"
         raise _NotByLine(True, message, line, number, 1)
-    return Head(str(said.get("description", "")), str(said.get("tool", "")))
+    arguments = said.get("arguments")
+    return Head(str(said.get("description", "")), arguments if isinstance(arguments, dict) else {})

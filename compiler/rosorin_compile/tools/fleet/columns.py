@@ -350,9 +350,14 @@ def _is_exact(facts: Facts) -> bool:
 
 
 def _said(facts: Facts) -> set[tuple[str, str, str]]:
-    """Return what an artifact speaks of: of shapes only whose they are, for each counts them in its own way."""
+    """Return what an artifact speaks of: of shapes only whose they are, for each counts them in its own way.
+
+    Raw elements are texts of one format alone, and no numbers.
+    """
     found = set()
     for kind, name, quantity in facts:
+        if quantity.startswith("element "):
+            continue
         shape = _SHAPE.fullmatch(quantity) or (quantity.startswith("box ") and kind == "link")
         found.add((kind, name, quantity.split(" ")[0] if shape else quantity))
     return found

@@ -142,7 +142,7 @@ def test_only_what_changed_is_made(capsys: Shown) -> None:
     edit(Path("fleet.csv"), "r2,", "r0,1 m\nr2,40 cm")
     sweep()
     assert table(capsys) == {"made": 2, "unchanged": 2, "errors": 0}
-    assert list(index()["variants"][1].items())[0] == ("name", "r0")
+    assert index()["variants"][1]["name"] == "r0"
     assert heights()["r2"] == "0.001 0 0.4"
     for file in ("cal.yaml", "notes.txt.jinja", "robot.yaml"):
         path = Path("descriptions/mast", file)
@@ -377,7 +377,7 @@ def test_a_description_with_errors_is_an_error_of_each(capsys: Shown) -> None:
     assert "10 more variants with errors: sweep.json has them all" in said
 
 
-def test_a_robot_without_outputs_is_made_of_nothing(capsys: Shown) -> None:
+def test_a_robot_without_outputs_is_made_of_nothing() -> None:
     path = Path("descriptions/mast/robot.yaml")
     path.write_text(path.read_text().partition("outputs:")[0])
     sweep()

@@ -33,7 +33,7 @@ from ...output.remote import RemoteFolder, folder_of
 from ...output.variants import VariantsFolder
 from ...project import DATA, ROS_PACKAGE, Description, Resolved, data_folder, projects_of
 from .engines import Result, death, died
-from .making import Folder, Job, Made, Maker, files_of, line_of
+from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
 from .running import Stopped
 
 if TYPE_CHECKING:
@@ -256,8 +256,6 @@ def _read(root: Path, compiled: Compiled) -> dict[str, str]:
 
 def _whole(maker: Maker, root: Path, bundle: Bundle, variant: Variant) -> Answer:
     """Return the same for the library, which wants what was compiled and no files."""
-    from .library import compiled_here
-
     job = maker.job
     compiled = compiled_here(job.description.path, Asked("", job.shared, job.packages, []), variant, maker.kept)
     lacking = _lacking(root, compiled, compiled.diagnostics)
@@ -503,7 +501,6 @@ class Cluster:
 def compiled_on(client: Any, first: Path, asked: Asked, variants: Iterable[Variant]) -> Iterator[Compiled]:
     """Yield what becomes of variants on a cluster, as it comes (see ``library``)."""
     from ...pipeline import Compiled
-    from .library import compiled_here
 
     rest = enumerate(variants)
     flight: _Flight | None = None

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ...diagnostics import Diagnostic, error, has_errors
+from ...diagnostics import Diagnostic, error
 from ...frontend.arguments import declared
 from ...frontend.asked import Asked, ask, description_of
 from ...frontend.expand.files import Kept
 from ...frontend.variants import NAME, Variant, Variants, given, wrong_name
-from ...pipeline import Compiled, compile_robot
-from .making import merged
+from ...pipeline import Compiled
+from .making import compiled_here
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -55,14 +55,6 @@ def sweep(
         kept = Kept()
         for variant in listed:
             yield compiled_here(first, asked, variant, kept)
-
-
-def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None = None) -> Compiled:
-    """Return what becomes of one variant."""
-    if has_errors(variant.diagnostics):
-        return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
-    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages, kept=kept)
-    return compiled._replace(diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
 
 
 def _listed(variants: Any, arguments: list[str]) -> tuple[Iterable[Variant], list[Diagnostic]]:

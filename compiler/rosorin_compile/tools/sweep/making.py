@@ -1,7 +1,7 @@
 """Making: one variant of a sweep, from its arguments to the folder of its artifacts, and knowing one that is made.
 
-The index, ``sweep.json``, is a JSON object whose ``variants`` stand in a line each; where ``-a`` gives arguments for all,
-they are its ``arguments``. A line is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
+The index, ``sweep.json``, is a JSON object whose ``variants`` stand in a line each; where ``-a`` gives arguments for
+all, they are its ``arguments``. A line is a JSON object: ``name``, ``folder``, ``arguments`` as they were given,
 ``status`` (made or error), ``artifacts`` (SHA-256 by name) and ``diagnostics`` as ``--format json`` has them. Nothing
 in it depends on the time, on the machine or on who made it.
 """
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...diagnostics import Diagnostic, Related, has_errors, progress
 from ...diagnostics.report import as_object
+from ...frontend.asked import Asked
 from ...frontend.expand.files import Kept
 from ...frontend.tree import Map, Seq, Text
 from ...frontend.variants import Variant
@@ -204,6 +205,16 @@ class Maker:
             return all(_digest_of(path, _mark(path)) == kept for path, kept in inputs.items())
         except (OSError, KeyError, TypeError, ValueError):
             return False
+
+
+def compiled_here(first: Path, asked: Asked, variant: Variant, kept: Kept | None = None) -> Compiled:
+    """Return what becomes of one variant, for the library."""
+    from ...pipeline import Compiled, compile_robot
+
+    if has_errors(variant.diagnostics):
+        return Compiled(None, (), list(variant.diagnostics), (), variant=variant)
+    compiled = compile_robot(first, merged(asked.arguments, variant), packages=asked.packages, kept=kept)
+    return compiled._replace(diagnostics=[*variant.diagnostics, *compiled.diagnostics], variant=variant)
 
 
 def files_of(compiled: Compiled) -> dict[str, bytes]:

@@ -46,6 +46,16 @@ class Counts:
         self.recent: deque[tuple[float, int]] = deque()
 
     @property
+    def worked(self) -> int:
+        """How many variants were made in this run, or tried."""
+        return self.by_state[MADE] + self.by_state[ERROR]
+
+    @property
+    def seconds(self) -> float:
+        """How long the run takes already."""
+        return time.monotonic() - self.begun
+
+    @property
     def done(self) -> int:
         """How many variants are done."""
         return sum(self.by_state.values())
@@ -60,14 +70,14 @@ class Counts:
 
     def show(self) -> None:
         """Show how far it is, how fast, and how long it will take."""
-        now, worked = time.monotonic(), self.by_state[MADE] + self.by_state[ERROR]
+        now, worked = time.monotonic(), self.worked
         if not self.recent or now - self.recent[-1][0] > 0.5:
             self.recent.append((now, worked))
         while len(self.recent) > 2 and now - self.recent[0][0] > _RECENT:
             self.recent.popleft()
         since, before = self.recent[0]
         rate = (worked - before) / (now - since) if now > since else 0.0
-        more = f" {_rate(rate)}, {_duration((self.total - self.done) / rate)} left" if rate else ""
+        more = f" {_rate(rate)}, {duration((self.total - self.done) / rate)} left" if rate else ""
         step("variants", self.done, self.total, more=more)
 
 
@@ -75,10 +85,10 @@ def _rate(rate: float) -> str:
     return f"{rate:.1f}/s" if rate >= 1 else f"{60 * rate:.1f}/min"
 
 
-def _duration(seconds: float) -> str:
+def duration(seconds: float) -> str:
     """Return a time as a person says it.
 
-    >>> _duration(59.4), _duration(61), _duration(7300), _duration(200_000)
+    >>> duration(59.4), duration(61), duration(7300), duration(200_000)
     ('59 s', '1 min', '2 h 1 min', '2 d 7 h')
     """
     if seconds < 60:

@@ -15,11 +15,12 @@ from typing import Any, NamedTuple
 from ...diagnostics import ERROR as WRONG
 from ...diagnostics import Diagnostic, Related, Source, Span
 from ...diagnostics.console import Console
+from ...diagnostics.progress import AFTER
 from ...diagnostics.wording import and_more, counted
 from ...frontend.variants import Row
 from ...output.variants import Stored
 from .making import ERROR, MADE, UNCHANGED, Made
-from .running import Counts
+from .running import Counts, duration
 
 MAX_FAILED = 20  # variants whose errors are shown
 MAX_KINDS = 500  # different remarks that are kept
@@ -84,6 +85,9 @@ def table(counts: Counts, stored: Stored) -> Iterator[str]:
     yield f"errors    {counts.by_state[ERROR]:>10,}"
     if stored.objects:
         yield f"distinct artifacts {stored.objects:,}, {_size(stored.size)}"
+    if counts.worked and counts.seconds > AFTER:  # of less a person knows it, and a script reads no clock
+        each = 1e3 * counts.seconds / counts.worked
+        yield f"{duration(counts.seconds)}, {each:,.0f} ms a variant"
 
 
 def _size(size: int) -> str:

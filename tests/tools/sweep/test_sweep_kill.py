@@ -1,0 +1,162 @@
+"""sweep that is killed, interrupted, or loses a process: whole variants only, and the next run does the rest.
+
+What is killed runs in a process of its own, which forks and so has everything imported.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+
+ROBOT = """\
+robot: mast
+args: {height: {type: length, default: 0.3 m}}
+links: {base_link: {}, mast: {}}
+joints: {mast_joint: {type: fixed, parent: base_link, child: mast, xyz: [0, 0, "${height}"]}}
+outputs:
+  urdf: {file: mast.urdf}
+  static_tf_json: {file: deep/static_tf.json}
+  same: {template: same.txt.jinja, file: same.txt}
+"""
+COUNT = 24
+
+
+def table(step: int) -> str:
+    return "name,height\n" + "".join(f"r{n},{n + step} cm\n" for n in range(1, COUNT + 1))
+
+
+PROJECT = {
+    "mast/robot.yaml": ROBOT,
+    "mast/same.txt.jinja": "the same\n",
+    "a.csv": table(1),
+    "b.csv": table(2),
+    "kill.py": """\
+import os, random, shutil, signal, sys, time
+from pathlib import Path
+from rosorin_compile.cli import main
+from rosorin_compile import pipeline
+from rosorin_compile.meaning import agreement
+from rosorin_compile.tools.sweep import command
+
+def sweep(over, out, *words):
+    return main(["sweep", "mast", "--over", over, "-o", out, "-q", *words])
+
+def state(out):
+    return {
+        folder.name: {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+        for folder in Path(out).glob("[!.]*") if folder.is_dir()
+    }
+
+assert sweep("a.csv", "ref_a") == sweep("b.csv", "ref_b") == 0
+begun = time.monotonic()
+assert sweep("a.csv", "ref_c", "-j", "2") == 0
+whole = time.monotonic() - begun
+refs = state("ref_a"), state("ref_b")
+killed = 0
+for moment in range(int(sys.argv[1])):
+    over = ("a.csv", "b.csv")[moment % 2]
+    pid = os.fork()
+    if pid == 0:
+        os.setsid()
+        os._exit(sweep(over, "out", "-j", str(1 + moment % 3)))
+    time.sleep(whole * 1.2 * random.Random(moment).random())
+    if os.waitpid(pid, os.WNOHANG)[0] == 0:
+        # One that leaves its processes behind, one that takes them along.
+        (os.killpg if moment % 4 < 2 else os.kill)(pid, signal.SIGKILL)
+        os.waitpid(pid, 0)
+        killed += 1
+    for name, files in state("out").items():
+        assert files in (refs[0][name], refs[1][name]), (moment, name, sorted(files))
+    if moment % 5 == 4:
+        assert sweep(over, "out", "-j", "1") == 0
+        assert state("out") == refs[moment % 2], moment
+        assert Path("out/sweep.json").read_bytes() == Path(("ref_a", "ref_b")[moment % 2], "sweep.json").read_bytes()
+        assert not list(Path("out").glob(".rosorin-compile-????????????????"))
+    if moment % 10 == 9:
+        shutil.rmtree("out")
+print(killed)
+""",
+    "die.py": """\
+import os, signal, sys
+from pathlib import Path
+from rosorin_compile.cli import main
+from rosorin_compile.tools.sweep.making import Maker
+
+make = Maker.make
+
+def dying(maker, variant):
+    if variant.name == "r5" or (variant.name == "r9" and not Path("died").exists()):
+        Path("died").touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    return make(maker, variant)
+
+Maker.make = dying
+sys.exit(main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "2"]))
+""",
+}
+
+
+@pytest.fixture(autouse=True)
+def here(project: Path) -> Path:
+    return project
+
+
+def ran(*words: str) -> subprocess.CompletedProcess[str]:
+    return subprocess.run([sys.executable, *words], capture_output=True, text=True, timeout=300)
+
+
+def killed_at(moments: int) -> None:
+    done = ran("kill.py", str(moments))
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout.split()[-1]) > moments / 3, "most runs were killed before they were done"
+
+
+def test_killed_at_some_moments() -> None:
+    killed_at(5)
+
+
+@pytest.mark.slow
+def test_killed_at_a_hundred_moments() -> None:
+    killed_at(100)
+
+
+def test_a_process_that_dies_takes_no_other_variant_along() -> None:
+    done = ran("die.py")
+    assert done.returncode == 1
+    assert "a.csv:6:1: error[worker-died]: r5: the process that compiled it was ended by SIGKILL, twice" in done.stderr
+    made = json.loads(Path("out/sweep.json").read_text())["variants"]
+    assert [one["name"] for one in made if one["status"] == "error"] == ["r5"]
+    assert len(made) == COUNT
+    assert main(["sweep", "mast", "--over", "a.csv", "-o", "out", "-j", "1"]) == 0
+    assert Path("out/r5/mast.urdf").exists()
+
+
+def test_ctrl_c_leaves_what_is_made_and_says_how_to_go_on() -> None:
+    Path("many.csv").write_text("name,height\n" + "".join(f"r{n},{n} mm\n" for n in range(1, 3_000)))
+    words = ["-m", "rosorin_compile", "sweep", "mast", "--over", "many.csv", "-o", "out", "-j", "2"]
+    process = subprocess.Popen(
+        [sys.executable, *words], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, start_new_session=True
+    )
+    until = time.monotonic() + 60
+    while not Path("out/r20").exists() and time.monotonic() < until:
+        time.sleep(0.01)
+    os.killpg(process.pid, signal.SIGINT)
+    _, said = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert " of 2,999 variants done; the same command goes on from there" in said
+    assert "Traceback" not in said
+    assert not Path("out/sweep.json").exists()
+    made = len(list(Path("out").glob("r*/mast.urdf")))
+    Path("many.csv").write_text("".join(Path("many.csv").read_text().splitlines(keepends=True)[:11]))
+    assert main(["sweep", "mast", "--over", "many.csv", "-o", "out", "-j", "1", "--prune"]) == 0
+    assert made >= 20
+    assert json.loads(Path("out/sweep.json").read_text())["variants"][9]["name"] == "r10"

@@ -1,0 +1,128 @@
+"""``rosorin_compile.sweep``: what a program gives, what it gets, and that it can be sent to another process."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import rosorin_compile
+from rosorin_compile.frontend.expand import files
+from rosorin_compile.frontend.expand.files import Kept
+from rosorin_compile.frontend.tree import Kept as KeptText
+from rosorin_compile.pipeline import compile_robot
+from rosorin_compile.units import Quantity
+from support.commands import HANDY, edit
+from support.paths import ROOT
+
+PROJECT = HANDY
+ROBOTS = ["descriptions/rosorin", *sorted(f"examples/{path.name}" for path in (ROOT / "examples").iterdir())]
+
+
+@pytest.fixture(autouse=True)
+def here(project: Path) -> Path:
+    return project
+
+
+def shelf(compiled: rosorin_compile.Compiled) -> float:
+    assert compiled.robot is not None, compiled.diagnostics
+    return float(compiled.robot.joint["shelf_joint"].origin.xyz[2])
+
+
+def rows() -> Iterator[dict[str, Any]]:
+    yield {"name": "one", "scale": 2}
+    yield {"name": "two", "scale": "3"}
+
+
+@pytest.mark.parametrize(
+    "variants",
+    [{"one": {"scale": 2}, "two": {"scale": "3"}}, [("one", {"scale": 2}), ("two", {"scale": 3.0})], rows()],
+    ids=["mapping", "pairs", "generator"],
+)
+def test_variants_of_a_program(variants: Any) -> None:
+    made = list(rosorin_compile.sweep("handy", variants))
+    assert [(one.variant and one.variant.name, shelf(one)) for one in made] == [("one", 2.0), ("two", 3.0)]
+
+
+def test_variants_of_a_file() -> None:
+    Path("fleet.yaml").write_text("one: {scale: 2}\ntwo:\n")
+    made = list(rosorin_compile.sweep("handy", "fleet.yaml", {"scale": 5}))
+    assert [shelf(one) for one in made] == [2.0, 5.0]
+    assert made[0].artifacts == rosorin_compile.compile("handy", {"scale": 2}).artifacts
+    assert made[0].variant is not None
+    assert made[0].variant.span is not None
+    assert made[0].variant.span.line == 1
+
+
+def test_what_is_wrong_with_one_is_its_own() -> None:
+    made = list(rosorin_compile.sweep("handy", {"a/b": {}, "": {}, "one": {"skale": 1}, "two": 5, "good": {}}))
+    told = [str(one.diagnostics[0]) if one.robot is None else "fine" for one in made]
+    assert told == [
+        'error[variant-name]: no folder is made for the variant "a/b": its name has "/"',
+        "error[variant-name]: this variant has no name",
+        'error[unknown-argument]: the description has no argument "skale"',
+        "error[bad-argument]: arguments map names to values; this is of the type int",
+        "fine",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("variants", "message"),
+    [
+        (5, "error[variants-list]: variants are a file, arguments by name, or a list of them; this is of the type int"),
+        ("none.csv", 'error[file-unreadable]: there is no file or folder "none.csv" of variants'),
+    ],
+)
+def test_what_is_wrong_with_all_is_one_answer(variants: Any, message: str) -> None:
+    (made,) = rosorin_compile.sweep("handy", variants)
+    assert (made.robot, made.variant, [str(one) for one in made.diagnostics]) == (None, None, [message])
+
+
+def test_a_description_that_is_not_there() -> None:
+    (made,) = rosorin_compile.sweep("hardy", {"one": {}})
+    assert 'did you mean "handy"?' in str(made.diagnostics[0])
+
+
+@pytest.mark.parametrize("name", ROBOTS)
+def test_what_is_compiled_can_be_sent_to_another_process(name: str) -> None:
+    compiled = rosorin_compile.compile(ROOT / name)
+    again = pickle.loads(pickle.dumps(compiled))  # noqa: S301 - our own
+    assert again == compiled
+    assert again.robot == compiled.robot
+    assert [str(one) for one in again.diagnostics] == [str(one) for one in compiled.diagnostics]
+
+
+def test_values_of_the_language_can_be_copied() -> None:
+    length = Quantity(0.012, (1, 0, 0, 0), "12 mm")
+    for made in (copy.deepcopy(length), pickle.loads(pickle.dumps(length))):  # noqa: S301 - our own
+        assert (float(made), made.dimension, made.text) == (0.012, (1, 0, 0, 0), "12 mm")
+    assert pickle.loads(pickle.dumps(KeptText("a", None))) == "a"  # noqa: S301 - our own
+
+
+def test_files_are_parsed_once_while_they_are_as_they_were(monkeypatch: pytest.MonkeyPatch) -> None:
+    parsed = []
+
+    def counted(path: Path, *words: Any) -> Any:
+        parsed.append(path.name)
+        return load(path, *words)
+
+    load = files.load_mapping
+    monkeypatch.setattr(files, "load_mapping", counted)
+    first, kept = Path("descriptions/handy/robot.yaml"), Kept()
+    made = [compile_robot(first, {"scale": str(scale)}, kept=kept) for scale in (1, 2, 1)]
+    assert parsed == ["robot.yaml", "parts.yaml"]
+    assert made[0][:5] == made[2][:5] == compile_robot(first, {"scale": "1"})[:5]
+    assert shelf(made[1]) == 2.0
+    for name, old, new in (("robot.yaml", "[0.1, cal.", "[0.2, cal."), ("calibration.yaml", "120 mm", "130 mm")):
+        edit(first.with_name(name), old, new)
+        again = compile_robot(first, {}, kept=kept)
+        assert again[:5] == compile_robot(first, {})[:5]
+        assert again.artifacts != made[0].artifacts
+    edit(first, "robot: handy", "robot: [")
+    assert compile_robot(first, {}, kept=kept).robot is None
+    edit(first, "robot: [", "robot: handy")
+    assert compile_robot(first, {}, kept=kept)[:5] == compile_robot(first, {})[:5]

@@ -49,6 +49,7 @@ GROUPS = {
     },
     "build with it": {
         "cmake-dir": "print the folder of the CMake package, for find_package",
+        "bazel-dir": "print the folder of the Bazel rule rosorin_robot",
     },
     "run on the robot": {
         "package": "write a ROS 2 package that is ready to build",
@@ -113,6 +114,7 @@ _EXITS = {
     "picture": "0 drawn, 1 errors, or what draws is not installed",
     "simulate": "0 within the limits, 1 errors, or something beyond a limit",
     "cmake-dir": "0 printed",
+    "bazel-dir": "0 printed",
     "schema": "0 printed",
     "completion": "0 printed",
 }
@@ -121,6 +123,7 @@ _EXIT = "0 fine, 1 problems"
 # Where the module of a command stands in ``tools``, where that is not its name.
 MODULES = {
     "cmake-dir": "cmake_dir",
+    "bazel-dir": "bazel_dir",
     "collisions": "collisions.command",
     "sweep": "sweep.command",
     "import": "importer.command",

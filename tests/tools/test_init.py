@@ -246,8 +246,8 @@ def test_everything_that_ships_is_packaged() -> None:
     text = (ROOT / "pyproject.toml").read_text("utf-8")
     package = PACKAGE
     on_disk = {".".join(path.parent.relative_to(package.parent).parts) for path in package.rglob("__init__.py")}
-    folders = {"cmake": "cmake", "parts_library": "parts", "schemas": "schemas", "templates": "templates"}
-    folders["viewer"] = "viewer/built"
+    folders = {name: name for name in ("bazel", "cmake", "schemas", "templates")}
+    folders |= {"parts_library": "parts", "viewer": "viewer/built"}
     data = {f"rosorin_compile.{name}" for name in folders}
     listed = text.partition("packages = [")[2].partition("]")[0]
     assert set(re.findall(r'"(.+?)"', listed)) == on_disk | data

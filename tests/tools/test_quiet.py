@@ -53,7 +53,7 @@ def test_a_program_gets_errors_and_stand_ins(capsys: pytest.CaptureFixture[str])
 
 
 # Commands that have nothing to say but their result.
-WITHOUT = {"init", "schema", "rule", "cmake-dir", "completion"}
+WITHOUT = {"init", "schema", "rule", "cmake-dir", "bazel-dir", "completion"}
 
 
 @pytest.mark.parametrize("name", [name for name in COMMANDS if name not in WITHOUT])

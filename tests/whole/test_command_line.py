@@ -157,7 +157,7 @@ def test_the_pages_tell_of_every_command_and_schema() -> None:
     pages = {path.name: path.read_text("utf-8") for path in (DOCS).glob("*.md")}
     for name in COMMANDS:
         shown = any(f"$ rosorin-compile {name} " in page for page in pages.values())
-        assert shown or name in ("cmake-dir", "schema", "watch"), name
+        assert shown or name in ("cmake-dir", "bazel-dir", "schema", "watch"), name
     assert all(f"`rosorin-compile {name}" in "".join(pages.values()) for name in ("watch", "schema"))
     listed = pages["README.md"].partition("## Schemas")[2]
     assert all(f"`{name}`" in listed for name in names())

@@ -147,6 +147,8 @@ def first_file(name: str) -> Path:
     """Return the first file of a description given as a file, a folder or a name. Raises NoDescription."""
     if name == STDIN and _on_stdin:
         return ON_STDIN
+    if Path(name).suffix in ENDINGS and is_file(Path(name)):  # no folder above is looked at
+        return Path(name)
     for path in (Path(name), Path(DESCRIPTIONS, name), Path(around(), DESCRIPTIONS, name)):
         if is_file(path / ROOT_FILE):
             return path / ROOT_FILE

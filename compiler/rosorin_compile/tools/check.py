@@ -1,7 +1,8 @@
 """rosorin-compile check: compile each robot and compare with what is committed.
 
 With --every-argument a robot is compiled with every combination of the arguments that have a list of values, with
---parameters or --controllers the parameter files of its nodes are held against it.
+--parameters or --controllers the parameter files of its nodes are held against it; with --fleet the robots of a sweep
+are checked as one.
 """
 
 from __future__ import annotations
@@ -101,7 +102,13 @@ def options(command: argparse.ArgumentParser) -> None:
         " size; with MuJoCo",
     )
     _parameter_options(command)
-    command.add_argument("--full", action="store_true", help="show text differences in full")
+    command.add_argument(
+        "--fleet",
+        type=place,
+        metavar="FILE",
+        help="check the robots of a sweep.json as one: which numbers differ, which are likely typos, what stands in",
+    )
+    command.add_argument("--full", action="store_true", help="show text differences in full; with --fleet all numbers")
     command.add_argument(
         "--summary",
         type=place,
@@ -137,6 +144,10 @@ def _parameter_options(command: argparse.ArgumentParser) -> None:
 
 def run(options: argparse.Namespace) -> int:
     """Compile each robot and compare with what is committed."""
+    if options.fleet is not None:
+        from .fleet.command import check_fleet
+
+        return check_fleet(options)
     # arguments of the description may stand behind files
     for words in (options.parameters, options.controllers, options.launch):
         options.words += [word for word in words if MARK in word]

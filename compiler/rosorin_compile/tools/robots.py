@@ -112,7 +112,7 @@ def for_each(options: argparse.Namespace, one: Callable[[Run, Description], int]
         code = max(code, result)
     run.console.finish()
     if summary is not None:
-        _append(Path(summary), run.console.summary())
+        append_summary(Path(summary), run.console.summary())
     if run.settled and len(run.settled) == len(found) and code == FINE and _is_plain(run):
         made = {os.fspath(one.outputs): one.names for one in run.settled}
         read = [file for one in run.settled for file in (*one.inputs, *map(str, given.files))]
@@ -152,7 +152,7 @@ def _of_changed(options: argparse.Namespace) -> tuple[Given, list[Description]]:
     return given, descriptions(paths, getattr(options, "outputs", None)) if paths else []
 
 
-def _append(file: Path, text: str) -> None:
+def append_summary(file: Path, text: str) -> None:
     """Append a text to a file that other steps of a job may have begun. Raises WrongUsage."""
     try:
         with file.open("a", encoding="utf-8", errors="backslashreplace") as opened:

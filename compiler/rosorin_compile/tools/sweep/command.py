@@ -80,6 +80,12 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "--dask", type=place, metavar="ADDRESS", help="make them on a cluster of dask: tcp://HOST:8786"
     )
+    command.add_argument(
+        "--ninja",
+        type=place,
+        metavar="FILE",
+        help="make nothing: write a build file for Ninja with a target a variant; paths in it are seen from its folder",
+    )
     command.add_argument("--prune", action="store_true", help="remove variants that are not in the list any more")
     package_option(command)
     format_options(command)
@@ -117,6 +123,8 @@ def run(options: argparse.Namespace) -> int:
         variants, wrong = _listed(options, shared, given, description)
         if wrong:
             raise _Refused(wrong)
+        if options.ninja is not None:
+            return _write_ninja(options, console, given, description, variants)
         sweep = Sweep(options, console, given, description, variants, folder_of(options.output))
         made = job(description, shared, given.packages, given.trust, sweep.folder.base)
         code = _made(sweep, made)
@@ -130,6 +138,26 @@ def run(options: argparse.Namespace) -> int:
     console.end(code != FINE)
     console.finish()
     return code
+
+
+def _write_ninja(
+    options: argparse.Namespace, console: Console, given: Given, description: Description, variants: Variants
+) -> int:
+    """Write the build file of the variants; return the exit code. Raises OutputError, LoadError."""
+    from .ninja import Asked as AskedOfNinja
+    from .ninja import write
+
+    for option, given_too in (("--prune", options.prune), ("--dask", options.dask), ("-j", options.jobs)):
+        if given_too:
+            raise WrongUsage(f"--ninja makes nothing itself: it does not go with {option}")
+    if "://" in options.output:
+        raise WrongUsage("Ninja sees files of this machine alone: -o is a folder here")
+    file = Path(options.ninja)
+    count = write(AskedOfNinja(file, description, variants, given, Path(options.output), options.whole))
+    console.say(f"{file}: {counted(count, 'variant')} for ninja")
+    console.end(False)
+    console.finish()
+    return FINE
 
 
 class _Refused(Exception):

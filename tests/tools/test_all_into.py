@@ -1,0 +1,44 @@
+"""``all -o FOLDER``: the artifacts of one robot in a folder itself, for build systems."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from support.commands import Shown, ask
+
+LAMP = "robot: lamp\nlinks: {base_link: {}}\noutputs: {urdf: {file: lamp.urdf}, frames: {file: frames.md}}\n"
+PROJECT = {"descriptions/lamp/robot.yaml": LAMP, "descriptions/other/robot.yaml": LAMP}
+
+
+def names(folder: Path) -> list[str]:
+    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+
+
+def test_the_folder_is_that_of_the_artifacts(project: Path, capsys: Shown) -> None:
+    assert "2 artifacts in made/here, written: frames.md, lamp.urdf" in ask(capsys, "all", "lamp", "-o", "made/here")
+    assert names(project / "made") == ["here/frames.md", "here/lamp.urdf"]
+    assert "unchanged" in ask(capsys, "all", "lamp", "-o", "made/here")
+    assert "as committed in made/here" in ask(capsys, "all", "lamp", "-o", "made/here", "-n")
+    assert not (project / "outputs").exists()
+
+
+def test_only_and_a_depfile(project: Path) -> None:
+    assert main(["all", "lamp", "-o", "made", "--only", "urdf", "--depfile", "made.d"]) == 0
+    assert names(project / "made") == ["lamp.urdf"]
+    assert (project / "made.d").read_text("utf-8").startswith("made/lamp.urdf:")
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["-o", "made"], "there are several: lamp, other; name one"),
+        (["lamp", "-o", "made", "--outputs", "x"], "-o is the folder of one robot: it does not go with --outputs"),
+        (["--hook", "descriptions/lamp/robot.yaml", "-o", "made"], "it does not go with --hook"),
+    ],
+)
+def test_wrong_usage(project: Path, capsys: Shown, words: list[str], message: str) -> None:
+    assert message in ask(capsys, "all", *words, code=2)
+    assert not (project / "made").exists()

@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 
 from ...formats import FORMATS, Fact, Facts, Format
 from ...formats.facts import ANGLES
-from ...meaning.view import names_in
 from ...model import Transform
 from ...model.geometry import rotation_of_rpy
 from ...units import ANGLE, INERTIA, LENGTH, MASS, TIME, TORQUE, parse_quantity
@@ -389,7 +388,6 @@ def recognised(name: str, text: str) -> tuple[Format | None, Facts]:
             continue
         try:
             facts = format.facts(text)
-            names_in(facts)
         except (ValueError, TypeError, KeyError, AttributeError, IndexError):
             continue
         if len(facts) > len(best[1]):

@@ -6,7 +6,8 @@ import math
 from collections.abc import Callable, Iterable
 from decimal import Decimal
 from functools import lru_cache
-from typing import NamedTuple
+
+from .startup.records import NamedTuple
 
 NumberFormat = Callable[[float], str]
 

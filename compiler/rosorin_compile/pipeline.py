@@ -9,7 +9,7 @@ import os
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from .diagnostics import NOTE, Diagnostic, Span, arrange, error, has_errors
 from .diagnostics.progress import step
@@ -25,6 +25,7 @@ from .frontend.wanted import with_wanted
 from .model import Link, Mesh, Output, Robot
 from .plugins import PluginFailed
 from .rules import acceptable, check, plugged
+from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from .formats.imported import Imported

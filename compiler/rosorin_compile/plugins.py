@@ -18,11 +18,12 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from .diagnostics import Diagnostic, error
 from .diagnostics.registry import PLUGINS, Rule
 from .startup.cache import cache_folder, keep, recalled
+from .startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint

@@ -13,8 +13,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
+from ..startup.records import NamedTuple
 from .letters import difference, look
 from .wording import and_more, counted, first_of
 

@@ -18,11 +18,12 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ..model import Box, Inertial, Pose, Transform, Vector
 from ..model.geometry import Rows, dot
 from ..numbers import SIX, six
+from ..startup.records import NamedTuple
 from ..xml.elements import tree_of
 from .format import Fact, Facts, Value
 

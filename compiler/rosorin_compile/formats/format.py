@@ -7,12 +7,12 @@ another package comes by an entry point (``docs/extend.md``). Nothing else in th
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic, Source, Span, error
+from ..startup.records import NamedTuple, dataclass, field
 
 if TYPE_CHECKING:
     from ..diagnostics.registry import Rule

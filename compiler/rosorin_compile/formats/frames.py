@@ -6,13 +6,14 @@ import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.wording import first_of, listed
 from ..model import STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Edge, Output, Pose, Publisher, Robot, Vector
 from ..numbers import NUMBER_FORMATS, SIX, NumberFormat, fixed, six
 from ..rules.proof import in_words, prove
+from ..startup.records import NamedTuple
 from .facts import Sheet, number_of, numbers_of
 from .format import NUMBER_FORMAT, Asked, Facts, Format, Value, row_name
 from .static_tf import describe

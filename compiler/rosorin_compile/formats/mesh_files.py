@@ -19,11 +19,10 @@ import os
 import posixpath
 import stat
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 from urllib.parse import unquote
 
 from ..diagnostics import ERROR, NOTE, WARNING, Diagnostic, Related, Span, and_here
@@ -34,6 +33,7 @@ from ..frontend.packages import Packages
 from ..frontend.tree import Map, Seq
 from ..model import Output, Robot
 from ..project import MESH_FILE, ROS_PACKAGE, Resolved, resolved, shown
+from ..startup.records import NamedTuple, replace
 from . import FORMATS as RECORDS
 
 RULES = (

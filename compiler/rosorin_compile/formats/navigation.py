@@ -7,7 +7,6 @@ begins, which is the map (REP 105). A node is what its name says, or its package
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import NamedTuple
 
 from ..diagnostics import ERROR, Diagnostic, did_you_mean
 from ..diagnostics.registry import NAVIGATION, Rule
@@ -16,6 +15,7 @@ from ..frontend.tree import Path
 from ..model import NODE, UNPUBLISHED, Output, Publisher, Robot
 from ..rules.case import Case, exists
 from ..rules.tf_tree import is_tree
+from ..startup.records import NamedTuple
 from .parameters.tables import kinds
 
 RULES = (

@@ -10,12 +10,13 @@ import re
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import fields, replace
 from functools import cache, partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import Diagnostic
 from ..diagnostics.registry import OF_PLUGINS, Rule, find
 from ..plugins import Plugin, PluginFailed, broken, failed, load
 from ..project import ENDINGS, data_folder
+from ..startup.records import NamedTuple
 from .format import Asked, Fact, Facts, Format, Value
 from .templating import TemplateProblem
 

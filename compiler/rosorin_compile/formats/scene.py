@@ -15,7 +15,6 @@ import posixpath
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from ..diagnostics import Diagnostic, error
 from ..diagnostics.registry import FORMATS, Rule
@@ -26,6 +25,7 @@ from ..model.geometry import unit
 from ..model.standing import home_of, reach, stands_at
 from ..numbers import six, vector
 from ..rules.case import Case
+from ..startup.records import NamedTuple
 from .format import Format
 from .mesh_vertices import clouds_of
 from .templating import Templates, comment

@@ -10,7 +10,7 @@ from __future__ import annotations
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ..diagnostics import WARNING, Diagnostic, error
 from ..diagnostics.bounded import python_of
@@ -20,6 +20,7 @@ from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, Joint, Ou
 from ..numbers import METRE_DIGITS, RADIAN_DIGITS, NumberFormat, decimal, fixed
 from ..rules.case import first_fed
 from ..rules.conditions import modes_in
+from ..startup.records import NamedTuple
 from . import format
 from .facts import NO_TOLERANCE, frame_facts, number_of
 from .format import Fact, Facts, Format, Value

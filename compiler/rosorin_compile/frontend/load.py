@@ -10,13 +10,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
 from ..diagnostics import Diagnostic, Related, Source, Span, error
 from ..diagnostics.registry import FILES, Rule
 from ..project import stdin_of
+from ..startup.records import NamedTuple
 from ..units import parse_quantity
 from .tree import Instance, Map, Seq, Text, first_line
 

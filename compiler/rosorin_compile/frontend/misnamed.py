@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..diagnostics import did_you_mean, nearest
+from ..startup.records import NamedTuple
 from ..units import parse_unit
 from .schema import resolve
 from .synonyms import KEYS, VALUES, synonym, way_out

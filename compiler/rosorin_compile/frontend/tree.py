@@ -7,10 +7,11 @@ stages work on plain values and can still name file, line and column. Nothing ch
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..diagnostics import Related, Source, Span
 from ..diagnostics.wording import and_more
+from ..startup.records import NamedTuple
 
 Path = tuple[str | int, ...]
 

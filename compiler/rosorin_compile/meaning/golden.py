@@ -9,12 +9,13 @@ Differences of text are unified diffs; two texts may differ in white space, comm
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ..diagnostics.progress import step
 from ..diagnostics.wording import printable
 from ..formats import FORMATS, Artifact
 from ..model import Robot
+from ..startup.records import NamedTuple
 from .changes import changes
 from .entities import Change, Pair
 from .view import View, called, view_of

@@ -8,12 +8,13 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.drive import ROLES
 from ..model.geometry import minus, norm
+from ..startup.records import NamedTuple
 from ..xml.elements import fragments
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side

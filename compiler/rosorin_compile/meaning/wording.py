@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import NamedTuple
 
 from ..diagnostics.wording import counted, first_of, printable
 from ..formats import Fact, Value
@@ -16,6 +15,7 @@ from ..formats.facts import ANGLES, AXES, INERTIA, SIZES, Solid
 from ..model import Pose, Transform, Vector
 from ..model.geometry import angle_between, norm, pose_of
 from ..numbers import exact
+from ..startup.records import NamedTuple
 from .solids import Delta, largest_step
 from .tolerance import NOISE, joined
 

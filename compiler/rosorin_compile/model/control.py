@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
+from ..startup.records import dataclass, field
 from .link import NO_SOURCE, Source
 
 SYSTEM, ACTUATOR, SENSOR = "system", "actuator", "sensor"

@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import lru_cache
+
+from ..startup.records import dataclass
 
 Vector = tuple[float, float, float]
 Rows = tuple[Vector, Vector, Vector]

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from functools import cached_property
 
+from ..startup.records import dataclass, field
 from .geometry import Pose, Vector, eigenvalues
 from .shape import Shape
 from .simulation import Marked, Values

@@ -6,8 +6,8 @@ The colours are those of the page (``viewer/src/colours.js``), so that a robot l
 from __future__ import annotations
 
 from colorsys import hls_to_rgb
-from dataclasses import replace
 
+from ..startup.records import replace
 from .link import Link
 from .robot import Robot
 from .shape import Material, Rgba

@@ -6,8 +6,8 @@ Attributes that the language has no word for are kept under the names that MuJoC
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
+from ..startup.records import dataclass, field
 from .geometry import IDENTITY, Pose
 from .simulated import Attribute
 

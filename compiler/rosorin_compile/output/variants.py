@@ -23,9 +23,10 @@ import time
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..diagnostics.registry import WRITING, Rule
+from ..startup.records import NamedTuple
 from . import OutputError, explained
 from .ours import digest, is_marked
 from .staging import STAGE, Change, below, carry, discard, put, tidy

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from typing import NamedTuple
 
 from ..diagnostics import ERROR, WARNING, Diagnostic
 from ..diagnostics.letters import difference, foreign, in_words, look, unseen
 from ..diagnostics.registry import ARGUMENTS, FRAMES, rule
 from ..frontend.tree import Path
+from ..startup.records import NamedTuple
 from .case import Case, exists
 from .remarkable import NOT_XML
 

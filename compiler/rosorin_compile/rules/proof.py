@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from ..diagnostics.wording import listed
 from ..frontend.expression import ExpressionError
 from ..model import UNPUBLISHED, Robot
+from ..startup.records import NamedTuple
 from .conditions import MAX_MODES, combinations, holds, modes_in
 
 

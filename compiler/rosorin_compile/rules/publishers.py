@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import NamedTuple
 
 from ..diagnostics import WARNING, Diagnostic
 from ..diagnostics.registry import FRAMES, JOINTS, Check, rule
@@ -11,6 +10,7 @@ from ..diagnostics.wording import first_of, listed, quoted
 from ..frontend.tree import Map, Path, Seq
 from ..frontend.wanted import is_listed
 from ..model import ROBOT_STATE_PUBLISHER, STATIC_TRANSFORM_PUBLISHER, UNPUBLISHED, Joint, Publisher
+from ..startup.records import NamedTuple
 from . import conditions
 from .case import Case, at, exists, first_fed
 from .kinematics import children

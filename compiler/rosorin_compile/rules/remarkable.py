@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import math
 import re
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..frontend.tree import Map, Path, Seq
+from ..startup.records import NamedTuple
 
 # A little more than one turn, so that 6.2832 passes for 2*pi.
 FULL_TURN = 2 * math.pi + 1e-3  # rad

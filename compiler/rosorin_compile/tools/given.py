@@ -7,8 +7,9 @@ import os
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
+from ..startup.records import NamedTuple
 from .usage import WrongUsage
 
 MARK = ":="  # between name and value of an argument, as xacro has it

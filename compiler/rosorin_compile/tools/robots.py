@@ -11,7 +11,7 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ..diagnostics.console import Console
 from ..diagnostics.progress import about, begin
@@ -27,6 +27,7 @@ from ..project import (
     narrowed,
     stdin_of,
 )
+from ..startup.records import NamedTuple
 from .given import Given, given_arguments, no_half_mark
 from .options import console_of
 from .usage import FINE, WrongUsage

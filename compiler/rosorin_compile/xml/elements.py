@@ -10,8 +10,10 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 from xml.parsers import expat
+
+from ..startup.records import NamedTuple
 
 if TYPE_CHECKING:
     from xml.etree.ElementTree import Element

@@ -6,13 +6,14 @@ What the description says goes before what the robot knows (``known``). Each num
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import NOTE, Diagnostic
 from ...diagnostics.registry import CONTROL, Rule
 from ...frontend.lower.control import flat
 from ...model import Output, Robot
 from ...model.control import Controller
+from ...startup.records import NamedTuple
 from ..distributions import HUMBLE, JAZZY, title
 from ..distributions import known as known_distribution
 from ..parameters import files

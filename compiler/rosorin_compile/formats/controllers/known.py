@@ -9,12 +9,13 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from itertools import takewhile
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...model import Edge, Robot
 from ...model.control import EFFORT, JOINT_WORDS, POSITION, VELOCITY, Controller
 from ...model.drive import ACKERMANN, DIFFERENTIAL, MECANUM, OMNI, TRICYCLE
 from ...model.driving import Driving, Wheel, driving_of
+from ...startup.records import NamedTuple
 from ..parameters import tables
 from .types import SHORT, full
 

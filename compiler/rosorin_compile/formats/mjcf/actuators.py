@@ -8,9 +8,10 @@ readers of URDF, is what its actuators can bring.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...frontend.tree import Map
+from ...startup.records import NamedTuple
 from ...xml.markup import Element
 from .entries import shift_of_tendon
 from .reading import SLIDE, Reading, numbers, put, put_number, tidy, tidy_position

@@ -12,10 +12,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import NamedTuple
 
 from markupsafe import Markup
 
+from ...startup.records import NamedTuple
 from ..templating import attributes
 from .bodies import COLLISION, COLLISION_GROUP, FRAME, FRAME_GROUP, SHOWN, VISUAL, VISUAL_GROUP
 

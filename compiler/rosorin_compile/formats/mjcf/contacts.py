@@ -20,12 +20,12 @@ import math
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from functools import cached_property
-from typing import NamedTuple
 
 from ...model import MERGED, Joint, Link, Mesh, Robot, Transform, Vector
 from ...model.geometry import dot, norm, unit
 from ...model.motion import motion, plane_axes
 from ...model.touching import NEAR, Solid, Touching, around
+from ...startup.records import NamedTuple
 from .bodies import body_name, weld_groups
 from .height_fields import solids
 from .unsaid import has_volume, position_range

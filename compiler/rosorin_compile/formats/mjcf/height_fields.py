@@ -13,9 +13,9 @@ What there is to know about height fields (MuJoCo 4.0.0, XMLreference "asset/hfi
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 from ...model import MERGED, HeightMap, Output, Pose, Shape
+from ...startup.records import NamedTuple
 
 HFIELD = "hfield"
 _THIN = 1e-5  # m: what stands for a thickness of zero, which MuJoCo does not take

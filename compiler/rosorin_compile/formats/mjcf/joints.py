@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics.wording import counted, first_of, listed
 from ...frontend.tree import Map, Seq
 from ...model import Transform
 from ...model.geometry import Vector
+from ...startup.records import NamedTuple
 from ...units import parse_quantity
 from ...xml.markup import Element
 from .actuators import Drive

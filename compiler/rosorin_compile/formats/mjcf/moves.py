@@ -10,10 +10,11 @@ from __future__ import annotations
 import copy
 import math
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from ...startup.records import NamedTuple
 from .matched import BALL, FREE
 from .same import Comparison
 from .same_drives import shift_of_control

@@ -17,7 +17,9 @@ from collections.abc import Mapping
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from ...startup.records import NamedTuple
 
 SECONDS = 60
 

@@ -10,10 +10,11 @@ several principal axes, meshes an origin that MuJoCo moves; zero of a joint with
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from ...startup.records import NamedTuple
 from .matched import (
     BALL,
     CAPSULE,

@@ -8,7 +8,8 @@ own), in ``WHOLE`` (arrays of one piece), or in ``EXCUSED``, with the reason. A 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import NamedTuple
+
+from ...startup.records import NamedTuple
 
 
 class Kind(NamedTuple):

@@ -6,9 +6,10 @@ import os
 import posixpath
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import Source, Span, error
+from ...startup.records import NamedTuple
 from ...xml.files import mended, read_source
 from ...xml.markup import Attribute, Document, Element, MarkupError, parse
 from ..imported import ReadOptions

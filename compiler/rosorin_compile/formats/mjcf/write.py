@@ -30,9 +30,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
 
 from markupsafe import Markup
 
@@ -59,6 +57,7 @@ from ...model import (
 from ...model.looks import with_visuals
 from ...model.standing import home_of, stands_at
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...startup.records import NamedTuple, replace
 from ...xml.elements import indented
 from ..mesh_vertices import clouds_of
 from ..templating import Templates, attributes, comment

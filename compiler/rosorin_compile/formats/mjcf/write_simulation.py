@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import posixpath
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from typing import NamedTuple
 
 from markupsafe import Markup
 
 from ...model import Attribute, Contact, ContactPair, Entry, Marked, Robot, Shape, Tendon, Values
 from ...model.simulation import SHARED_LAYER
 from ...numbers import NumberFormat
+from ...startup.records import NamedTuple
 from ..templating import attributes
 from .bodies import body_name
 from .classes import Named, Part

@@ -9,9 +9,10 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...model import Output, Robot
+from ...startup.records import NamedTuple
 from ..distributions import DISTRIBUTIONS, JAZZY, title
 from ..format import Fact, Facts, Value
 from ..templating import Templates

@@ -9,12 +9,12 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
 from functools import cache, cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...model import NODE, Publisher
 from ...project import data_folder
+from ...startup.records import NamedTuple, dataclass, field
 from ..distributions import HUMBLE, JAZZY, known
 from .values import refused
 

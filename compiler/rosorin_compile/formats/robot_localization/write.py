@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic, did_you_mean, error
 from ...diagnostics.registry import NAVIGATION, Rule
@@ -15,6 +15,7 @@ from ...diagnostics.wording import listed, quoted
 from ...model import Output, Robot
 from ...model.driving import driving_of
 from ...rules.case import Case
+from ...startup.records import NamedTuple
 from ..navigation import FILTER, Found, Frames, frames_of, kind_of, stated_topic, told
 from ..parameters.files import Node, asked, text
 from ..templating import Templates

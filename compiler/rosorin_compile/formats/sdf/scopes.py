@@ -12,13 +12,13 @@ import os
 import re
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 from ...diagnostics import Related, Span, did_you_mean
 from ...diagnostics.registry import READING, Rule
 from ...diagnostics.wording import counted, quoted
 from ...frontend.packages import Packages
 from ...model import Transform
+from ...startup.records import NamedTuple
 from ...xml.files import read_source
 from ...xml.markup import Element, MarkupError, parse
 from ..urdf.reading import NAME, Reading, named

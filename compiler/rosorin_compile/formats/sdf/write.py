@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from markupsafe import escape
 
@@ -38,6 +38,7 @@ from ...model import (
     Sphere,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...startup.records import NamedTuple
 from ..gazebo_sensors import DISTRIBUTIONS, distribution, sensor_lines
 from ..templating import Templates, attributes, comment
 from .bodies import LEAST, Bodies, bodies_of

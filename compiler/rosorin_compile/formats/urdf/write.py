@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple, TypeVar
+from typing import Any, TypeVar
 
 from markupsafe import Markup
 
@@ -37,6 +37,7 @@ from ...model import (
     plain,
 )
 from ...numbers import NUMBER_FORMATS, NumberFormat, vector
+from ...startup.records import NamedTuple
 from ...xml.elements import indented
 from ..templating import Templates, attributes, comment
 from .masses import BODIES, INERTIAL, frames_of, inertials, joints_of, links_of, standing_still, too_much

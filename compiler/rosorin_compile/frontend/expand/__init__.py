@@ -14,10 +14,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, did_you_mean, error
 from ...project import Resolved, data_folder
+from ...startup.records import NamedTuple
 from ..load import plain_scalar
 from ..tree import Map, Place, Seq
 from .declared import check_names, unused

@@ -9,7 +9,7 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from copy import copy as copy_of
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, Related, Source, Span, error
 from ...diagnostics.progress import step
@@ -25,6 +25,7 @@ from ...project import (
     resolved,
     shown,
 )
+from ...startup.records import NamedTuple
 from ..expression.functions import ExpressionError
 from ..load import LoadError, load_mapping, parse_yaml, read_text
 from ..schema import MANY_INSIDE

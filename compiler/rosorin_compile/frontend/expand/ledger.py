@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import Diagnostic
+from ...startup.records import NamedTuple
 from ..expression.syntax import EFFORT
 from ..tree import Map, Seq
 

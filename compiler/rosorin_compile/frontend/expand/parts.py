@@ -12,11 +12,12 @@ from collections.abc import Callable, Hashable
 from contextlib import suppress
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, Related, Span, did_you_mean, nearest
 from ...diagnostics.registry import ARGUMENTS, Rule
 from ...project import data_folder
+from ...startup.records import NamedTuple
 from ...units import Quantity
 from ..expression.functions import kind_of
 from ..expression.syntax import EFFORT

@@ -8,10 +8,11 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...model import Pose, Transform, pose_of
 from ...model.drive import ROLES
+from ...startup.records import NamedTuple
 from ...units import ANGLE, LENGTH, Dimension, Quantity
 from ...xml.elements import found_in
 from ...xml.mujoco import BODY, SITE, names_given, used, with_names

@@ -15,8 +15,9 @@ from __future__ import annotations
 import ast
 from collections.abc import Mapping
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import Any
 
+from ...startup.records import NamedTuple
 from ...units import Quantity
 from .functions import CONSTANTS, FUNCTIONS, ExpressionError, functions
 from .literals import Literal, masked, mistake

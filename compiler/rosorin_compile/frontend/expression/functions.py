@@ -10,10 +10,11 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import Diagnostic
 from ...plugins import Plugin, load
+from ...startup.records import NamedTuple
 from ...units import ANGLE, NUMBER, UNITS, Dimension, Quantity, describe, dimension_of
 
 MAX_ITEMS = 100_000

@@ -12,8 +12,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from ...diagnostics import Diagnostic, Related, did_you_mean, error
 from ...diagnostics.registry import FILES, FRAMES, Rule
@@ -42,6 +41,7 @@ from ...model import (
     Source,
     pose_of,
 )
+from ...startup.records import NamedTuple, replace
 from ..accepting import accepted, names_at
 from ..schema import backend_of
 from ..tree import Map, Path, locate

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...model import AT_JOINT, IDENTITY, GazeboSensor, Pose, SdfElement, Transform, pose_of
+from ...startup.records import NamedTuple
 from .entries import pose_of_entry
 from .shapes import ShapeProblem
 

@@ -7,7 +7,6 @@ name that the description has for it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import replace
 from typing import Any
 
 from ...model import (
@@ -22,6 +21,7 @@ from ...model import (
     Stop,
     Tendon,
 )
+from ...startup.records import replace
 from .entries import actuator_of, attribute_of, pose_of_entry, values_of
 
 SIMULATED = (

@@ -13,9 +13,10 @@ from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...project import ENDINGS, all_here, find, narrowed
+from ...startup.records import NamedTuple
 from ..robots import is_foreign
 
 if TYPE_CHECKING:

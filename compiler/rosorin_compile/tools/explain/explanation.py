@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from ...startup.records import NamedTuple
 
 
 class Where(NamedTuple):

@@ -11,7 +11,6 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from ...diagnostics import WARNING, Diagnostic
 from ...diagnostics.registry import MESHES, Rule
 from ...diagnostics.wording import counted
+from ...startup.records import dataclass
 from .problems import ExtractProblem, fail, missing
 
 if TYPE_CHECKING:

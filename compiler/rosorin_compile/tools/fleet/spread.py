@@ -14,7 +14,8 @@ import math
 from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean, median
-from typing import NamedTuple
+
+from ...startup.records import NamedTuple
 
 SIGMAS = 5.0
 FEWEST = 6  # robots; of fewer nobody can say which one is wrong

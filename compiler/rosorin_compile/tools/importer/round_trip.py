@@ -6,7 +6,6 @@ import random
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from ...diagnostics import ERROR, Diagnostic, Related, Source, Span, error, has_errors
 from ...diagnostics.progress import step
@@ -21,6 +20,7 @@ from ...meaning.sameness import different, differently_said
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
 from ...project import ROOT_FILE
+from ...startup.records import NamedTuple
 from ..init import SCHEMA
 from .description import Outputs, outputs, tree_of, write
 

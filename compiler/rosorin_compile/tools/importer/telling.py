@@ -10,7 +10,7 @@ import re
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import WARNING, Diagnostic, Span
 from ...diagnostics.registry import READING, Rule
@@ -18,6 +18,7 @@ from ...diagnostics.wording import counted, first_of
 from ...frontend.expand.prefixing import moved, relative_files
 from ...frontend.tree import Map, Seq
 from ...project import DESCRIPTIONS, OUTPUTS, is_file
+from ...startup.records import NamedTuple
 
 RULES = (
     Rule(

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics.bounded import yaml_of
 from ...model import Robot
+from ...startup.records import NamedTuple
 
 # What shows the messages of a sensor of a type: a class of rviz_default_plugins and the type of its messages.
 DISPLAYS: Mapping[str, str] = {

@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from ...diagnostics import ERROR, Diagnostic, Related, arrange, error, has_errors
 from ...diagnostics.wording import counted, listed
@@ -16,6 +15,7 @@ from ...formats.parameters.tables import MANAGER
 from ...model import NODE
 from ...model.control import Controller
 from ...rules.case import Case
+from ...startup.records import NamedTuple
 from ..usage import WrongUsage
 from . import frames, owners, values
 from .files import NoParameters, Section, read_file

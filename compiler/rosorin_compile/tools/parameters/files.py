@@ -9,14 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import yaml
 
 from ...diagnostics import Diagnostic, Related, Source, Span, error
 from ...diagnostics.registry import PARAMETERS, Rule
+from ...startup.records import NamedTuple, dataclass, field
 
 RULES = (
     Rule(

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ...model import Vector
 from ...model.geometry import minus, plus, unit
+from ...startup.records import NamedTuple
 
 if TYPE_CHECKING:
     import numpy as np

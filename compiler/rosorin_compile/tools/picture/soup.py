@@ -10,7 +10,6 @@ import colorsys
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from itertools import pairwise, product
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +29,7 @@ from ...model import (
     Transform,
     Vector,
 )
+from ...startup.records import NamedTuple
 from .camera import Box
 
 Floats = NDArray[np.float64]

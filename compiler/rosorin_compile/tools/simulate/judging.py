@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
 
 from ...diagnostics import ERROR, NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import SIMULATION, Rule
@@ -11,6 +10,7 @@ from ...diagnostics.wording import and_more
 from ...frontend.tree import Path
 from ...model import Joint
 from ...rules.case import Case, exists, number
+from ...startup.records import NamedTuple
 from .trials import Driven, Held, Stop, Swept, Swung, Trials
 from .world import Touch, World
 

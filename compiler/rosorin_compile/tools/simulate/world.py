@@ -5,16 +5,16 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import replace
 from importlib import import_module
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, has_errors
 from ...formats import FORMATS
 from ...formats.mjcf.bodies import body_name
 from ...formats.templating import Templates
 from ...model import Joint, Link, Mesh, Output, Robot
+from ...startup.records import NamedTuple, replace
 
 if TYPE_CHECKING:
     import numpy as np

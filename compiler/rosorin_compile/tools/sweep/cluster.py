@@ -19,7 +19,7 @@ import zlib
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ... import __version__
 from ...diagnostics import Diagnostic, error, has_errors
@@ -32,6 +32,7 @@ from ...output.ours import digest
 from ...output.remote import RemoteFolder, folder_of
 from ...output.variants import VariantsFolder
 from ...project import DATA, ROS_PACKAGE, Description, Resolved, data_folder, projects_of
+from ...startup.records import NamedTuple
 from .engines import Result, death, died
 from .making import Folder, Job, Made, Maker, compiled_here, files_of, line_of
 from .running import Stopped

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.console import Console
@@ -19,6 +19,7 @@ from ...frontend.variants import Variants
 from ...output import OutputError, explained
 from ...output.remote import folder_of
 from ...project import Description
+from ...startup.records import NamedTuple
 from ..given import Given, given_arguments
 from ..options import argument_options, console_of, format_options, one_robot, package_option, place
 from ..robots import no_stdin, one

@@ -5,10 +5,11 @@ from __future__ import annotations
 import argparse
 import math
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics.console import Console
 from ...project import Description
+from ...startup.records import NamedTuple
 from ..given import given_arguments
 from ..options import argument_options, named_robot, package_option, quiet_option
 from ..robots import one

@@ -10,13 +10,14 @@ import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ...diagnostics import NOTE, WARNING, Diagnostic
 from ...diagnostics.registry import RECORDINGS, Rule
 from ...diagnostics.wording import counted
+from ...startup.records import NamedTuple
 from . import cdr, cut_bags
 from .arrays import SECOND, Samples, Times
 from .findings import YEAR, problem, seconds

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import struct
 from collections.abc import Iterator, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from ...startup.records import NamedTuple
 from .arrays import SECOND, Floats, Times
 
 HEADER = 4

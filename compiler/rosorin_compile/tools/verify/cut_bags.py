@@ -12,7 +12,9 @@ import struct
 from collections import deque
 from collections.abc import Collection, Iterator
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import Any, Protocol
+
+from ...startup.records import NamedTuple
 
 FAR = 2**63 - 1  # ns
 ROWS_OF_A_PAGE = 64

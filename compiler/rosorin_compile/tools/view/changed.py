@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted
@@ -20,6 +19,7 @@ from ...formats.page.seen import Data
 from ...meaning.moves import PURPOSES, SHAPED, Moves, moves
 from ...meaning.past import past
 from ...model import Link, Mesh, Robot
+from ...startup.records import NamedTuple, replace
 from ..given import Given
 from ..usage import WrongUsage
 from .showing import Shown, look, nameless, on_disk

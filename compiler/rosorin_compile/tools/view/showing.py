@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...diagnostics import Diagnostic, has_errors
 from ...diagnostics.console import Console
@@ -17,6 +17,7 @@ from ...formats.page.seen import Data
 from ...frontend.tree import Map, locate
 from ...output.watch import mark
 from ...project import Description
+from ...startup.records import NamedTuple
 from ..given import Given
 from ..robots import is_foreign
 from ..understanding import read

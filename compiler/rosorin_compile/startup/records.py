@@ -132,6 +132,8 @@ else:
         def __new__(mcs, name, bases, members):
             if not bases:
                 return super().__new__(mcs, name, (tuple,), members)
+            if bases[0] is not NamedTuple:  # a class that adds methods to one that is made
+                return super().__new__(mcs, name, bases, members)
             fields = tuple(members.get("__annotations__", ()))
             defaults = {one: members.pop(one) for one in fields if one in members}
             for number, one in enumerate(fields):

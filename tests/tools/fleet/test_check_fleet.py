@@ -439,6 +439,7 @@ def test_the_page_without_the_description_shows_an_artifact(home: Path, capsys: 
     assert data["fleet"]["numbers"][0]["frame"] == "laser"
 
 
+@pytest.mark.slow
 def test_very_many_numbers_are_drawn_and_the_far_ones_found(
     home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import shutil
 from pathlib import Path
@@ -222,6 +223,20 @@ def test_what_was_changed_or_is_missing_is_an_error(home: Path, capsys: Shown) -
     assert "fleet-outlier" not in found
 
 
+def test_an_artifact_that_was_made_so_and_cannot_be_read(home: Path, capsys: Shown) -> None:
+    file = swept(home, calibrated(9))
+    variants = lines_of(file)
+    for name in variants[4]["artifacts"]:
+        path = home / "fleet/r004" / name
+        text = path.read_text("utf-8")[:-200]
+        path.unlink()
+        path.write_text(text, "utf-8")
+        variants[4]["artifacts"][name] = hashlib.sha256(path.read_bytes()).hexdigest()
+    rewrite(file, variants)
+    found = [one["message"] for one in told(capsys, file, 1) if one["rule"] == "fleet-unreadable"]
+    assert any(one.startswith("r004: fleet/r004/bot.xml cannot be read: ") for one in found)
+
+
 def test_a_robot_without_the_artifact_that_is_read_is_read_from_others(home: Path, capsys: Shown) -> None:
     file = planted(home, "r005", {"wheel": 0.5})
     variants = lines_of(file)
@@ -260,10 +275,22 @@ def test_what_is_no_sweep_is_said(home: Path, capsys: Shown, text: str, message:
     assert found[0]["help"] or "readable" in found[0]["message"]
 
 
-def test_bytes_that_are_no_text(home: Path, capsys: Shown) -> None:
-    (home / "sweep.json").write_bytes(b'{"sweep": 1, "variants": [\n\xff\xfe\n]}')
+@pytest.mark.parametrize("text", [b'{"sweep": 1, "variants": [\n\xff\xfe\n]}', b"{\n" + b" " * 20_000 + b"\xff}"])
+def test_bytes_that_are_no_text(home: Path, capsys: Shown, text: bytes) -> None:
+    (home / "sweep.json").write_bytes(text)
     (one,) = told(capsys, home / "sweep.json", 1)
     assert one["message"].endswith("cannot be read: it is no UTF-8")
+
+
+def test_numbers_that_are_none(home: Path, capsys: Shown) -> None:
+    file = swept(home, calibrated(8))
+    variants = lines_of(file)
+    for one, value in zip(variants, ["1e999", 10**400, "1e999 mm", None, True, [], {}, "\ud800"], strict=True):
+        one["arguments"] |= {"odd": value, "\ud800": value}
+    rewrite(file, variants)
+    assert outliers(capsys, file) == []
+    assert "8 made" in shown(capsys, file, "--html", "fleet.html")
+    assert (home / "fleet.html").is_file()
 
 
 def test_a_sweep_that_another_program_has_laid_out(home: Path, capsys: Shown) -> None:
@@ -412,6 +439,7 @@ def test_the_page_without_the_description_shows_an_artifact(home: Path, capsys: 
     assert data["fleet"]["numbers"][0]["frame"] == "laser"
 
 
+@pytest.mark.slow
 def test_very_many_numbers_are_drawn_and_the_far_ones_found(
     home: Path, capsys: Shown, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import hashlib
 import json
 import os
@@ -13,7 +14,9 @@ from typing import Any
 import pytest
 
 from rosorin_compile.cli import main
+from rosorin_compile.frontend.variants import Variant
 from rosorin_compile.output import variants as output
+from rosorin_compile.tools.sweep.making import Made, Maker
 from support.commands import Shown, edit
 
 ROBOT = """\
@@ -353,6 +356,20 @@ def test_where_nothing_can_be_written_the_run_ends(
     sweep()
     assert len(files()) == 6
     assert not list(OUT.glob(".rosorin-compile-????????????????")), "what the run left behind is gone"
+
+
+def test_what_is_done_with_is_freed(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Compiled robots are full of circles; a command that compiles one alone does without collecting them."""
+    enabled = []
+    make = Maker.make
+
+    def noted(maker: Maker, variant: Variant) -> Made:
+        enabled.append(gc.isenabled())
+        return make(maker, variant)
+
+    monkeypatch.setattr(Maker, "make", noted)
+    sweep()
+    assert enabled == [True, True, True]
 
 
 def test_usage(capsys: Shown) -> None:

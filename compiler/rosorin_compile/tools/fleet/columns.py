@@ -37,6 +37,11 @@ _STEEP = math.radians(75)  # pitch: beyond it roll and yaw are no numbers that c
 _SHAPE = re.compile(r"(collision|visual|cell) \d.*")
 _NAMED = {LENGTH: "m", ANGLE: "rad", MASS: "kg", TIME: "s", TORQUE: "N*m", INERTIA: "kg*m^2"}
 
+_LARGEST = 1e300  # no number is larger
+
+# What readers raise for a text that is none of their format, or damaged.
+_DAMAGED = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, SyntaxError)
+
 ARGUMENT = "argument"
 
 
@@ -314,7 +319,7 @@ def _difference(first: _First, text: str) -> Read:
     assert first.format.facts is not None  # noqa: S101
     try:
         facts = first.meant(first.format.facts(text))
-    except (ValueError, TypeError) as problem:
+    except _DAMAGED as problem:
         return Read((), (), (), str(problem) or "it is damaged")
     numbers: list[tuple[Fact, float]] = []
     words: list[tuple[Fact, str]] = []
@@ -389,7 +394,7 @@ def recognised(name: str, text: str) -> tuple[Format | None, Facts]:
             continue
         try:
             facts = format.facts(text)
-        except (ValueError, TypeError, KeyError, AttributeError, IndexError):
+        except _DAMAGED:
             continue
         if len(facts) > len(best[1]):
             best = (format, facts)
@@ -470,14 +475,14 @@ def _number(said: Any) -> tuple[float, str] | None:
     if isinstance(said, bool) or said is None:
         return None
     if isinstance(said, (int, float)):
-        return (float(said), "") if math.isfinite(said) else None
+        return (float(said), "") if abs(said) < _LARGEST else None
     if not isinstance(said, str):
         return None
     quantity = parse_quantity(said.strip())
     if quantity is not None:
-        return float(quantity), _NAMED.get(quantity.dimension, "")
+        return (float(quantity), _NAMED.get(quantity.dimension, "")) if abs(quantity) < _LARGEST else None
     try:
         number = float(said) if len(said) < 100 and "_" not in said else math.nan
     except ValueError:
         return None
-    return (number, "") if math.isfinite(number) else None
+    return (number, "") if abs(number) < _LARGEST else None

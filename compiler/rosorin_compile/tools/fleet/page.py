@@ -54,12 +54,16 @@ def write(fleet: Fleet, diagnostics: Sequence[Diagnostic], options: argparse.Nam
     }
     text = html({"robot": data, "fleet": said})
     try:
-        write_file(file, text.encode(), [fleet.file.path, *shown.understood.expanded.files, *shown.meshes.values()])
+        write_file(
+            file,
+            text.encode(errors="replace"),
+            [fleet.file.path, *shown.understood.expanded.files, *shown.meshes.values()],
+        )
     except OutputError as problem:
         raise WrongUsage(f"cannot write the page: {problem.diagnostic.message}") from None
     if embedding is not None and embedding.left:
         console.warn(f"{file}: without {left_out(embedding.left)}")
-    console.say(f"{file}: a page of {counted(fleet.made, 'robot')}, {len(text.encode()) / 1e6:.1f} MB")
+    console.say(f"{file}: a page of {counted(fleet.made, 'robot')}, {len(text) / 1e6:.1f} MB")
 
 
 def _placed(said: dict[str, Any], links: set[str], joints: dict[str, str]) -> dict[str, Any]:

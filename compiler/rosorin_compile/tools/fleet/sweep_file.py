@@ -95,12 +95,13 @@ class SweepFile:
     def variants(self) -> Iterator[Variant]:
         """Yield the variants, in their order; ``problem`` is set where the file ends early, or is something else."""
         try:
-            yield from self._by_line()
-        except _NotByLine as problem:
-            if problem.begun or self.size > _MAX_WHOLE:
-                self._wrong(*problem.place)
-                return
-            yield from self._whole()
+            try:
+                yield from self._by_line()
+            except _NotByLine as problem:
+                if problem.begun or self.size > _MAX_WHOLE:
+                    self._wrong(*problem.place)
+                    return
+                yield from self._whole()
         except (OSError, UnicodeDecodeError) as problem:
             reason = getattr(problem, "strerror", None) or "it is no UTF-8"
             self.problem = error("fleet-file", f"{self.path} cannot be read: {reason}", None)

@@ -62,8 +62,12 @@ class InProcess:
     """Makes one variant after the other, in this process."""
 
     def __init__(self, job: Job, folder: Folder) -> None:
+        import gc
+
         self.maker = Maker(job, folder)
         self.done: list[Result] = []
+        gc.freeze()
+        gc.enable()  # a command that compiles one robot goes without
 
     @property
     def room(self) -> bool:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
 from itertools import combinations, pairwise
 
 from ...diagnostics import WARNING, Diagnostic, Related, Span
@@ -17,7 +18,7 @@ from ...diagnostics.wording import counted, listed
 from ...formats import Fact
 from ...formats.facts import ANGLES
 from ...meaning.wording import number, subject
-from ...startup.records import NamedTuple, dataclass, field
+from ...startup.records import NamedTuple
 from .columns import ARGUMENT, Column, Columns
 from .spread import Spread, Typo, is_same, spread_of, straight, typo
 

@@ -26,7 +26,7 @@ RULES = (
     Rule("not-finite", "A number is NaN or infinite.", "Write a number, or leave the key out.", SHAPE),
 )
 
-MANY = 10_000  # mappings and lists
+MANY = 20_000  # mappings and lists
 
 
 def validate(tree: Map, formats: Mapping[str, Format]) -> list[Diagnostic]:

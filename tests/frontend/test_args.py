@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from rosorin_compile.cli import main
-from rosorin_compile.output import stamp
 
 ROBOT = """\
 robot: cart
@@ -180,7 +179,7 @@ def test_a_changed_file_of_arguments_is_noticed(
     project: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Hold the stamp of an unchanged run against the file of arguments, too."""
-    monkeypatch.setattr(stamp, "now", lambda: 2**63)  # as if all files were older than the run
+    monkeypatch.setattr("rosorin_compile.tools.all.now", lambda: 2**63)  # as if all files were older than the run
     (project / "mine.yaml").write_text("mast: 150 mm\ntag: a\n", "utf-8")
     for expected in ("written: cart.urdf", "unchanged"):
         assert main(["all", "--args", "mine.yaml"]) == 0

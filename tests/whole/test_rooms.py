@@ -40,7 +40,7 @@ MAY_KNOW: Mapping[str, Sequence[str]] = {
     "project": ("diagnostics", "startup"),
     "diagnostics": ("startup",),
     "units": ("startup",),
-    "numbers": (),
+    "numbers": ("startup",),
     "startup": (),
     "cli": ("tools", "plugins", "diagnostics"),
     "__main__": ("cli", "startup"),

@@ -114,7 +114,7 @@ def test_a_stamp_that_somebody_changed(
     monkeypatch.setattr("rosorin_compile.tools.all.colour", lambda: coloured)
     monkeypatch.setattr(console, "colour", lambda: coloured)
     said(["all"], capsys)
-    monkeypatch.setattr(stamp, "recall", lambda *_: [f"{EVIL}\n", f"plain{EVIL}", 0, [], []])
+    monkeypatch.setattr(stamp, "recall", lambda *_: [f"{EVIL}\n", f"plain{EVIL}", 0, [], [], True])
     out = said(["all"], capsys)
     assert out.count(r"\x1b[2J\x1b]0;owned\x07\x9b31m\u202e") == 2
     assert ", unchanged\n" in out

@@ -123,8 +123,8 @@ else:
 
     def replace(value, /, **changes):
         """Return a value with some fields changed, as ``dataclasses.replace``."""
-        own = value.__dict__
-        return value.__class__(**{name: own[name] for name in value._record if name not in changes}, **changes)
+        own, names = value.__dict__, getattr(value, "_record", None) or value.__dataclass_fields__
+        return value.__class__(**{name: own[name] for name in names if name not in changes}, **changes)
 
     class _Named(type):
         """Makes a class of tuples of a class with annotations."""

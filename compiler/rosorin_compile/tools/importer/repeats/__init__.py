@@ -1,0 +1,34 @@
+"""Repeats: what a robot has several times becomes a part, written once and used.
+
+To be read in this order: ``forms`` (values held side by side), ``names`` (prefix and rest), ``parameters`` (what
+differs), ``finding`` (which subtrees are alike, and whether that is worth a part), ``writing`` (the tree with parts).
+"""
+
+from __future__ import annotations
+
+from ....formats.imported import Imported
+from ..description import lines_of, tree_of
+from .finding import MAX_SHARE, MIN_SAVED, Body, Finder, Instance, Part, Use
+from .forms import nodes_of
+from .writing import folded, part_map, sections, table, use_map
+
+
+def with_parts(imported: Imported) -> Imported:
+    """Return a robot whose tree has parts and their uses where it had the same several times; else as it is."""
+    tree = tree_of(imported)
+    body = Body(nodes_of(tree), [""])
+
+    def worth(body: Body, cluster: list[Instance], part: Part, uses: list[Use]) -> bool:
+        first = cluster[0].start
+        links, joints = sections(body.nodes[first : first + body.nodes[first].size], tree.span)
+        flat = len(cluster) * lines_of(table(tree.span, links=links, joints=joints))
+        parts = table(tree.span, **{one.name: part_map(one, tree.span) for one in part.all()})
+        used = table(tree.span, **{use.name: use_map(use, tree.span) for use in uses})
+        new = lines_of(table(tree.span, parts=parts)) + lines_of(table(tree.span, use=used))
+        return flat - new >= MIN_SAVED and new <= MAX_SHARE * flat
+
+    Finder(len(body.nodes), worth).fold(body)
+    if not body.uses:
+        return imported
+    made = folded(tree, body, imported.comments)
+    return imported._replace(tree=made.tree, comments=made.comments)

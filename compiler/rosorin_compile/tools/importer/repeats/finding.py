@@ -1,0 +1,356 @@
+"""Finding: subtrees of one shape, and whether they read better as a part and its uses.
+
+The largest come first; what is within a part is searched in the part. Which thresholds hold is told in
+``docs/bring-your-own-robot.md``.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
+from typing import Any, NamedTuple
+
+from ....frontend.expand.placing import AXES, MOUNT
+from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of
+from .names import Split, identity, is_left, split, whole
+from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
+
+MIN_SAVED = 5  # lines
+MAX_SHARE = 0.8  # of the lines without the part
+MAX_NODES = 200  # links of one part: nobody reads more
+WORK = 60  # comparisons of nodes for each node of the robot; a bound, so that finding is linear
+MIRRORS = ("", "y", "x", "z")
+_PER_PARAMETER = 4  # values with an expression that cost a reader as much as a parameter
+_NAMING = ("joint", "link", "body", "target", "camera", "site", "links", "joints", "sites")
+_KEPT = ("urdf_elements", "mjcf_elements")
+
+
+class Use(NamedTuple):
+    """A part put into a body: what it is called, where it sits, and what it is given, as forms of the body."""
+
+    part: Part
+    name: str
+    prefix: str | None
+    parent: str
+    pose: Form
+    mirror: str
+    given: dict[str, Form]
+    rank: int
+
+
+class Part:
+    """What equal subtrees have in common: nodes and uses of its own, and its parameters."""
+
+    def __init__(self, name: str, nodes: list[Node], uses: list[Use], parameters: Parameters, cut: Split) -> None:
+        self.name, self.nodes, self.uses, self.parameters, self.cut = name, nodes, uses, parameters, cut
+
+    def all(self) -> Iterator[Part]:
+        """Yield the parts that it uses, those first, and itself."""
+        for use in self.uses:
+            yield from use.part.all()
+        yield self
+
+    @property
+    def counts(self) -> bool:
+        """Whether its names go on counting from a number that a use gives."""
+        return self.cut.first is not None
+
+
+class Body:
+    """A robot, or what is within a part: its nodes, and for each of its instances what stands before its names."""
+
+    def __init__(self, nodes: list[Node], prefixes: list[str]) -> None:
+        self.nodes, self.prefixes = nodes, prefixes
+        self.covered: set[int] = set()
+        self.uses: list[Use] = []
+
+    @property
+    def width(self) -> int:
+        """In how many instances it is there."""
+        return len(self.prefixes)
+
+    @property
+    def left(self) -> list[Node]:
+        """The nodes that no use makes."""
+        return [node for index, node in enumerate(self.nodes) if index not in self.covered]
+
+
+class Instance(NamedTuple):
+    """One of several equal subtrees: where it begins in its body, and by which mirror it is like the first."""
+
+    start: int
+    mirror: str
+
+
+class Finder:
+    """Finds the parts of a robot. ``worth`` says whether a part is shorter than ``count`` copies of what it makes."""
+
+    def __init__(self, nodes: int, worth: Any, keeps_order: bool = False) -> None:
+        self.budget = WORK * nodes
+        self.worth = worth
+        self.keeps_order = keeps_order
+        self.names: list[str] = []
+
+    def fold(self, body: Body) -> None:
+        """Find the parts of a body; largest first, in the order of the source."""
+        by_shape: dict[int, list[int]] = defaultdict(list)
+        for index, shape in enumerate(_shapes(body.nodes)):
+            if body.nodes[index].up >= 0 and body.nodes[index].size <= MAX_NODES:
+                by_shape[shape].append(index)
+        several = [members for members in by_shape.values() if len(members) > 1]
+        for members in sorted(several, key=lambda those: (-body.nodes[those[0]].size, those[0])):
+            free = [member for member in members if member not in body.covered]
+            for cluster in self._clusters(body, free):
+                if len(cluster) > 1:
+                    self._try(body, cluster)
+        body.uses.sort(key=lambda use: use.rank)
+
+    def _clusters(self, body: Body, members: list[int]) -> Iterator[list[Instance]]:
+        """Yield instances that are alike, the one that all are held against first."""
+        while len(members) > 1:
+            self.budget -= len(members) * body.nodes[members[0]].size
+            if self.budget < 0:
+                return
+            base = next((one for one in members if is_left(body.nodes[one].link)), members[0])
+            alike = {other: self._likeness(body, base, other) for other in members if other != base}
+            cluster = [other for other, mirrors in alike.items() if mirrors]
+            if cluster:
+                yield self._reflected(body, base, {other: alike[other] for other in cluster})
+            members = [other for other, mirrors in alike.items() if not mirrors]
+
+    def _likeness(self, body: Body, base: int, other: int) -> dict[str, tuple[int, int]]:
+        """Return the mirrors by which two subtrees are alike, with how many values and signs tell them apart."""
+        made: dict[str, tuple[int, int]] = {}
+        for mirror in MIRRORS:
+            count = {"value": 0, "sign": 0}
+            for offset in range(body.nodes[base].size):
+                self.budget -= 1
+                one, two = (_forms(body, start, offset, by) for start, by in ((base, ""), (other, mirror)))
+                for first, second in zip(one[:2] if not offset else one, two, strict=False):
+                    for kind, many in differences(first, second):
+                        count[kind] += many
+            if count["value"] <= MAX_PARAMETERS:
+                made[mirror] = (count["value"], count["sign"])
+        return made
+
+    def _reflected(self, body: Body, base: int, alike: dict[int, dict[str, tuple[int, int]]]) -> list[Instance]:
+        """Return the instances with the mirrors that leave least to say: by none, by the best of each, by one side."""
+        choices = [{other: "" for other in alike}, {other: min(those, key=those.__getitem__) for other, those in alike.items()}]
+        for mirror in MIRRORS[1:]:
+            across = AXES[mirror]
+            own = body.nodes[base].pose["xyz"][across].values[0]
+            sides = {other: body.nodes[other].pose["xyz"][across].values[0] * own < 0 for other in alike}
+            choices.append({other: mirror if beyond else "" for other, beyond in sides.items()})
+        usable = [one for one in choices if all(mirror in alike[other] for other, mirror in one.items())]
+        distinct = {tuple(one.values()): [Instance(base, ""), *map(Instance, one, one.values())] for one in usable}
+        if len(distinct) == 1:
+            return next(iter(distinct.values()))
+        return min(distinct.values(), key=lambda cluster: _Made(self, body, cluster).score())
+
+    def _try(self, body: Body, cluster: list[Instance]) -> None:
+        """Make a part of instances, if that is to be had and worth it."""
+        before = list(self.names)
+        made = _Made(self, body, cluster).part()
+        if made is None or not self.worth(body, cluster, *made):
+            self.names = before
+            return
+        size = body.nodes[cluster[0].start].size
+        body.uses += made[1]
+        body.covered.update(index for one in cluster for index in range(one.start, one.start + size))
+
+    def name(self, wanted: str, uses: Sequence[str]) -> str:
+        """Return a name for a part that no other part has."""
+        name, number = wanted, 1
+        distinct = identity(uses, wanted)
+        if name in self.names and distinct:
+            name = wanted = f"{distinct}_{wanted}"
+        while name in self.names:
+            number += 1
+            name = f"{wanted}_{number}"
+        self.names.append(name)
+        return name
+
+
+def _shapes(nodes: Sequence[Node]) -> list[int]:
+    """Return a number for each node that all subtrees of its shape have, and no other one."""
+    known: dict[Any, int] = {}
+    below: list[list[int]] = [[] for _ in nodes]
+    made = [0] * len(nodes)
+    for index in range(len(nodes) - 1, -1, -1):
+        node = nodes[index]
+        key = (shape_of(node.body), shape_of(node.moves), tuple(reversed(below[index])))
+        made[index] = known.setdefault(key, len(known))
+        if node.up >= 0:
+            below[node.up].append(made[index])
+    return made
+
+
+def _forms(body: Body, start: int, offset: int, mirror: str) -> tuple[Form, Form, Form]:
+    """Return body, moves and pose of a node of an instance, as the first instance has them."""
+    node = body.nodes[start + offset]
+    return mirrored(node, mirror, not offset) if mirror else (node.body, node.moves, node.pose)
+
+
+class _Unfit(Exception):
+    """Something that a part cannot say."""
+
+
+class _Made:
+    """Makes one part of instances."""
+
+    def __init__(self, finder: Finder, body: Body, cluster: list[Instance]) -> None:
+        self.finder, self.body, self.cluster = finder, body, cluster
+        self.size = body.nodes[cluster[0].start].size
+
+    def part(self) -> tuple[Part, list[Use]] | None:
+        """Return the part and its uses, in the order of the source; None if the language has no words for it."""
+        rows = list(zip(*(self._names(one.start) for one in self.cluster), strict=True))
+        cut = split([[name for name in row] for row in rows])
+        if cut is None:
+            return None
+        called = self.finder.name(whole(cut.uses, cut.rests), cut.uses)
+        cut = self._free(cut, called)
+        if cut is None:
+            return None
+        count, width = len(self.cluster), self.body.width
+        prefixes = [before + own for own in cut.prefixes for before in self.body.prefixes]
+        try:
+            inner = Body(self._template(cut, rows), prefixes)
+        except _Unfit:
+            return None
+        if cut.is_prefix:
+            self.finder.fold(inner)
+        flags = [bool(one.mirror) for one in self.cluster for _ in range(width)]
+        named = [name for name in cut.uses for _ in range(width)]
+        parameters = Parameters(named, prefixes, flags, plain=cut.first is None)
+        uses = [_Owned(use) for use in inner.uses]
+        kept = [node for node in inner.nodes if id(node) in set(map(id, inner.left))]
+        parameters.settle([*owners(kept), *(use.owner for use in uses)])
+        if len(parameters.given) > min(MAX_PARAMETERS, self.size + 2):
+            return None
+        part = Part(called, kept, [use.settled() for use in uses], parameters, cut)
+        return part, [self._use(part, number) for number in sorted(range(count), key=lambda i: self.cluster[i].start)]
+
+    def score(self) -> int:
+        """Return how much the part would have to say beside what is the same in all instances."""
+        self.finder.budget -= len(self.cluster) * self.size
+        rows = list(zip(*(self._names(one.start) for one in self.cluster), strict=True))
+        count, width = len(self.cluster), self.body.width
+        plain = Split([""] * count, [""] * count, [row[0] for row in rows])
+        try:
+            nodes = self._template(plain, rows)
+        except _Unfit:
+            return 0
+        flags = [bool(one.mirror) for one in self.cluster for _ in range(width)]
+        parameters = Parameters([""] * len(flags), [""] * len(flags), flags, plain=False)
+        parameters.settle(owners(nodes))
+        return _PER_PARAMETER * len(parameters.given) + parameters.terms
+
+    def _names(self, start: int) -> list[str]:
+        """Return all names that an instance defines, in an order that is the same for all."""
+        made = []
+        for node in self.body.nodes[start : start + self.size]:
+            made += [node.link, node.joint]
+            made += [name for key in MARKS for name in node.body.get(key) or ()]
+            for key in ("mimic", "actuator"):
+                entry = node.moves.get(key)
+                if isinstance(entry, dict) and isinstance(entry.get("name"), Leaf):
+                    made.append(str(entry["name"].values[0]))
+        return made
+
+    def _free(self, cut: Split, called: str) -> Split | None:
+        """Return the split with names of uses that no other use of the body has."""
+        taken = {use.name for use in self.body.uses}
+        if cut.first is not None:
+            order = sorted(range(len(self.cluster)), key=lambda i: self.cluster[i].start)
+            names = {own: f"{called}_{number}" for number, own in enumerate(order, 1)}
+            cut = cut._replace(uses=[names[i] for i in range(len(order))])
+        if not taken.intersection(cut.uses):
+            return cut
+        longer = [f"{name}_{called}" for name in cut.uses]
+        return cut._replace(uses=longer) if cut.is_prefix and not taken.intersection(longer) else None
+
+    def _template(self, cut: Split, rows: list[tuple[str, ...]]) -> list[Node]:
+        """Return the nodes of the part: each value with those of all instances."""
+        first = self.cluster[0].start
+        rests = {row[0]: rest for row, rest in zip(rows, cut.rests, strict=True)}
+        of = [{row[i]: rest for row, rest in zip(rows, cut.rests, strict=True)} for i in range(len(self.cluster))]
+        made = []
+        for offset in range(self.size):
+            base = self.body.nodes[first + offset]
+            carrier = rests[base.carrier] if offset else MOUNT
+            node = Node(rests[base.link], rests[base.joint], base.rank, base.up - first if offset else -1, carrier)
+            forms = [_forms(self.body, one.start, offset, one.mirror) for one in self.cluster]
+            node.body, node.moves, node.pose = (merged(row, rests) for row in zip(*forms, strict=True))
+            node.size = base.size
+            nodes = [self.body.nodes[one.start + offset] for one in self.cluster]
+            node.origins = [origin for one in nodes for origin in one.origins]
+            self._refer(node, of)
+            made.append(node)
+        return made
+
+    def _refer(self, node: Node, of: list[dict[str, str]]) -> None:
+        """Put the names of the part where an entry names what is in it. Raises _Unfit where that cannot be said."""
+        for key in ("mimic", "actuator"):
+            entry = node.moves.get(key)
+            for word in ("name", "joint") if key == "mimic" else ("name",):
+                if isinstance(entry, dict) and isinstance(entry.get(word), Leaf):
+                    entry[word] = self._meant(entry[word], of, word == "name")
+        for key in MARKS:
+            for mark in (node.body.get(key) or {}).values():
+                for word in _NAMING:
+                    if isinstance(mark.get(word), Leaf):
+                        mark[word] = self._meant(mark[word], of, False)
+        for entry in (node.body, node.moves, *(node.body.get("visual") or ()), *(node.body.get("collision") or ())):
+            if any(key in entry for key in _KEPT):
+                raise _Unfit
+        if "publisher" in node.moves:
+            raise _Unfit
+
+    def _meant(self, leaf: Leaf, of: list[dict[str, str]], own: bool) -> Leaf:
+        """Return a name as the part has it."""
+        width = len(leaf.values) // len(of)
+        rests = {of[index // width].get(str(value)) for index, value in enumerate(leaf.values)}
+        rest = rests.pop() if len(rests) == 1 else ""
+        if rest:
+            return Leaf((rest,) * len(leaf.values), leaf.spans)
+        outside = rest is None and leaf.is_same and not own and str(leaf.values[0]) not in of[0].values()
+        if not outside:
+            raise _Unfit
+        return leaf
+
+    def _use(self, part: Part, number: int) -> Use:
+        """Return the use of an instance."""
+        width, cut, instance = self.body.width, part.cut, self.cluster[number]
+        node = self.body.nodes[instance.start]
+        given: dict[str, Form] = {}
+        if cut.first is not None:
+            given["first"] = Leaf((cut.first[number],) * width, (None,) * width)
+        for one in part.parameters.given:
+            given[one.name] = _slice(one.values, number * width, (number + 1) * width)
+        name, prefix = cut.uses[number], cut.prefixes[number]
+        said = None if prefix == f"{name}_" else prefix
+        return Use(part, name, said, node.carrier, node.pose, instance.mirror, given, node.rank[1])
+
+
+class _Owned:
+    """A use within a part, as something that has values."""
+
+    def __init__(self, use: Use) -> None:
+        self.use = use
+        self.entry: Form = {**use.pose, "with": dict(use.given)}
+        kinds = {one.name: one.kind for one in use.part.parameters.given}
+        self.owner = Owner(use.name, self.entry, given=kinds)
+
+    def settled(self) -> Use:
+        """Return the use with terms where values differ."""
+        pose = {key: value for key, value in self.entry.items() if key != "with"}
+        return self.use._replace(pose=pose, given=self.entry["with"])
+
+
+def _slice(entry: Form, start: int, stop: int) -> Form:
+    if isinstance(entry, Leaf):
+        return entry.sliced(start, stop)
+    if isinstance(entry, list):
+        return [_slice(item, start, stop) for item in entry]
+    return {key: _slice(item, start, stop) for key, item in entry.items()}

@@ -322,6 +322,7 @@ def _common_scale(meshes: list[Map]) -> Seq | None:
     scales = [mesh.get("scale") for mesh in meshes]
     first: Any = scales[0] if len(scales) >= _FEW else None
     same = isinstance(first, Seq) and all(scale == first for scale in scales) and list(first) != [1, 1, 1]
+    same = same and not any(isinstance(number, str) for number in first)  # a part has its own
     return first if same else None
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from ....formats.imported import Imported
 from ..description import lines_of, tree_of
-from .finding import MAX_SHARE, MIN_SAVED, Body, Finder, Instance, Part, Use
+from .finding import MAX_SHARE, MIN_SAVED, SAVED_BY_USE, Body, Finder, Instance, Part, Use
 from .forms import nodes_of
 from .writing import folded, part_map, sections, table, use_map
 
@@ -25,7 +25,7 @@ def with_parts(imported: Imported) -> Imported:
         parts = table(tree.span, **{one.name: part_map(one, tree.span) for one in part.all()})
         used = table(tree.span, **{use.name: use_map(use, tree.span) for use in uses})
         new = lines_of(table(tree.span, parts=parts)) + lines_of(table(tree.span, use=used))
-        return flat - new >= MIN_SAVED and new <= MAX_SHARE * flat
+        return flat - new >= max(MIN_SAVED, SAVED_BY_USE * len(uses)) and new <= MAX_SHARE * flat
 
     Finder(len(body.nodes), worth).fold(body)
     if not body.uses:

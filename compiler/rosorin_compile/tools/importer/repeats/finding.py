@@ -15,11 +15,13 @@ from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of
 from .names import Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
 
-MIN_SAVED = 5  # lines
+MIN_SAVED = 8  # lines, all in all
+SAVED_BY_USE = 3  # lines that each use saves: less is no relief to a reader
 MAX_SHARE = 0.8  # of the lines without the part
 MAX_NODES = 200  # links of one part: nobody reads more
 WORK = 60  # comparisons of nodes for each node of the robot; a bound, so that finding is linear
-MIRRORS = ("", "y", "x", "z")
+MIRRORS = ("", "y", "x")  # left and right, front and rear
+_FAR = (MAX_PARAMETERS + 1, 0)
 _PER_PARAMETER = 4  # values with an expression that cost a reader as much as a parameter
 _NAMING = ("joint", "link", "body", "target", "camera", "site", "links", "joints", "sites")
 _KEPT = ("urdf_elements", "mjcf_elements")
@@ -134,9 +136,10 @@ class Finder:
         return made
 
     def _reflected(self, body: Body, base: int, alike: dict[int, dict[str, tuple[int, int]]]) -> list[Instance]:
-        """Return the instances with the mirrors that leave least to say: by none, by the best of each, by one side."""
-        choices = [{other: "" for other in alike}, {other: min(those, key=those.__getitem__) for other, those in alike.items()}]
+        """Return the instances with the mirrors that leave least to say: none, or one for those of the other side."""
+        choices = [dict.fromkeys(alike, "")]
         for mirror in MIRRORS[1:]:
+            choices.append({other: min(("", mirror), key=lambda one: those.get(one, _FAR)) for other, those in alike.items()})
             across = AXES[mirror]
             own = body.nodes[base].pose["xyz"][across].values[0]
             sides = {other: body.nodes[other].pose["xyz"][across].values[0] * own < 0 for other in alike}
@@ -150,6 +153,9 @@ class Finder:
     def _try(self, body: Body, cluster: list[Instance]) -> None:
         """Make a part of instances, if that is to be had and worth it."""
         before = list(self.names)
+        start = cluster[0].start
+        if body.nodes[start].size == 1 and _is_frame(body.nodes[start]):
+            return
         made = _Made(self, body, cluster).part()
         if made is None or not self.worth(body, cluster, *made):
             self.names = before
@@ -189,6 +195,11 @@ def _forms(body: Body, start: int, offset: int, mirror: str) -> tuple[Form, Form
     """Return body, moves and pose of a node of an instance, as the first instance has them."""
     node = body.nodes[start + offset]
     return mirrored(node, mirror, not offset) if mirror else (node.body, node.moves, node.pose)
+
+
+def _is_frame(node: Node) -> bool:
+    """Say whether a node is a bare frame: a link without anything, and a fixed joint."""
+    return not node.body and bool(node.moves["type"].values[0] == "fixed")
 
 
 class _Unfit(Exception):

@@ -12,11 +12,12 @@ from typing import Any
 from ....diagnostics import Span
 from ....frontend.expand.placing import AXES
 from ....frontend.tree import Map, Path, Seq
+from ....units import Quantity, parse_quantity
 
 MARKS = ("sites", "cameras", "lights")  # what a link has by name: the names are no keys, they differ
 _KINDS = ("type", "kind")  # two things of different kinds are never instances of one
 _ZERO = ("xyz", "rpy")
-_PRODUCTS = ("ixy", "ixz", "iyz")
+PRODUCTS = ("ixy", "ixz", "iyz")
 _MIRRORED_AXIS = ("revolute", "continuous", "prismatic", "planar")
 
 
@@ -42,11 +43,18 @@ class Leaf:
 
     def negative(self) -> Leaf:
         """Return the leaf with the other sign; zero stays as it is."""
-        return Leaf(tuple(-value if value else value for value in self.values), self.spans)
+        return Leaf(tuple(_negative(value) for value in self.values), self.spans)
 
     def sliced(self, start: int, stop: int) -> Leaf:
         """Return the values of some instances."""
         return Leaf(self.values[start:stop], self.spans[start:stop])
+
+
+def _negative(value: Any) -> Any:
+    """Return a number with the other sign; a quantity keeps its unit, zero stays as it is."""
+    if isinstance(value, Quantity) and value.text and value:
+        return parse_quantity(value.text[1:] if value.text.startswith("-") else f"-{value.text}")
+    return -value if value else value
 
 
 Form = Any  # dict[str, Form] | list[Form] | Leaf
@@ -124,7 +132,7 @@ def _body(entry: Form) -> Form:
     if isinstance(inertial, dict):
         _zeros(inertial)
         if isinstance(inertial.get("inertia"), dict):
-            for key in _PRODUCTS:
+            for key in PRODUCTS:
                 inertial["inertia"].setdefault(key, Leaf((0.0,), (None,)))
     return entry
 
@@ -209,7 +217,7 @@ def mirrored(node: Node, mirror: str, root: bool) -> tuple[Form, Form, Form]:
         if isinstance(inertial.get("inertia"), dict):
             moments, across = dict(inertial["inertia"]), "xyz"[axis]
             inertial["inertia"] = moments | {
-                key: moments[key].negative() for key in _PRODUCTS if across in key[1:] and key in moments
+                key: moments[key].negative() for key in PRODUCTS if across in key[1:] and key in moments
             }
     return body, moves, pose
 

@@ -17,6 +17,7 @@ from ..layout import Expression
 
 _WORDS = re.compile(r"[A-Z]+(?![a-z])|[A-Z]?[a-z]+|\d+|[^A-Za-z\d]")
 _SEPARATORS = "_-./: "
+_EXPRESSION = re.compile(r"\$\{[^}]*\}")
 _SIDES = re.compile(r"left|right|l|r|[fmrhb]?[lr]|[lr][fmrhb]|front|rear|back|middle|mid|hind|upper|lower|\d+")
 _LEFT = re.compile(r"left|l|[fmrhb]l|l[fmrhb]")
 _RIGHT = re.compile(r"right|r|[fmrhb]r|r[fmrhb]")
@@ -176,8 +177,8 @@ def _by_count(cuts: list[_Cut]) -> Split | None:
 
 
 def words(name: str) -> list[str]:
-    """Return the words of a name, in small letters."""
-    return [word.lower() for word in _WORDS.findall(name) if word.isalnum()]
+    """Return the words of a name, in small letters, without what an expression puts in."""
+    return [word.lower() for word in _WORDS.findall(_EXPRESSION.sub("_", name)) if word.isalnum()]
 
 
 def whole(uses: Sequence[str], rests: Sequence[str]) -> str:
@@ -190,7 +191,7 @@ def whole(uses: Sequence[str], rests: Sequence[str]) -> str:
     """
     for group in (uses, rests):
         common = [word for word in words(group[0]) if all(word in words(name) for name in group)]
-        telling = [word for word in common if not _SIDES.fullmatch(word) and word not in _PLAIN and len(word) > 1]
+        telling = [word for word in common if not _SIDES.fullmatch(word) and word not in _PLAIN and len(word) > 2]
         if telling:
             return _PARTS.get(telling[-1], telling[-1]) if len(rests) > 2 else telling[-1]
     votes = Counter(_PARTS[word] for name in rests for word in set(words(name)) if word in _PARTS)

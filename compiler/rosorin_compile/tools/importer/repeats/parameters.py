@@ -17,7 +17,7 @@ from ....frontend.expression.functions import functions
 from ....frontend.tree import Path
 from ....frontend.yaml_text import escaped
 from ....numbers import exact
-from ....units import UNITS
+from ....units import UNITS, Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees
 from .forms import Form, Leaf, Node, leaves
 from .names import side_word
@@ -34,8 +34,9 @@ _TYPES = {
     **dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "inertia"),
     "mass": "mass",
 }
-_TURNING = {"lower": "angle", "upper": "angle", "effort": "torque", "velocity": "angular_speed"}
-_SLIDING = {"lower": "length", "upper": "length", "effort": "force", "velocity": "speed"}
+_TURNING = dict.fromkeys(("lower", "upper", "soft_lower_limit", "soft_upper_limit", "spring_reference"), "angle")
+_TURNING |= {"effort": "torque", "velocity": "angular_speed"}
+_SLIDING = dict.fromkeys(_TURNING, "length") | {"effort": "force", "velocity": "speed"}
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _CALLED = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _TAKEN = ("name", "mirrored", "prefix", "mesh_scale", "meshes", "side", "end")
@@ -86,7 +87,7 @@ class Owner:
         last = keys[-1] if keys else ""
         if keys[:1] == [GIVEN]:
             return {"sign": "integer"}.get(self.given.get(keys[1], "number"), self.given.get(keys[1], "number"))
-        if "limit" in keys and self.kind:
+        if self.kind and keys[:1] in (["limit"], ["safety_controller"], ["dynamics"]):
             return (_TURNING if self.turns else _SLIDING).get(last, "number")
         return _TYPES.get(last, "number") if last != "offset" or self.turns else "length"
 
@@ -176,7 +177,7 @@ class Parameters:
                     return [first, second]
         own = signs == tuple(-1 if flag else 1 for flag in self.mirrored)
         form = Leaf(signs, (None,) * len(signs))
-        made = Parameter(form, "sign", [side_word(self.uses, signs) or ("side" if own else "sign")], own)
+        made = Parameter(form, "sign", [side_word(self.uses, signs) or ("side" if own else "direction")], own)
         self.all.append(made)
         self.signs[signs] = made
         return [made]
@@ -212,7 +213,9 @@ class Parameters:
             words = [step for step in path if isinstance(step, str)]
             word = _CALLED.get(words[-1], words[-1]) if words else "value"
             axis = "xyz"[path[-1]] if isinstance(path[-1], int) and path[-1] < 3 and kind in ("length", "angle") else ""
-            hint = [axis or word, f"{owner.name}_{axis or word}"][self.long :]
+            hint = [axis or word, f"{_plain(owner.name)}_{axis or word}"][self.long :]
+            if kind == "number" and any(isinstance(value, Quantity) for value in values.values):
+                kind = "any"
             self.known[key] = Parameter(_degrees(owner, path, values), kind, hint)
             self.all.append(self.known[key])
         return self.known[key]
@@ -265,8 +268,14 @@ def _is_taken(name: str, sign: bool) -> bool:
 
 def identifier(text: str) -> str:
     """Return a name for expressions that is like a text."""
-    made = re.sub(r"\W+", "_", text, flags=re.ASCII).strip("_").lower()
+    made = re.sub(r"[\W_]+", "_", text, flags=re.ASCII).strip("_").lower()
     return made if made and not made[0].isdigit() else f"n_{made}".strip("_")
+
+
+def _plain(name: str) -> str:
+    """Return a name of a part without its expressions."""
+    counted = re.sub(r"\$\{first \+ (\d+)\}", r"\1", name).replace("${first}", "0")
+    return counted.replace("${name}", "")
 
 
 def _is_signed(leaf: Leaf) -> bool:
@@ -280,6 +289,8 @@ def _differing(entry: Form) -> int:
 
 def spelt(value: float, unit: str = "") -> str:
     """Return a number as it stands in an expression."""
+    if isinstance(value, Quantity) and value.text:
+        return value.text
     return (unit and math.isfinite(value) and in_degrees(value, unit)) or exact(value)
 
 
@@ -295,8 +306,6 @@ def _degrees(owner: Owner, path: Path, values: Form) -> Form:
 
 def in_unit(leaf: Leaf, unit: str) -> Leaf:
     """Return angles as quantities in degrees where those are short and exact."""
-    from ....units import parse_quantity
-
     texts = [in_degrees(value, unit) if value and math.isfinite(value) else "" for value in leaf.values]
     values = tuple(parse_quantity(text) if text else own for text, own in zip(texts, leaf.values, strict=True))
     return Leaf(values, leaf.spans)

@@ -11,7 +11,7 @@ from ....formats.imported import Comment
 from ....frontend.tree import Map, Path, Seq
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
-from .forms import Form, Leaf, Node
+from .forms import PRODUCTS, Form, Leaf, Node
 from .parameters import Parameter, Term, in_unit
 
 _SIDE = {"side": ("left", "right"), "end": ("front", "rear")}
@@ -52,7 +52,7 @@ def _parameter(one: Parameter, part: Part, span: Span) -> Map:
         made = _declared(one.kind, "", span)
         usual = default(one)
         if usual is not None:
-            _put(made, "default", _value(usual, span, 0))
+            _put(made, "default", _lean(_value(usual, span, 0)))
         return made
     made = _declared("integer", "", span)
     choice = Seq(span)
@@ -129,9 +129,21 @@ def use_map(use: Use, span: Span) -> Map:
     given = Map(span)
     for name, form in use.given.items():
         if usual.get(name) is None or not _same(form, usual[name]):
-            _put(given, name, _value(form, span, 0))
+            _put(given, name, _lean(_value(form, span, 0)))
     if given:
         _put(made, "with", given)
+    return made
+
+
+def _lean(value: Any) -> Any:
+    """Return a table of inertia without what is zero when nothing is said."""
+    if not isinstance(value, Map):
+        return value
+    made = Map(value.span)
+    for key, item in value.items():
+        zero = item == 0 if key in PRODUCTS else key in ("xyz", "rpy") and item == [0, 0, 0]
+        if not zero:
+            made.put(key, _lean(item), value.key_spans[key], value.value_spans[key])
     return made
 
 

@@ -172,7 +172,7 @@ class _Document:
     def made(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
         body = {key: self.value(value, (key,), span) for key, value, span in _items(self.tree) if value}
-        lets: dict[str, Any] = dict(self.named.folders)
+        lets: dict[str, Any] = {**self.named.folders, **body.pop("let", {})}
         if self.named.scale is not None:
             lets["mesh_scale"] = self.value(self.named.scale, ("let", "mesh_scale"), None)
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}

@@ -1,7 +1,7 @@
-"""Repeats: what a robot has several times becomes a part, written once and used.
+"""Repeats: what a robot has several times becomes a part, written once and used; equal values get a name.
 
 To be read in this order: ``forms`` (values held side by side), ``names`` (prefix and rest), ``parameters`` (what
-differs), ``finding`` (which subtrees are alike, and whether that is worth a part), ``writing`` (the tree with parts).
+differs), ``finding`` (which subtrees are alike, and whether that is worth a part), ``writing`` (the tree with parts), ``values`` (what has a name).
 """
 
 from __future__ import annotations
@@ -10,7 +10,8 @@ from ....formats.imported import Imported
 from ..description import lines_of, tree_of
 from .finding import MAX_SHARE, MIN_SAVED, SAVED_BY_USE, Body, Finder, Instance, Part, Use
 from .forms import nodes_of
-from .writing import folded, part_map, sections, table, use_map
+from .values import copied, with_values
+from .writing import Folded, folded, part_map, sections, table, use_map
 
 
 def with_parts(imported: Imported) -> Imported:
@@ -28,7 +29,8 @@ def with_parts(imported: Imported) -> Imported:
         return flat - new >= max(MIN_SAVED, SAVED_BY_USE * len(uses)) and new <= MAX_SHARE * flat
 
     Finder(len(body.nodes), worth).fold(body)
-    if not body.uses:
+    made = folded(tree, body, imported.comments) if body.uses else Folded(tree, imported.comments)
+    shown = with_values(copied(made.tree))
+    if not body.uses and "let" not in shown:
         return imported
-    made = folded(tree, body, imported.comments)
-    return imported._replace(tree=made.tree, comments=made.comments)
+    return imported._replace(tree=shown, comments=made.comments)

@@ -224,5 +224,8 @@ def identity(uses: Sequence[str], wanted: str) -> str:
     >>> identity(["front_left", "front_right"], "wheel")
     'front'
     """
+    for word, rule in (("front", _FRONT), ("rear", _REAR), ("left", _LEFT), ("right", _RIGHT)):
+        if all(any(rule.fullmatch(one) for one in words(name)) for name in uses):
+            return word
     common = [word for word in words(uses[0]) if all(word in words(name) for name in uses)]
-    return next((word for word in common if word != wanted and not word.isdigit()), "")
+    return next((word for word in common if word != wanted and not word.isdigit() and len(word) > 1), "")

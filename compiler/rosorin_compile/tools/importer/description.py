@@ -26,7 +26,7 @@ SIMULATION, EXTENSIONS = "simulation.yaml", "extensions.yaml"
 MOVEIT = "moveit.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
-_TAIL = ("use", "poses", "control", "controllers", "moveit", "disabled_contacts", "accept", "outputs")
+_TAIL = ("poses", "control", "controllers", "moveit", "disabled_contacts", "accept", "outputs")
 _FILES = {
     PARTS: ("parts",),
     LINKS: ("materials", "links"),
@@ -159,7 +159,8 @@ def _sorted(document: dict[str, Any]) -> dict[str, Any]:
     """Return the sections of a file in the order of a description."""
     rank = {key: place for place, key in enumerate((*_HEAD, *(k for keys in _FILES.values() for k in keys)))}
     rank |= {key: 1000 + place for place, key in enumerate(_TAIL)}
-    return dict(sorted(document.items(), key=lambda item: rank.get(item[0], 500)))
+    ranked = {**rank, "use": rank["joints"] + 0.5}  # they hang on links, as joints do
+    return dict(sorted(document.items(), key=lambda item: ranked.get(item[0], 500)))
 
 
 class _Document:

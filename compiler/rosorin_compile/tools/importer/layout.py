@@ -29,7 +29,7 @@ _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the fir
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
 _SPACED = 2  # depth to which entries of several lines stand apart: sections and their entries
 _NEVER_SHORT = ("links",)  # whose entries are easier to read in a block, however small
-_OFTEN_SHORT = ("use", "params")  # whose entries are rows of a table
+_OFTEN_SHORT = ("use", "params", "let")  # whose entries are rows of a table
 
 
 class Verbatim(str):

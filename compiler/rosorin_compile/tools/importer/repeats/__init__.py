@@ -13,6 +13,8 @@ from .forms import nodes_of
 from .values import copied, with_values
 from .writing import Folded, folded, part_map, sections, table, use_map
 
+_ORDERED = ("mjcf",)  # where the order of joints is that of the numbers a controller gives
+
 
 def with_parts(imported: Imported) -> Imported:
     """Return a robot whose tree has parts and their uses where it had the same several times; else as it is."""
@@ -28,7 +30,7 @@ def with_parts(imported: Imported) -> Imported:
         new = lines_of(table(tree.span, parts=parts)) + lines_of(table(tree.span, use=used))
         return flat - new >= max(MIN_SAVED, SAVED_BY_USE * len(uses)) and new <= MAX_SHARE * flat
 
-    Finder(len(body.nodes), worth).fold(body)
+    Finder(len(body.nodes), worth, keeps_order=imported.format in _ORDERED).fold(body)
     made = folded(tree, body, imported.comments) if body.uses else Folded(tree, imported.comments)
     shown = with_values(copied(made.tree))
     if not body.uses and "let" not in shown:

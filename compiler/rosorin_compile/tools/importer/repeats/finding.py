@@ -58,13 +58,23 @@ class Part:
         return self.cut.first is not None
 
 
+class Instance(NamedTuple):
+    """One of several equal subtrees: where it begins in its body, and by which mirror it is like the first."""
+
+    start: int
+    mirror: str
+
+
 class Body:
-    """A robot, or what is within a part: its nodes, and for each of its instances what stands before its names."""
+    """A robot, or what is within a part: its nodes, and for each of its instances what stands before its names.
+
+    ``found`` are the instances that became parts, with their uses; ``refused`` those that may not.
+    """
 
     def __init__(self, nodes: list[Node], prefixes: list[str]) -> None:
         self.nodes, self.prefixes = nodes, prefixes
-        self.covered: set[int] = set()
-        self.uses: list[Use] = []
+        self.found: list[tuple[list[Instance], list[Use]]] = []
+        self.refused: set[int] = set()
 
     @property
     def width(self) -> int:
@@ -72,16 +82,20 @@ class Body:
         return len(self.prefixes)
 
     @property
+    def uses(self) -> list[Use]:
+        """What takes the place of instances, in the order of the source."""
+        return sorted((use for _, uses in self.found for use in uses), key=lambda use: use.rank)
+
+    @property
     def left(self) -> list[Node]:
         """The nodes that no use makes."""
-        return [node for index, node in enumerate(self.nodes) if index not in self.covered]
+        covered = {index for cluster, _ in self.found for index in self.within(cluster)}
+        return [node for index, node in enumerate(self.nodes) if index not in covered]
 
-
-class Instance(NamedTuple):
-    """One of several equal subtrees: where it begins in its body, and by which mirror it is like the first."""
-
-    start: int
-    mirror: str
+    def within(self, cluster: list[Instance]) -> Iterator[int]:
+        """Yield the nodes that some instances are made of."""
+        for one in cluster:
+            yield from range(one.start, one.start + self.nodes[one.start].size)
 
 
 class Finder:
@@ -92,20 +106,29 @@ class Finder:
         self.worth = worth
         self.keeps_order = keeps_order
         self.names: list[str] = []
+        self.made: dict[str, Part] = {}
 
     def fold(self, body: Body) -> None:
-        """Find the parts of a body; largest first, in the order of the source."""
+        """Find the parts of a body, the largest first. Where the order has to stay, what would change it is no part."""
+        names = list(self.names)
+        self._search(body)
+        while self.keeps_order and (late := _out_of_order(body)):
+            body.refused |= late
+            body.found, self.names = [], list(names)
+            self._search(body)
+
+    def _search(self, body: Body) -> None:
         by_shape: dict[int, list[int]] = defaultdict(list)
         for index, shape in enumerate(_shapes(body.nodes)):
-            if body.nodes[index].up >= 0 and body.nodes[index].size <= MAX_NODES:
+            if body.nodes[index].up >= 0 and body.nodes[index].size <= MAX_NODES and index not in body.refused:
                 by_shape[shape].append(index)
         several = [members for members in by_shape.values() if len(members) > 1]
+        covered: set[int] = set()
         for members in sorted(several, key=lambda those: (-body.nodes[those[0]].size, those[0])):
-            free = [member for member in members if member not in body.covered]
+            free = [member for member in members if member not in covered]
             for cluster in self._clusters(body, free):
-                if len(cluster) > 1:
-                    self._try(body, cluster)
-        body.uses.sort(key=lambda use: use.rank)
+                if len(cluster) > 1 and self._try(body, cluster):
+                    covered.update(body.within(cluster))
 
     def _clusters(self, body: Body, members: list[int]) -> Iterator[list[Instance]]:
         """Yield instances that are alike, the one that all are held against first."""
@@ -150,31 +173,38 @@ class Finder:
             return next(iter(distinct.values()))
         return min(distinct.values(), key=lambda cluster: _Made(self, body, cluster).score())
 
-    def _try(self, body: Body, cluster: list[Instance]) -> None:
-        """Make a part of instances, if that is to be had and worth it."""
-        before = list(self.names)
-        start = cluster[0].start
+    def _try(self, body: Body, cluster: list[Instance]) -> bool:
+        """Make a part of instances, if that is to be had and worth it; say whether it was."""
+        start, before = cluster[0].start, list(self.names)
         if body.nodes[start].size == 1 and _is_frame(body.nodes[start]):
-            return
+            return False
         made = _Made(self, body, cluster).part()
         if made is None or not self.worth(body, cluster, *made):
             self.names = before
-            return
-        size = body.nodes[cluster[0].start].size
-        body.uses += made[1]
-        body.covered.update(index for one in cluster for index in range(one.start, one.start + size))
+            return False
+        body.found.append((cluster, made[1]))
+        self.made[made[0].name] = made[0]
+        return True
 
     def name(self, wanted: str, uses: Sequence[str]) -> str:
-        """Return a name for a part that no other part has."""
-        name, number = wanted, 1
-        distinct = identity(uses, wanted)
-        if name in self.names and distinct:
-            name = wanted = f"{distinct}_{wanted}"
+        """Return a name for a part that no other part has: where ``leg`` is taken, front_leg and rear_leg."""
+        name, number, own = wanted, 1, identity(uses, wanted)
+        if name in self.names and own:
+            name = wanted = f"{own}_{wanted}"
+            self._distinguish(wanted.removeprefix(f"{own}_"), own)
         while name in self.names:
             number += 1
             name = f"{wanted}_{number}"
         self.names.append(name)
         return name
+
+    def _distinguish(self, name: str, own: str) -> None:
+        """Give the part of a name one that says what tells it from a second one."""
+        other = self.made.get(name)
+        theirs = identity(other.cut.uses, name) if other is not None else ""
+        if other is not None and theirs not in ("", own) and f"{theirs}_{name}" not in self.names:
+            other.name = f"{theirs}_{name}"
+            self.names.append(other.name)
 
 
 def _shapes(nodes: Sequence[Node]) -> list[int]:
@@ -195,6 +225,18 @@ def _forms(body: Body, start: int, offset: int, mirror: str) -> tuple[Form, Form
     """Return body, moves and pose of a node of an instance, as the first instance has them."""
     node = body.nodes[start + offset]
     return mirrored(node, mirror, not offset) if mirror else (node.body, node.moves, node.pose)
+
+
+def _out_of_order(body: Body) -> set[int]:
+    """Return the instances behind which, on the same link, something stands that no use makes: it would come first."""
+    starts = {one.start for cluster, _ in body.found for one in cluster}
+    last: dict[int, int] = {}
+    for index, node in enumerate(body.nodes):
+        if index not in starts:
+            last[node.up] = index
+    groups = [{one.start for one in cluster} for cluster, _ in body.found]
+    late = {start for start in starts if start < last.get(body.nodes[start].up, -1)}
+    return {start for group in groups if group & late for start in group}
 
 
 def _is_frame(node: Node) -> bool:
@@ -235,7 +277,7 @@ class _Made:
         named = [name for name in cut.uses for _ in range(width)]
         parameters = Parameters(named, prefixes, flags, plain=cut.first is None)
         uses = [_Owned(use) for use in inner.uses]
-        kept = [node for node in inner.nodes if id(node) in set(map(id, inner.left))]
+        kept = inner.left
         parameters.settle([*owners(kept), *(use.owner for use in uses)])
         if len(parameters.given) > min(MAX_PARAMETERS, self.size + 2):
             return None

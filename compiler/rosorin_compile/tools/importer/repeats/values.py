@@ -116,7 +116,8 @@ def _fits(holder: Map, key: str) -> bool:
     value = holder.get(key)
     if key in _NUMBERS:
         return isinstance(value, float) and not isinstance(value, Quantity) and len(_digits(value)) >= MANY_DIGITS
-    return isinstance(value, (Map, Seq)) and _is_plain(value)
+    said = value.values() if isinstance(value, Map) else value if isinstance(value, Seq) else ()
+    return any(said) and _is_plain(value)
 
 
 def _digits(value: float) -> str:

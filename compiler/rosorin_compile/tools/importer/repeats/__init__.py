@@ -22,8 +22,7 @@ def with_parts(imported: Imported) -> Imported:
     body = Body(nodes_of(tree), [""])
 
     def worth(body: Body, cluster: list[Instance], part: Part, uses: list[Use]) -> bool:
-        first = cluster[0].start
-        links, joints = sections(body.nodes[first : first + body.nodes[first].size], tree.span)
+        links, joints = sections([body.nodes[index] for index in cluster[0].nodes], tree.span)
         flat = len(cluster) * lines_of(table(tree.span, links=links, joints=joints))
         parts = table(tree.span, **{one.name: part_map(one, tree.span) for one in part.all()})
         used = table(tree.span, **{use.name: use_map(use, tree.span) for use in uses})

@@ -16,6 +16,7 @@ from .names import Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
 
 MIN_SAVED = 8  # lines, all in all
+MIN_TRUNK = 0.6  # of the links of each, where other things hang on what is equal
 SAVED_BY_USE = 3  # lines that each use saves: less is no relief to a reader
 MAX_SHARE = 0.8  # of the lines without the part
 MAX_NODES = 200  # links of one part: nobody reads more
@@ -59,10 +60,15 @@ class Part:
 
 
 class Instance(NamedTuple):
-    """One of several equal subtrees: where it begins in its body, and by which mirror it is like the first."""
+    """One of several equal things: its nodes in its body, and by which mirror it is like the first."""
 
-    start: int
-    mirror: str
+    nodes: tuple[int, ...]
+    mirror: str = ""
+
+    @property
+    def start(self) -> int:
+        """The node that carries the others."""
+        return self.nodes[0]
 
 
 class Body:
@@ -89,13 +95,13 @@ class Body:
     @property
     def left(self) -> list[Node]:
         """The nodes that no use makes."""
-        covered = {index for cluster, _ in self.found for index in self.within(cluster)}
+        covered = self.covered
         return [node for index, node in enumerate(self.nodes) if index not in covered]
 
-    def within(self, cluster: list[Instance]) -> Iterator[int]:
-        """Yield the nodes that some instances are made of."""
-        for one in cluster:
-            yield from range(one.start, one.start + self.nodes[one.start].size)
+    @property
+    def covered(self) -> set[int]:
+        """The nodes that uses make."""
+        return {index for cluster, _ in self.found for one in cluster for index in one.nodes}
 
 
 class Finder:
@@ -118,65 +124,77 @@ class Finder:
             self._search(body)
 
     def _search(self, body: Body) -> None:
+        shapes, own = _shapes(body.nodes)
         by_shape: dict[int, list[int]] = defaultdict(list)
-        for index, shape in enumerate(_shapes(body.nodes)):
+        for index, shape in enumerate(shapes):
             if body.nodes[index].up >= 0 and body.nodes[index].size <= MAX_NODES and index not in body.refused:
                 by_shape[shape].append(index)
-        several = [members for members in by_shape.values() if len(members) > 1]
+        size = {shape: body.nodes[members[0]].size for shape, members in by_shape.items()}
+        several = [
+            [tuple(range(start, start + size[shape])) for start in members]
+            for shape, members in by_shape.items()
+            if len(members) > 1
+        ]
         covered: set[int] = set()
-        for members in sorted(several, key=lambda those: (-body.nodes[those[0]].size, those[0])):
-            free = [member for member in members if member not in covered]
-            for cluster in self._clusters(body, free):
-                if len(cluster) > 1 and self._try(body, cluster):
-                    covered.update(body.within(cluster))
+        several += _trunks(body, shapes, own)
+        for those in sorted(several, key=lambda some: (-len(some[0]), -len(some), some[0])):
+            covered |= self._tried(body, [one for one in those if covered.isdisjoint(one)])
 
-    def _clusters(self, body: Body, members: list[int]) -> Iterator[list[Instance]]:
+    def _tried(self, body: Body, members: list[tuple[int, ...]]) -> set[int]:
+        """Make parts of those of some equal things that are alike; return the nodes that uses make now."""
+        covered: set[int] = set()
+        for cluster in self._clusters(body, members):
+            if self._try(body, cluster):
+                covered.update(index for one in cluster for index in one.nodes)
+        return covered
+
+    def _clusters(self, body: Body, members: list[tuple[int, ...]]) -> Iterator[list[Instance]]:
         """Yield instances that are alike, the one that all are held against first."""
         while len(members) > 1:
-            self.budget -= len(members) * body.nodes[members[0]].size
+            self.budget -= len(members) * len(members[0])
             if self.budget < 0:
                 return
-            base = next((one for one in members if is_left(body.nodes[one].link)), members[0])
+            base = next((one for one in members if is_left(body.nodes[one[0]].link)), members[0])
             alike = {other: self._likeness(body, base, other) for other in members if other != base}
-            cluster = [other for other, mirrors in alike.items() if mirrors]
-            if cluster:
-                yield self._reflected(body, base, {other: alike[other] for other in cluster})
-            members = [other for other, mirrors in alike.items() if not mirrors]
+            near = {other: mirrors for other, mirrors in alike.items() if mirrors}
+            if near:
+                yield self._reflected(body, base, near)
+            members = [other for other in alike if other not in near]
 
-    def _likeness(self, body: Body, base: int, other: int) -> dict[str, tuple[int, int]]:
-        """Return the mirrors by which two subtrees are alike, with how many values and signs tell them apart."""
+    def _likeness(self, body: Body, base: tuple[int, ...], other: tuple[int, ...]) -> dict[str, tuple[int, int]]:
+        """Return the mirrors by which two things are alike, with how many values and signs tell them apart."""
         made: dict[str, tuple[int, int]] = {}
         for mirror in MIRRORS:
             count = {"value": 0, "sign": 0}
-            for offset in range(body.nodes[base].size):
-                self.budget -= 1
-                one, two = (_forms(body, start, offset, by) for start, by in ((base, ""), (other, mirror)))
-                for first, second in zip(one[:2] if not offset else one, two, strict=False):
-                    for kind, many in differences(first, second):
+            self.budget -= len(base)
+            for first, second in zip(_forms(body, Instance(base)), _forms(body, Instance(other, mirror)), strict=True):
+                for one, two in zip(first, second, strict=True):
+                    for kind, many in differences(one, two):
                         count[kind] += many
             if count["value"] <= MAX_PARAMETERS:
                 made[mirror] = (count["value"], count["sign"])
         return made
 
-    def _reflected(self, body: Body, base: int, alike: dict[int, dict[str, tuple[int, int]]]) -> list[Instance]:
+    def _reflected(
+        self, body: Body, base: tuple[int, ...], alike: dict[tuple[int, ...], dict[str, tuple[int, int]]]
+    ) -> list[Instance]:
         """Return the instances with the mirrors that leave least to say: none, or one for those of the other side."""
         choices = [dict.fromkeys(alike, "")]
         for mirror in MIRRORS[1:]:
-            choices.append({other: min(("", mirror), key=lambda one: those.get(one, _FAR)) for other, those in alike.items()})
-            across = AXES[mirror]
-            own = body.nodes[base].pose["xyz"][across].values[0]
-            sides = {other: body.nodes[other].pose["xyz"][across].values[0] * own < 0 for other in alike}
-            choices.append({other: mirror if beyond else "" for other, beyond in sides.items()})
+            near = {other: mirrors.get("", _FAR) <= mirrors.get(mirror, _FAR) for other, mirrors in alike.items()}
+            choices.append({other: "" if stays else mirror for other, stays in near.items()})
+            across = {other: body.nodes[other[0]].pose["xyz"][AXES[mirror]].values[0] for other in (base, *alike)}
+            choices.append({other: mirror if across[other] * across[base] < 0 else "" for other in alike})
         usable = [one for one in choices if all(mirror in alike[other] for other, mirror in one.items())]
-        distinct = {tuple(one.values()): [Instance(base, ""), *map(Instance, one, one.values())] for one in usable}
+        distinct = {tuple(one.values()): [Instance(base), *map(Instance, one, one.values())] for one in usable}
         if len(distinct) == 1:
             return next(iter(distinct.values()))
         return min(distinct.values(), key=lambda cluster: _Made(self, body, cluster).score())
 
     def _try(self, body: Body, cluster: list[Instance]) -> bool:
         """Make a part of instances, if that is to be had and worth it; say whether it was."""
-        start, before = cluster[0].start, list(self.names)
-        if body.nodes[start].size == 1 and _is_frame(body.nodes[start]):
+        before = list(self.names)
+        if len(cluster[0].nodes) == 1 and _is_frame(body.nodes[cluster[0].start]):
             return False
         made = _Made(self, body, cluster).part()
         if made is None or not self.worth(body, cluster, *made):
@@ -207,35 +225,90 @@ class Finder:
             self.names.append(other.name)
 
 
-def _shapes(nodes: Sequence[Node]) -> list[int]:
-    """Return a number for each node that all subtrees of its shape have, and no other one."""
+def _shapes(nodes: Sequence[Node]) -> tuple[list[int], list[int]]:
+    """Return a number for each node that all subtrees of its shape have, and one that all nodes of its shape have."""
     known: dict[Any, int] = {}
     below: list[list[int]] = [[] for _ in nodes]
-    made = [0] * len(nodes)
+    made, alone = [0] * len(nodes), [0] * len(nodes)
     for index in range(len(nodes) - 1, -1, -1):
         node = nodes[index]
-        key = (shape_of(node.body), shape_of(node.moves), tuple(reversed(below[index])))
-        made[index] = known.setdefault(key, len(known))
+        key = (shape_of(node.body), shape_of(node.moves))
+        alone[index] = known.setdefault(key, len(known))
+        made[index] = known.setdefault((alone[index], tuple(below[index])), len(known))
         if node.up >= 0:
             below[node.up].append(made[index])
+    return made, alone
+
+
+def _trunks(body: Body, shapes: list[int], own: list[int]) -> Iterator[list[tuple[int, ...]]]:
+    """Yield equal things on which other things hang: two arms, one of them with a camera. The others stay outside."""
+    nodes = body.nodes
+    below: list[list[int]] = [[] for _ in nodes]
+    members: dict[int, list[int]] = defaultdict(list)
+    ends: dict[int, int] = {}
+    for index, node in enumerate(nodes):
+        if node.up < 0:
+            continue
+        below[node.up].append(index)
+        fits = 1 < node.size <= MAX_NODES and index not in body.refused
+        if fits and index >= ends.get(own[index], 0):  # none hangs on another one of the same kind
+            members[own[index]].append(index)
+            ends[own[index]] = index + node.size
+    for those in members.values():
+        base, others = those[0], those[1:]
+        if len({shapes[one] for one in those}) < 2:
+            continue
+        pairs = {other: _paired(base, other, below, shapes, own) for other in others}
+        pairs = {other: found for other, found in pairs.items() if len(found) >= MIN_TRUNK * nodes[other].size}
+        common = sorted(set.intersection(*(set(found) for found in pairs.values()))) if pairs else []
+        if len(common) > 1 and len(common) >= MIN_TRUNK * nodes[base].size:
+            yield [tuple(common), *(tuple(found[index] for index in common) for found in pairs.values())]
+
+
+def _paired(base: int, other: int, below: list[list[int]], shapes: list[int], own: list[int]) -> dict[int, int]:
+    """Return the nodes of two subtrees that stand for each other, from the node that carries all."""
+    made: dict[int, int] = {}
+    waiting = [(base, other)]
+    while waiting:
+        one, two = waiting.pop()
+        made[one] = two
+        rest = list(below[two])
+        for child in below[one]:
+            same = [twin for twin in rest if shapes[twin] == shapes[child]]
+            near = same or [twin for twin in rest if own[twin] == own[child]]
+            if near:
+                rest.remove(near[0])
+                waiting.append((child, near[0]))
     return made
 
 
-def _forms(body: Body, start: int, offset: int, mirror: str) -> tuple[Form, Form, Form]:
-    """Return body, moves and pose of a node of an instance, as the first instance has them."""
-    node = body.nodes[start + offset]
-    return mirrored(node, mirror, not offset) if mirror else (node.body, node.moves, node.pose)
+def _forms(body: Body, instance: Instance) -> Iterator[tuple[Form, Form, Form]]:
+    """Yield body, moves and pose of each node of an instance, as the first instance has them.
+
+    The place of the first node is that of the use: it is left out.
+    """
+    for index in instance.nodes:
+        node, root = body.nodes[index], index == instance.start
+        forms = mirrored(node, instance.mirror, root) if instance.mirror else (node.body, node.moves, node.pose)
+        yield (*forms[:2], {}) if root else forms
 
 
 def _out_of_order(body: Body) -> set[int]:
-    """Return the instances behind which, on the same link, something stands that no use makes: it would come first."""
-    starts = {one.start for cluster, _ in body.found for one in cluster}
-    last: dict[int, int] = {}
-    for index, node in enumerate(body.nodes):
-        if index not in starts:
-            last[node.up] = index
+    """Return the instances that make something stand behind what it stood before, on the same link.
+
+    What no use makes comes first, then what the uses make, in their order.
+    """
+    instances = sorted((one for cluster, _ in body.found for one in cluster), key=lambda one: one.start)
+    owner = {index: one for one in instances for index in one.nodes}
+    place = {one.nodes: number for number, one in enumerate(instances, 1)}
+    latest: dict[int, tuple[int, int]] = {}
+    late: set[int] = set()
+    for index in range(len(body.nodes) - 1, -1, -1):
+        up, key = body.nodes[index].up, (place[owner[index].nodes] if index in owner else 0, index)
+        if key > latest.get(up, key):
+            late.add(owner[index].start if index in owner else index)
+        latest[up] = min(key, latest.get(up, key))
     groups = [{one.start for one in cluster} for cluster, _ in body.found]
-    late = {start for start in starts if start < last.get(body.nodes[start].up, -1)}
     return {start for group in groups if group & late for start in group}
 
 
@@ -253,11 +326,11 @@ class _Made:
 
     def __init__(self, finder: Finder, body: Body, cluster: list[Instance]) -> None:
         self.finder, self.body, self.cluster = finder, body, cluster
-        self.size = body.nodes[cluster[0].start].size
+        self.size = len(cluster[0].nodes)
 
     def part(self) -> tuple[Part, list[Use]] | None:
         """Return the part and its uses, in the order of the source; None if the language has no words for it."""
-        rows = list(zip(*(self._names(one.start) for one in self.cluster), strict=True))
+        rows = list(zip(*(self._names(one) for one in self.cluster), strict=True))
         cut = split([[name for name in row] for row in rows])
         if cut is None:
             return None
@@ -287,7 +360,7 @@ class _Made:
     def score(self) -> int:
         """Return how much the part would have to say beside what is the same in all instances."""
         self.finder.budget -= len(self.cluster) * self.size
-        rows = list(zip(*(self._names(one.start) for one in self.cluster), strict=True))
+        rows = list(zip(*(self._names(one) for one in self.cluster), strict=True))
         count, width = len(self.cluster), self.body.width
         plain = Split([""] * count, [""] * count, [row[0] for row in rows])
         try:
@@ -299,10 +372,10 @@ class _Made:
         parameters.settle(owners(nodes))
         return _PER_PARAMETER * len(parameters.given) + parameters.terms
 
-    def _names(self, start: int) -> list[str]:
+    def _names(self, instance: Instance) -> list[str]:
         """Return all names that an instance defines, in an order that is the same for all."""
         made = []
-        for node in self.body.nodes[start : start + self.size]:
+        for node in (self.body.nodes[index] for index in instance.nodes):
             made += [node.link, node.joint]
             made += [name for key in MARKS for name in node.body.get(key) or ()]
             for key in ("mimic", "actuator"):
@@ -325,21 +398,22 @@ class _Made:
 
     def _template(self, cut: Split, rows: list[tuple[str, ...]]) -> list[Node]:
         """Return the nodes of the part: each value with those of all instances."""
-        first = self.cluster[0].start
         rests = {row[0]: rest for row, rest in zip(rows, cut.rests, strict=True)}
         of = [{row[i]: rest for row, rest in zip(rows, cut.rests, strict=True)} for i in range(len(self.cluster))]
-        made = []
-        for offset in range(self.size):
-            base = self.body.nodes[first + offset]
-            carrier = rests[base.carrier] if offset else MOUNT
-            node = Node(rests[base.link], rests[base.joint], base.rank, base.up - first if offset else -1, carrier)
-            forms = [_forms(self.body, one.start, offset, one.mirror) for one in self.cluster]
+        place = {index: offset for offset, index in enumerate(self.cluster[0].nodes)}
+        made: list[Node] = []
+        for offset, forms in enumerate(zip(*(_forms(self.body, one) for one in self.cluster), strict=True)):
+            nodes = [self.body.nodes[one.nodes[offset]] for one in self.cluster]
+            base = nodes[0]
+            up, carrier = (place[base.up], rests[base.carrier]) if offset else (-1, MOUNT)
+            node = Node(rests[base.link], rests[base.joint], base.rank, up, carrier)
             node.body, node.moves, node.pose = (merged(row, rests) for row in zip(*forms, strict=True))
-            node.size = base.size
-            nodes = [self.body.nodes[one.start + offset] for one in self.cluster]
             node.origins = [origin for one in nodes for origin in one.origins]
             self._refer(node, of)
             made.append(node)
+        for node in reversed(made):
+            if node.up >= 0:
+                made[node.up].size += node.size
         return made
 
     def _refer(self, node: Node, of: list[dict[str, str]]) -> None:

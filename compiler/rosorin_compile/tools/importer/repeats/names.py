@@ -29,7 +29,9 @@ _PLAIN = ("link", "joint", "frame", "body", "base", "geom", "mesh", "site", "fix
 _WHOLES = {
     "finger": "finger knuckle phalanx proximal distal middle metacarpal mcp pip dip tip fingertip".split(),
     "leg": "leg hip thigh calf knee foot ankle shank shin haa hfe kfe coxa femur tibia toe hipx hipy uleg lleg".split(),
-    "arm": "arm shoulder elbow forearm upperarm wrist hand gripper sho elb wri".split(),
+    "arm": "arm shoulder elbow forearm upperarm wrist sho elb wri".split(),
+    "hand": "hand palm".split(),
+    "gripper": "gripper".split(),
     "wheel": "wheel tire tyre hub axle".split(),
     "rotor": "rotor prop propeller".split(),
     "head": "head neck eye".split(),
@@ -194,6 +196,9 @@ def whole(uses: Sequence[str], rests: Sequence[str]) -> str:
         telling = [word for word in common if not _SIDES.fullmatch(word) and word not in _PLAIN and len(word) > 2]
         if telling:
             return _PARTS.get(telling[-1], telling[-1]) if len(rests) > 2 else telling[-1]
+    root = [_PARTS[word] for word in words(rests[0]) if word in _PARTS]
+    if root:
+        return root[-1]
     votes = Counter(_PARTS[word] for name in rests for word in set(words(name)) if word in _PARTS)
     if votes:
         return votes.most_common(1)[0][0]

@@ -177,7 +177,7 @@ def _joint(node: Node, span: Span) -> Map:
     _put(made, "type", kind)
     _put(made, "parent", node.carrier)
     _put(made, "child", node.link)
-    for key, value in ({} if node.up < 0 else node.pose).items():
+    for key, value in node.pose.items():
         _put(made, key, _value(value, span, 0, key))
     for key, value in node.moves.items():
         if key != "type":

@@ -1,7 +1,8 @@
 """Repeats: what a robot has several times becomes a part, written once and used; equal values get a name.
 
 To be read in this order: ``forms`` (values held side by side), ``names`` (prefix and rest), ``parameters`` (what
-differs), ``finding`` (which subtrees are alike, and whether that is worth a part), ``writing`` (the tree with parts), ``values`` (what has a name).
+differs), ``finding`` (which subtrees are alike, and whether that is worth a part), ``writing`` (the tree with parts),
+``values`` (what has a name).
 """
 
 from __future__ import annotations

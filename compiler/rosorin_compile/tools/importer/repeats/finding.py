@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ....frontend.expand.placing import AXES, MOUNT
-from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of
+from .forms import MARKS, Form, Leaf, Node, merged, mirrored, shape_of, sliced
 from .names import Split, identity, is_left, split, whole
 from .parameters import MAX_PARAMETERS, Owner, Parameters, differences, owners
 
@@ -165,15 +165,24 @@ class Finder:
         """Return the mirrors by which two things are alike, with how many values and signs tell them apart."""
         made: dict[str, tuple[int, int]] = {}
         for mirror in MIRRORS:
-            count = {"value": 0, "sign": 0}
-            self.budget -= len(base)
-            for first, second in zip(_forms(body, Instance(base)), _forms(body, Instance(other, mirror)), strict=True):
-                for one, two in zip(first, second, strict=True):
-                    for kind, many in differences(one, two):
-                        count[kind] += many
+            count = self._apart(body, Instance(base), Instance(other, mirror))
             if count["value"] <= MAX_PARAMETERS:
                 made[mirror] = (count["value"], count["sign"])
+            if not any(count.values()):
+                break  # no mirror makes that better
         return made
+
+    def _apart(self, body: Body, one: Instance, other: Instance) -> dict[str, int]:
+        """Return how many values and signs tell two instances apart; no more are counted than parameters may be."""
+        count = {"value": 0, "sign": 0}
+        for first, second in zip(_forms(body, one), _forms(body, other), strict=True):
+            self.budget -= 1
+            for mine, theirs in zip(first, second, strict=True):
+                for kind, many in differences(mine, theirs):
+                    count[kind] += many
+            if count["value"] > MAX_PARAMETERS:
+                break
+        return count
 
     def _reflected(
         self, body: Body, base: tuple[int, ...], alike: dict[tuple[int, ...], dict[str, tuple[int, int]]]
@@ -331,7 +340,7 @@ class _Made:
     def part(self) -> tuple[Part, list[Use]] | None:
         """Return the part and its uses, in the order of the source; None if the language has no words for it."""
         rows = list(zip(*(self._names(one) for one in self.cluster), strict=True))
-        cut = split([[name for name in row] for row in rows])
+        cut = split([list(row) for row in rows])
         if cut is None:
             return None
         called = self.finder.name(whole(cut.uses, cut.rests), cut.uses)
@@ -454,7 +463,7 @@ class _Made:
         if cut.first is not None:
             given["first"] = Leaf((cut.first[number],) * width, (None,) * width)
         for one in part.parameters.given:
-            given[one.name] = _slice(one.values, number * width, (number + 1) * width)
+            given[one.name] = sliced(one.values, number * width, (number + 1) * width)
         name, prefix = cut.uses[number], cut.prefixes[number]
         said = None if prefix == f"{name}_" else prefix
         return Use(part, name, said, node.carrier, node.pose, instance.mirror, given, node.rank[1])
@@ -473,11 +482,3 @@ class _Owned:
         """Return the use with terms where values differ."""
         pose = {key: value for key, value in self.entry.items() if key != "with"}
         return self.use._replace(pose=pose, given=self.entry["with"])
-
-
-def _slice(entry: Form, start: int, stop: int) -> Form:
-    if isinstance(entry, Leaf):
-        return entry.sliced(start, stop)
-    if isinstance(entry, list):
-        return [_slice(item, start, stop) for item in entry]
-    return {key: _slice(item, start, stop) for key, item in entry.items()}

@@ -63,8 +63,8 @@ Form = Any  # dict[str, Form] | list[Form] | Leaf
 class Node:
     """A link and the joint that carries it (none at a root).
 
-    ``pose`` is that of the joint, ``carrier`` the link it hangs on, ``up`` its node as an index of the list. ``rank`` is where link
-    and joint stand in the source, ``origins`` how they are called there, in each instance.
+    ``pose`` is that of the joint, ``carrier`` the link it hangs on, ``up`` its node as an index of the list. ``rank`` is
+    where link and joint stand in the source, ``origins`` how they are called there, in each instance.
     """
 
     __slots__ = ("body", "carrier", "joint", "link", "moves", "origins", "pose", "rank", "size", "up")
@@ -84,9 +84,9 @@ def nodes_of(tree: Map) -> list[Node]:
     below: dict[str, list[str]] = {}
     for name, joint in joints.items():
         below.setdefault(joint.get("parent"), []).append(name)
-    carried = [joint.get("child") for joint in joints.values()]
-    roots = [name for name in links if name not in set(carried)]
-    if len(set(carried)) != len(carried) or not roots:
+    carried = {joint.get("child") for joint in joints.values()}
+    roots = [name for name in links if name not in carried]
+    if len(carried) != len(joints) or not roots:
         return []
     ranks = {name: rank for rank, name in enumerate(links)}, {name: rank for rank, name in enumerate(joints)}
     made: list[Node] = []
@@ -191,6 +191,27 @@ def leaves(entry: Form, path: Path = ()) -> Iterator[tuple[Path, Any, Any, Leaf]
             yield (*path, key), entry, key, item
         elif isinstance(item, (dict, list)):
             yield from leaves(item, (*path, key))
+
+
+def says_nothing(key: str, value: Any) -> bool:
+    """Say whether a value is what the language takes when nothing is said."""
+    if key in _ZERO:
+        return isinstance(value, list) and not any(value)
+    return key in (*PRODUCTS, "damping", "friction", "armature") and bool(value == 0)
+
+
+def flat(entry: Form) -> list[Leaf]:
+    """Return the leaves of a form."""
+    return [entry] if isinstance(entry, Leaf) else [leaf for _, _, _, leaf in leaves(entry)]
+
+
+def sliced(entry: Form, start: int, stop: int) -> Form:
+    """Return a form with the values of some of its instances."""
+    if isinstance(entry, Leaf):
+        return entry.sliced(start, stop)
+    if isinstance(entry, list):
+        return [sliced(item, start, stop) for item in entry]
+    return {key: sliced(item, start, stop) for key, item in entry.items()}
 
 
 def mirrored(node: Node, mirror: str, root: bool) -> tuple[Form, Form, Form]:

@@ -27,16 +27,16 @@ _PLAIN = ("link", "joint", "frame", "body", "base", "geom", "mesh", "site", "fix
 
 # What a person calls the thing that has these.
 _WHOLES = {
-    "finger": "finger knuckle phalanx proximal distal middle metacarpal mcp pip dip tip fingertip".split(),
-    "leg": "leg hip thigh calf knee foot ankle shank shin haa hfe kfe coxa femur tibia toe hipx hipy uleg lleg".split(),
-    "arm": "arm shoulder elbow forearm upperarm wrist sho elb wri".split(),
-    "hand": "hand palm".split(),
-    "gripper": "gripper".split(),
-    "wheel": "wheel tire tyre hub axle".split(),
-    "rotor": "rotor prop propeller".split(),
-    "head": "head neck eye".split(),
+    "finger": "finger knuckle phalanx proximal distal middle metacarpal mcp pip dip tip fingertip",
+    "leg": "leg hip thigh calf knee foot ankle shank shin haa hfe kfe coxa femur tibia toe hipx hipy uleg lleg",
+    "arm": "arm shoulder elbow forearm upperarm wrist sho elb wri",
+    "hand": "hand palm",
+    "gripper": "gripper",
+    "wheel": "wheel tire tyre hub axle",
+    "rotor": "rotor prop propeller",
+    "head": "head neck eye",
 }
-_PARTS = {word: whole for whole, words in _WHOLES.items() for word in words}
+_PARTS = {word: whole for whole, words in _WHOLES.items() for word in words.split()}
 
 
 class Split(NamedTuple):
@@ -157,7 +157,8 @@ def _by_word(cuts: list[_Cut]) -> Split:
         heads = [[*head, grown[0]] for head in heads]
         grown.pop(0)
     uses = ["".join(grown) + word for word in words]
-    rests: list[str] = [Expression(f"{''.join(head)}${{name}}{''.join(cut[2])}") for head, cut in zip(heads, cuts)]
+    pairs = zip(heads, cuts, strict=True)
+    rests: list[str] = [Expression(f"{''.join(head)}${{name}}{''.join(cut[2])}") for head, cut in pairs]
     return Split(uses, [""] * len(words), rests)
 
 
@@ -206,19 +207,29 @@ def whole(uses: Sequence[str], rests: Sequence[str]) -> str:
     return telling[-1] if telling and len(telling[-1]) > 1 else "limb" if len(rests) > 2 else "piece"
 
 
+SIDES = {"side": ("left", "right"), "end": ("front", "rear")}
+_RULES = {"left": _LEFT, "right": _RIGHT, "front": _FRONT, "rear": _REAR}
+
+
 def is_left(name: str) -> bool:
     """Say whether a name tells a left one."""
-    return any(_LEFT.fullmatch(word) for word in words(name))
+    return _is("left", name)
+
+
+def is_ahead(word: str, name: str) -> bool:
+    """Say whether a name tells what comes first of a word of ``SIDES``: left, front."""
+    return _is(SIDES[word][0], name)
+
+
+def _is(side: str, name: str) -> bool:
+    return any(_RULES[side].fullmatch(word) for word in words(name))
 
 
 def side_word(names: Sequence[str], signs: Sequence[int]) -> str:
     """Return what a sign says that these uses have: side, end; empty if their names do not tell."""
-    for word, one, other in (("side", _LEFT, _RIGHT), ("end", _FRONT, _REAR)):
-        for sign in (1, -1):
-            if all(
-                any((one if own == sign else other).fullmatch(part) for part in words(name))
-                for name, own in zip(names, signs, strict=True)
-            ):
+    for word, sides in SIDES.items():
+        for one, other in (sides, sides[::-1]):
+            if all(_is(one if own == 1 else other, name) for name, own in zip(names, signs, strict=True)):
                 return word
     return ""
 
@@ -229,8 +240,8 @@ def identity(uses: Sequence[str], wanted: str) -> str:
     >>> identity(["front_left", "front_right"], "wheel")
     'front'
     """
-    for word, rule in (("front", _FRONT), ("rear", _REAR), ("left", _LEFT), ("right", _RIGHT)):
-        if all(any(rule.fullmatch(one) for one in words(name)) for name in uses):
-            return word
+    for side in ("front", "rear", "left", "right"):
+        if all(_is(side, name) for name in uses):
+            return side
     common = [word for word in words(uses[0]) if all(word in words(name) for name in uses)]
     return next((word for word in common if word != wanted and not word.isdigit() and len(word) > 1), "")

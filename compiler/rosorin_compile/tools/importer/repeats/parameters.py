@@ -11,6 +11,7 @@ import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import cached_property
 from typing import Any
 
 from ....frontend.expression.functions import functions
@@ -19,11 +20,11 @@ from ....frontend.yaml_text import escaped
 from ....numbers import exact
 from ....units import UNITS, Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees
-from .forms import Form, Leaf, Node, leaves
+from .forms import Form, Leaf, Node, flat, leaves, sliced
 from .names import side_word
 
 MAX_PARAMETERS = 6
-_TABLES = ("limit", "dynamics", "inertial", "inertia", "safety_controller", "calibration", "box", "cylinder", "actuator")
+_TABLES = ("limit", "dynamics", "inertial", "inertia", "safety_controller", "calibration", "box", "cylinder")
 GIVEN = "with"  # what a use gives its part
 _SMALL = 6  # links, joints and their places; in a larger part parameters are called after what they belong to
 _MANY = 3  # leaves of a table that differ, from which on it is given as a whole
@@ -40,7 +41,7 @@ _SLIDING = dict.fromkeys(_TURNING, "length") | {"effort": "force", "velocity": "
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _CALLED = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _TAKEN = ("name", "mirrored", "prefix", "mesh_scale", "meshes", "side", "end")
-_TOKEN = r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
+_AS_A_WORD = r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
 
 
 class Parameter:
@@ -53,6 +54,16 @@ class Parameter:
     def __init__(self, values: Form, kind: str, hint: Sequence[str], own: bool = False) -> None:
         self.values, self.kind, self.hint, self.own = values, kind, hint, own
         self.name = ""
+
+    @cached_property
+    def default(self) -> Form | None:
+        """The value that at least half of the instances give, None without one."""
+        if self.kind == "sign":
+            return None
+        rows = list(zip(*(leaf.values for leaf in flat(self.values)), strict=True))
+        value, count = Counter(rows).most_common(1)[0]
+        first = rows.index(value)
+        return sliced(self.values, first, first + 1) if 2 * count >= len(rows) and count > 1 else None
 
 
 class Term:
@@ -183,9 +194,9 @@ class Parameters:
         return [made]
 
     def _number(self, owner: Owner, path: Path, leaf: Leaf) -> Term:
-        opposite = tuple(-value for value in leaf.values)
-        if ("number", *opposite) in self.known:
-            return Term([self.known["number", *opposite]], "-1")
+        opposite = ("number", *(-value for value in leaf.values))
+        if opposite in self.known:
+            return Term([self.known[opposite]], "-1")
         return Term([self._known(("number", *leaf.values), leaf, owner.type_of(path), owner, path)])
 
     def _text(self, owner: Owner, path: Path, leaf: Leaf) -> Term:
@@ -221,7 +232,7 @@ class Parameters:
         return self.known[key]
 
     def _name(self) -> None:
-        """Give the parameters names: the word for what they are, and that of their owner where two would be called so."""
+        """Give the parameters names: the word for what they are, with their owner's where two would be called so."""
         count = Counter(one.hint[0] for one in self.all)
         taken: set[str] = set()
         for one in self.all:
@@ -249,7 +260,7 @@ def _parts(text: str, own: str, word: str) -> list[str]:
     """Return a text around the name of its instance, which stands in it as a word; nothing if it does not."""
     if not own:
         return []
-    found = re.split(re.escape(own) if word == "prefix" else _TOKEN.format(re.escape(own)), text)
+    found = re.split(re.escape(own) if word == "prefix" else _AS_A_WORD.format(re.escape(own)), text)
     return [escaped(piece) for piece in found] if len(found) > 1 else []
 
 
@@ -318,7 +329,7 @@ def differences(one: Form, other: Form) -> Iterator[tuple[str, int]]:
     """
     items = one.items() if isinstance(one, dict) else enumerate(one)
     for key, item in items:
-        twin = other[key] if not isinstance(one, dict) or key in other else None
+        twin: Any = other[key] if not isinstance(one, dict) or key in other else None
         if isinstance(item, Leaf):
             if item.is_number and item.values != twin.values:
                 signed = all(abs(a) == abs(b) for a, b in zip(item.values, twin.values, strict=True))

@@ -10,18 +10,18 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ....diagnostics import Span
 from ....frontend.expression.functions import functions
 from ....frontend.tree import Map, Seq
 from ....numbers import exact
 from ....units import UNITS, Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
+from .forms import says_nothing
 from .names import whole
 from .parameters import identifier
 
 FEW = 3  # places, from which on a table or a colour has a name
 FEW_NUMBERS = 4  # places, for a single number
-MANY_DIGITS = 9  # of a number that has a name
+MANY_DIGITS = 15  # of a number that has a name: as many as a computer writes
 WORTH = 50  # letters that a name has to save
 _TABLES = ("limit", "dynamics", "contact", "inertial", "inertia")
 _NUMBERS = {
@@ -83,8 +83,14 @@ def copied(value: Any) -> Any:
 
 def _taken(tree: Map) -> set[str]:
     """Return the names that mean something already, somewhere."""
-    inner = {name for part in (tree.get("parts") or {}).values() for key in ("params", "let") for name in part.get(key) or ()}
-    return inner | {"meshes", "mesh_scale", "name", "prefix", "mirrored"}
+    parts = (tree.get("parts") or {}).values()
+    return {name for part in parts for key in ("params", "let") for name in part.get(key) or ()} | {
+        "meshes",
+        "mesh_scale",
+        "name",
+        "prefix",
+        "mirrored",
+    }
 
 
 def _places(tree: Map, kinds: tuple[str, ...]) -> Iterator[Place]:
@@ -145,6 +151,8 @@ def _is_worth(places: list[Place]) -> bool:
     key, value = places[0].key, places[0].holder[places[0].key]
     if key in _NUMBERS:
         return len(places) >= FEW_NUMBERS
+    if key == "rgba":
+        return len(places) >= FEW
     length = len(str(value))
     return len(places) >= FEW and (length - len(key) - 6) * len(places) - length >= WORTH
 
@@ -173,17 +181,15 @@ def _spelt(place: Place) -> Any:
     value = place.holder[place.key]
     if not isinstance(value, Map):
         return value
-    return _lean(value, place.key, place.turns, value.span)
+    return _lean(value, place.key, place.turns)
 
 
-def _lean(value: Map, under: str, turns: bool, span: Span) -> Map:
+def _lean(value: Map, under: str, turns: bool) -> Map:
     made = Map(value.span)
     for key, item in value.items():
         if isinstance(item, Map):
-            item = _lean(item, key, turns, span)
-        elif key in ("ixy", "ixz", "iyz", "damping", "friction", "armature") and item == 0:
-            continue
-        elif key in ("xyz", "rpy") and isinstance(item, list) and not any(item):
+            item = _lean(item, key, turns)
+        elif says_nothing(key, item):
             continue
         unit = joint_unit(under, key) if turns else ""
         text = in_degrees(item, unit) if unit and isinstance(item, float) and item else ""

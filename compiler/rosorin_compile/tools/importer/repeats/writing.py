@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ....diagnostics import Span
-from ....formats.imported import Comment
+from ....formats.imported import BEFORE, INSIDE, Comment
+from ....frontend.expand.placing import MOUNT
 from ....frontend.tree import Map, Path, Seq
 from ..layout import ROTATING, Expression, Verbatim, joint_unit
 from .finding import Body, Part, Use
-from .forms import PRODUCTS, Form, Leaf, Node
+from .forms import Form, Leaf, Node, flat, says_nothing
+from .names import SIDES, is_ahead
 from .parameters import Parameter, Term, in_unit
-
-_SIDE = {"side": ("left", "right"), "end": ("front", "rear")}
 
 
 class Folded(NamedTuple):
@@ -50,7 +49,7 @@ def _parameter(one: Parameter, part: Part, span: Span) -> Map:
     """Return the declaration of a parameter."""
     if one.kind != "sign":
         made = _declared(one.kind, "", span)
-        usual = default(one)
+        usual = one.default
         if usual is not None:
             _put(made, "default", _lean(_value(usual, span, 0)))
         return made
@@ -59,23 +58,11 @@ def _parameter(one: Parameter, part: Part, span: Span) -> Map:
     for sign in (1, -1):
         choice.put(sign, span)
     _put(made, "one_of", choice)
-    if one.hint[0] in _SIDE:
-        names = list(dict.fromkeys(part.parameters.uses))
-        signs = dict(zip(part.parameters.uses, one.values.values, strict=True))
-        first, second = _SIDE[one.hint[0]]
-        from .names import side_word
-
-        ahead = side_word(names, [signs[name] for name in names]) and _is_first(names, signs, one.hint[0])
-        text = f"1 {first}, -1 {second}" if ahead else f"1 {second}, -1 {first}"
-        _put(made, "help", text)
+    if one.hint[0] in SIDES:
+        first, second = SIDES[one.hint[0]]
+        ahead = is_ahead(one.hint[0], part.parameters.uses[0]) == (one.values.values[0] == 1)
+        _put(made, "help", f"1 {first}, -1 {second}" if ahead else f"1 {second}, -1 {first}")
     return made
-
-
-def _is_first(names: Sequence[str], signs: dict[str, int], word: str) -> bool:
-    from .names import _FRONT, _LEFT, words
-
-    rule = _LEFT if word == "side" else _FRONT
-    return all((signs[name] == 1) == any(rule.fullmatch(part) for part in words(name)) for name in names)
 
 
 def _declared(kind: str, help: str, span: Span) -> Map:
@@ -85,31 +72,6 @@ def _declared(kind: str, help: str, span: Span) -> Map:
     if help:
         _put(made, "help", help)
     return made
-
-
-def default(one: Parameter) -> Form | None:
-    """Return the value that at least half of the instances give, None without one."""
-    if one.kind == "sign":
-        return None
-    leaves = _flat(one.values)
-    rows = list(zip(*(leaf.values for leaf in leaves), strict=True))
-    value, count = Counter(rows).most_common(1)[0]
-    return _at(one.values, rows.index(value)) if 2 * count >= len(rows) and count > 1 else None
-
-
-def _flat(entry: Form) -> list[Leaf]:
-    if isinstance(entry, Leaf):
-        return [entry]
-    items = entry.values() if isinstance(entry, dict) else entry
-    return [leaf for item in items for leaf in _flat(item)]
-
-
-def _at(entry: Form, index: int) -> Form:
-    if isinstance(entry, Leaf):
-        return entry.sliced(index, index + 1)
-    if isinstance(entry, list):
-        return [_at(item, index) for item in entry]
-    return {key: _at(item, index) for key, item in entry.items()}
 
 
 def use_map(use: Use, span: Span) -> Map:
@@ -125,7 +87,7 @@ def use_map(use: Use, span: Span) -> Map:
             _put(made, key, _value(value, span, 0, "rpy" if key == "rpy" else ""))
     if use.mirror:
         _put(made, "mirror", Verbatim(use.mirror))
-    usual = {one.name: default(one) for one in use.part.parameters.given}
+    usual = {one.name: one.default for one in use.part.parameters.given}
     given = Map(span)
     for name, form in use.given.items():
         if usual.get(name) is None or not _same(form, usual[name]):
@@ -141,8 +103,7 @@ def _lean(value: Any) -> Any:
         return value
     made = Map(value.span)
     for key, item in value.items():
-        zero = item == 0 if key in PRODUCTS else key in ("xyz", "rpy") and item == [0, 0, 0]
-        if not zero:
+        if not says_nothing(key, item):
             made.put(key, _lean(item), value.key_spans[key], value.value_spans[key])
     return made
 
@@ -154,13 +115,13 @@ def _is_zero(entry: Form) -> bool:
 def _same(one: Form, other: Form) -> bool:
     """Say whether a form of any width is a value in all its instances."""
     try:
-        pairs = list(zip(_flat(one), _flat(other), strict=True))
+        pairs = list(zip(flat(one), flat(other), strict=True))
     except (AttributeError, TypeError, ValueError):
         return False  # a term
     return all(value == usual.values[0] for leaf, usual in pairs for value in leaf.values)
 
 
-def sections(nodes: Sequence[Node], span: Span, mount: str = "mount") -> tuple[Map, Map]:
+def sections(nodes: Sequence[Node], span: Span) -> tuple[Map, Map]:
     """Return the links and the joints of nodes, in the order of the source."""
     links, joints = Map(span), Map(span)
     for node in sorted(nodes, key=lambda one: one.rank[0]):
@@ -227,7 +188,7 @@ def _put(into: Map, key: str, value: Any) -> None:
 
 def folded(tree: Map, body: Body, comments: Sequence[Comment]) -> Folded:
     """Return the tree of a robot in which the parts that were found take the place of what they make."""
-    gone = {name for use in body.uses for node in _all_nodes(use.part) for name in _names(node)}
+    gone = {name for use in body.uses for node in _all_nodes(use.part) for name in node.origins}
     links = {link for link, _ in gone}
     joints = {joint for _, joint in gone}
     made = Map(tree.span, tree.via)
@@ -243,16 +204,12 @@ def folded(tree: Map, body: Body, comments: Sequence[Comment]) -> Folded:
         made.put(key, left, tree.key_spans[key], tree.value_spans[key])
     _put(made, "parts", parts)
     _put(made, "use", uses)
-    return Folded(made, _moved(body, comments))
+    return Folded(made, _moved(tree, body, comments))
 
 
 def _all_nodes(part: Part) -> Iterator[Node]:
     for one in part.all():
         yield from one.nodes
-
-
-def _names(node: Node) -> list[tuple[str, str]]:
-    return node.origins
 
 
 def _without(section: Map, names: set[str]) -> Map:
@@ -263,47 +220,60 @@ def _without(section: Map, names: set[str]) -> Map:
     return made
 
 
-def _moved(body: Body, comments: Sequence[Comment]) -> list[Comment]:
+class _Home(NamedTuple):
+    """Where the comments of an entry go: the entry of a part, or the use that makes it.
+
+    ``first`` says that it is that of the first instance in the source, ``top`` that it is what carries the part.
+    """
+
+    part: Path
+    use: Path
+    first: bool
+    top: bool
+
+
+def _moved(tree: Map, body: Body, comments: Sequence[Comment]) -> list[Comment]:
     """Return the comments at the places where what they spoke of is now.
 
-    What is said in the first instance stands in the part; but above its first link or joint, and in the others unless
-    the first says the same, it stands above the use.
+    What is said in the first instance stands in the part; but above what carries the part, and in the others unless the
+    first says the same, it stands above the use.
     """
-    where: dict[tuple[str, str], tuple[Path, Path, bool, bool]] = {}
-    tops: dict[int, list[Use]] = {}
-    for use in body.uses:
-        tops.setdefault(id(use.part), []).append(use)
-    for those in tops.values():
-        by_number = {those[0].part.cut.uses.index(use.name): use for use in those}
-        for part in those[0].part.all():
-            for node in part.nodes:
-                for index, (link, joint) in enumerate(node.origins):
-                    above: Path = ("use", by_number[index % len(those)].name)
-                    top = part is those[0].part and node.up < 0
-                    where["links", link] = (("parts", part.name, "links", node.link), above, index == 0, top)
-                    where["joints", joint] = (("parts", part.name, "joints", node.joint), above, index == 0, top)
-    return _placed(comments, where)
-
-
-def _placed(comments: Sequence[Comment], where: dict[tuple[str, str], tuple[Path, Path, bool, bool]]) -> list[Comment]:
-    of: dict[tuple[str, Path, str], set[bool]] = {}
-    keyed = []
+    homes = _homes(tree, body)
+    placed = []
+    said: dict[tuple[str, Path, str], set[bool]] = {}
     for comment in comments:
-        known = where.get((str(comment.path[0]), str(comment.path[1]))) if len(comment.path) > 1 else None
-        path = (*known[0], *comment.path[2:]) if known else comment.path
-        keyed.append((comment, known, path))
-        if known:
-            of.setdefault((comment.text, path, comment.where), set()).add(known[2])
+        home = homes.get((str(comment.path[0]), str(comment.path[1]))) if len(comment.path) > 1 else None
+        moved = comment._replace(path=(*home.part, *comment.path[2:])) if home else comment
+        placed.append((moved, home))
+        if home:
+            said.setdefault((moved.text, moved.path, moved.where), set()).add(home.first)
     made = []
-    for comment, known, path in keyed:
-        if known is None:
+    for comment, home in placed:
+        shared = home is not None and len(said[comment.text, comment.path, comment.where]) > 1
+        above = home is not None and home.top and len(comment.path) == len(home.part) and comment.where != INSIDE
+        if home is None or (home.first and (shared or not above)):
             made.append(comment)
-            continue
-        first = of[comment.text, path, comment.where]
-        shared = len(first) > 1
-        within = known[2] and (shared or not (known[3] and len(comment.path) == 2))
-        if within:
-            made.append(comment._replace(path=path))
         elif not shared:
-            made.append(comment._replace(path=known[1], where="before"))
+            made.append(comment._replace(path=home.use, where=BEFORE))
     return made
+
+
+def _homes(tree: Map, body: Body) -> dict[tuple[str, str], _Home]:
+    """Return where the comments of each link and joint go that a use makes now."""
+    order = {name: number for number, name in enumerate(tree["links"])}
+    homes: dict[tuple[str, str], _Home] = {}
+    for part in dict.fromkeys(use.part for use in body.uses):
+        names = part.cut.uses
+        for inner in part.all():
+            for node in inner.nodes:
+                first = min(range(len(node.origins)), key=lambda index: order[node.origins[index][0]])
+                for index, (link, joint) in enumerate(node.origins):
+                    use: Path = ("use", names[index % len(names)])
+                    top = inner is part and node.carrier == MOUNT
+                    homes["links", link] = _Home((*_part(inner), "links", node.link), use, index == first, top)
+                    homes["joints", joint] = _Home((*_part(inner), "joints", node.joint), use, index == first, top)
+    return homes
+
+
+def _part(part: Part) -> Path:
+    return "parts", part.name

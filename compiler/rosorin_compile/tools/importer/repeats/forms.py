@@ -63,8 +63,8 @@ Form = Any  # dict[str, Form] | list[Form] | Leaf
 class Node:
     """A link and the joint that carries it (none at a root).
 
-    ``pose`` is that of the joint, ``carrier`` the link it hangs on, ``up`` its node as an index of the list. ``rank`` is
-    where link and joint stand in the source, ``origins`` how they are called there, in each instance.
+    ``pose`` is that of the joint, ``carrier`` the link it hangs on, ``up`` its node as an index of the list. ``rank``
+    is where link and joint stand in the source, ``origins`` how they are called there, in each instance.
     """
 
     __slots__ = ("body", "carrier", "joint", "link", "moves", "origins", "pose", "rank", "size", "up")

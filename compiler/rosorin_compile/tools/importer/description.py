@@ -53,8 +53,8 @@ _NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "camera
 _ORDER = (
     "name type part prefix parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size "
     "radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit "
-    "lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness spring_reference "
-    "calibration "
+    "lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
+    "spring_reference calibration "
     "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
     "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "
     "urdf_elements mjcf_elements"

@@ -55,8 +55,8 @@ class RoundTrip(NamedTuple):
     ``outputs`` are the artifacts that it asks for, ``shown`` the robot as it is written, ``word`` the format in which
     it was read back. ``frames`` were compared at zero and at ``states`` random joint states; ``largest`` is the largest
     difference of any number in their poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what
-    keeps it from being compared, or what differs. ``proof`` is what the engine of the source's format says of the artifact in it, and ``untold``
-    what it finds that nobody has said.
+    keeps it from being compared, or what differs. ``proof`` is what the engine of the source's format says of the
+    artifact in it, and ``untold`` what it finds that nobody has said.
     """
 
     files: dict[str, str]

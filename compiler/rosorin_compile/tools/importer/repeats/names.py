@@ -198,10 +198,10 @@ def whole(uses: Sequence[str], rests: Sequence[str]) -> str:
         if telling:
             return _PARTS.get(telling[-1], telling[-1]) if len(rests) > 2 else telling[-1]
     root = [_PARTS[word] for word in words(rests[0]) if word in _PARTS]
-    if root:
+    if root and len(rests) > 2:
         return root[-1]
     votes = Counter(_PARTS[word] for name in rests for word in set(words(name)) if word in _PARTS)
-    if votes:
+    if votes and len(rests) > 2:
         return votes.most_common(1)[0][0]
     telling = [word for word in words(rests[0]) if not _SIDES.fullmatch(word) and word not in _PLAIN]
     return telling[-1] if telling and len(telling[-1]) > 1 else "limb" if len(rests) > 2 else "piece"

@@ -142,10 +142,9 @@ def test_a_name_is_never_two_uses(tmp_path: Path) -> None:
     assert "left_hub: {part: hub, prefix: left_, parent: base" in trip.files["robot.yaml"]
 
 
-BODY = (
-    '<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" damping="{1}"/><geom name="{0}_tyre" size="0.1"/>\
-<geom name="{0}_hub" type="box" size=".1 .1 .1"/><site name="{0}_mark" pos="0 0 .1"/></body>'
-)
+BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" damping="{1}"/>
+<geom name="{0}_tyre" size="0.1"/><geom name="{0}_hub" type="box" size=".1 .1 .1"/>
+<site name="{0}_mark" pos="0 0 .1"/></body>"""
 
 
 @pytest.mark.slow

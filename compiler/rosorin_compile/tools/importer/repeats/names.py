@@ -102,11 +102,15 @@ def _ends(name: str) -> list[int]:
 
 
 def _is_end(name: str, end: int) -> bool:
+    """Say whether a word ends there and another begins: after what separates them, at a capital, in lhip after the l."""
     before, after = name[end - 1 : end], name[end : end + 1]
     if not before or not after or after in _SEPARATORS:
         return False
     if before in _SEPARATORS or before.isdigit() != after.isdigit():
         return before in _SEPARATORS or before.isdigit()
+    if after.islower() and before.islower():
+        first, rest = words(name[:end])[-1:], words(name[end:])[:1]
+        return bool(first and _SIDES.fullmatch(first[0]) and rest and rest[0] in _PARTS)
     return after.isupper() and (not before.isupper() or name[end + 1 : end + 2].islower())
 
 

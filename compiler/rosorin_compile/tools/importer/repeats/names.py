@@ -102,7 +102,7 @@ def _ends(name: str) -> list[int]:
 
 
 def _is_end(name: str, end: int) -> bool:
-    """Say whether a word ends there and another begins: after what separates them, at a capital, after the l of lhip."""
+    """Say whether a word ends there and another begins: after a separator, at a capital, after the l of lhip."""
     before, after = name[end - 1 : end], name[end : end + 1]
     if not before or not after or after in _SEPARATORS:
         return False

@@ -41,6 +41,7 @@ _SLIDING = dict.fromkeys(_TURNING, "length") | {"effort": "force", "velocity": "
 _DEGREES = {"angle": "deg", "angular_speed": "deg/s"}
 _CALLED = {"lower": "lower_limit", "upper": "upper_limit", "file": "mesh", "rgba": "colour", "material": "look"}
 _TAKEN = ("name", "mirrored", "prefix", "mesh_scale", "meshes", "side", "end")
+_AXES = {"xyz": ("x", "y", "z"), "rpy": ("roll", "pitch", "yaw")}
 _AS_A_WORD = r"(?<![A-Za-z0-9]){}(?![A-Za-z0-9])"
 
 
@@ -223,7 +224,8 @@ class Parameters:
         if key not in self.known:
             words = [step for step in path if isinstance(step, str)]
             word = _CALLED.get(words[-1], words[-1]) if words else "value"
-            axis = "xyz"[path[-1]] if isinstance(path[-1], int) and path[-1] < 3 and kind in ("length", "angle") else ""
+            place = path[-1] if isinstance(path[-1], int) and path[-1] < len(_AXES["xyz"]) else None
+            axis = _AXES[words[-1]][place] if place is not None and words[-1] in _AXES else ""
             hint = [axis or word, f"{_plain(owner.name)}_{axis or word}"][self.long :]
             if kind == "number" and any(isinstance(value, Quantity) for value in values.values):
                 kind = "any"

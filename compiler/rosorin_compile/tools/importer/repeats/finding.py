@@ -23,7 +23,7 @@ MAX_NODES = 200  # links of one part: nobody reads more
 WORK = 60  # comparisons of nodes for each node of the robot; a bound, so that finding is linear
 MIRRORS = ("", "y", "x")  # left and right, front and rear
 _FAR = (MAX_PARAMETERS + 1, 0)
-_PER_PARAMETER = 4  # values with an expression that cost a reader as much as a parameter
+_PER_PARAMETER = 4  # values with an expression that cost a reader as much as a parameter, or a mirror
 _NAMING = ("joint", "link", "body", "target", "camera", "site", "links", "joints", "sites")
 _KEPT = ("urdf_elements", "mjcf_elements")
 
@@ -379,7 +379,7 @@ class _Made:
         flags = [bool(one.mirror) for one in self.cluster for _ in range(width)]
         parameters = Parameters([""] * len(flags), [""] * len(flags), flags, plain=False)
         parameters.settle(owners(nodes))
-        return _PER_PARAMETER * len(parameters.given) + parameters.terms
+        return _PER_PARAMETER * (len(parameters.given) + any(flags)) + parameters.terms
 
     def _names(self, instance: Instance) -> list[str]:
         """Return all names that an instance defines, in an order that is the same for all."""

@@ -12,9 +12,10 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
+from keyword import iskeyword
 from typing import Any
 
-from ....frontend.expression.functions import functions
+from ....frontend.expression.functions import CONSTANTS, functions
 from ....frontend.tree import Path
 from ....frontend.yaml_text import escaped
 from ....numbers import exact
@@ -276,7 +277,12 @@ def _around(texts: Sequence[str]) -> tuple[str, str]:
 
 
 def _is_taken(name: str, sign: bool) -> bool:
-    return name in UNITS or name in functions() or (name in _TAKEN and not (sign and name in ("side", "end")))
+    return means_something(name) or (name in _TAKEN and not (sign and name in ("side", "end")))
+
+
+def means_something(name: str) -> bool:
+    """Say whether a name has a meaning in every expression: a unit, a function, a constant, a word such as ``if``."""
+    return name in UNITS or name in functions() or name in CONSTANTS or iskeyword(name)
 
 
 def identifier(text: str) -> str:

@@ -10,14 +10,13 @@ from collections import defaultdict
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
-from ....frontend.expression.functions import functions
 from ....frontend.tree import Map, Seq
 from ....numbers import exact
-from ....units import UNITS, Quantity, parse_quantity
+from ....units import Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .forms import says_nothing
 from .names import whole
-from .parameters import identifier
+from .parameters import identifier, means_something
 
 FEW = 3  # places, from which on a table or a colour has a name
 FEW_NUMBERS = 4  # places, for a single number
@@ -165,12 +164,13 @@ def _name(places: list[Place], taken: set[str], several: bool) -> str:
     """Return a name for a value: what it is, and whose where there are several of the kind."""
     word = _word(places[0])
     looks = {str(place.holder.get("material") or "") for place in places} if places[0].key == "rgba" else {""}
-    look = identifier(looks.pop()) if len(looks) == 1 and looks != {""} else ""
+    look = looks.pop() if len(looks) == 1 else ""
+    look = identifier(look) if look.isascii() and look[:1].isalpha() else ""
     owners = sorted({place.owner for place in places})
     owner = whole(owners, owners[:1]) if several else ""
     wanted = look or identifier(f"{owner}_{word}" if owner and owner not in ("piece", "limb") else word)
     name, number = wanted, 1
-    while name in taken or name in UNITS or name in functions():
+    while name in taken or means_something(name):
         number += 1
         name = f"{wanted}_{number}"
     return name

@@ -7,7 +7,7 @@ The largest come first; what is within a part is searched in the part. Which thr
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 from ....frontend.expand.placing import AXES, MOUNT
@@ -104,10 +104,13 @@ class Body:
         return {index for cluster, _ in self.found for one in cluster for index in one.nodes}
 
 
-class Finder:
-    """Finds the parts of a robot. ``worth`` says whether a part is shorter than ``count`` copies of what it makes."""
+Worth = Callable[[Body, list[Instance], Part, list[Use]], bool]
 
-    def __init__(self, nodes: int, worth: Any, keeps_order: bool = False) -> None:
+
+class Finder:
+    """Finds the parts of a robot of so many nodes. ``worth`` says whether a part and its uses read better."""
+
+    def __init__(self, nodes: int, worth: Worth, keeps_order: bool = False) -> None:
         self.budget = WORK * nodes
         self.worth = worth
         self.keeps_order = keeps_order
@@ -116,11 +119,11 @@ class Finder:
 
     def fold(self, body: Body) -> None:
         """Find the parts of a body, the largest first. Where the order has to stay, what would change it is no part."""
-        names = list(self.names)
+        before = list(self.names), dict(self.made)
         self._search(body)
         while self.keeps_order and (late := _out_of_order(body)):
             body.refused |= late
-            body.found, self.names = [], list(names)
+            body.found, self.names, self.made = [], list(before[0]), dict(before[1])
             self._search(body)
 
     def _search(self, body: Body) -> None:
@@ -202,12 +205,12 @@ class Finder:
 
     def _try(self, body: Body, cluster: list[Instance]) -> bool:
         """Make a part of instances, if that is to be had and worth it; say whether it was."""
-        before = list(self.names)
+        before = list(self.names), dict(self.made)
         if len(cluster[0].nodes) == 1 and _is_frame(body.nodes[cluster[0].start]):
             return False
         made = _Made(self, body, cluster).part()
         if made is None or not self.worth(body, cluster, *made):
-            self.names = before
+            self.names, self.made = before
             return False
         body.found.append((cluster, made[1]))
         self.made[made[0].name] = made[0]

@@ -149,6 +149,12 @@ class Finder:
         for cluster in self._clusters(body, members):
             if self._try(body, cluster):
                 covered.update(index for one in cluster for index in one.nodes)
+            elif len(cluster) > 2 and len(cluster[0].nodes) > 2:  # four legs may be two in front and two behind
+                far = {one: self._apart(body, cluster[0], one)["value"] for one in cluster[1:]}
+                near = [one.nodes for one, count in far.items() if count == min(far.values())]
+                others = [one.nodes for one, count in far.items() if count > min(far.values())]
+                if others:
+                    covered |= self._tried(body, [cluster[0].nodes, *near]) | self._tried(body, others)
         return covered
 
     def _clusters(self, body: Body, members: list[tuple[int, ...]]) -> Iterator[list[Instance]]:

@@ -244,7 +244,7 @@ def identity(uses: Sequence[str], wanted: str) -> str:
     >>> identity(["front_left", "front_right"], "wheel")
     'front'
     """
-    for side in ("front", "rear", "left", "right"):
+    for side in ("left", "right", "front", "rear"):
         if all(_is(side, name) for name in uses):
             return side
     common = [word for word in words(uses[0]) if all(word in words(name) for name in uses)]

@@ -106,6 +106,14 @@ def test_two_wheels_are_a_part(tmp_path: Path) -> None:
     assert parts_of(trip_of(path, parts=False)) == []
 
 
+def test_uses_may_have_any_name(tmp_path: Path) -> None:
+    names = ("span_wheel", "self_wheel", "for_wheel", "y_wheel", "1_wheel")
+    path = robot(tmp_path, *(wheel(name, f"{name}_axle", place) for place, name in enumerate(names)))
+    trip = trip_of(path)
+    assert (trip.diagnostics, trip.largest, parts_of(trip)) == ([], 0, ["wheel"])
+    assert list((trip.shown.tree or {})["use"]) == [name.removesuffix("_wheel") for name in names]
+
+
 def test_numbers_that_differ_in_the_last_digit_stay_two(tmp_path: Path) -> None:
     first, second = "0.1", "0.10000000000000002"
     path = robot(tmp_path, wheel("left_wheel", "left_axle", 1, first), wheel("right_wheel", "right_axle", -1, second))

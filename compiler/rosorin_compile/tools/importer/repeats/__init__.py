@@ -24,10 +24,10 @@ def with_parts(imported: Imported) -> Imported:
 
     def worth(body: Body, cluster: list[Instance], part: Part, uses: list[Use]) -> bool:
         links, joints = sections([body.nodes[index] for index in cluster[0].nodes], tree.span)
-        flat = len(cluster) * lines_of(table(tree.span, links=links, joints=joints))
-        parts = table(tree.span, **{one.name: part_map(one, tree.span) for one in part.all()})
-        used = table(tree.span, **{use.name: use_map(use, tree.span) for use in uses})
-        new = lines_of(table(tree.span, parts=parts)) + lines_of(table(tree.span, use=used))
+        flat = len(cluster) * lines_of(table(tree.span, {"links": links, "joints": joints}))
+        parts = table(tree.span, {one.name: part_map(one, tree.span) for one in part.all()})
+        used = table(tree.span, {use.name: use_map(use, tree.span) for use in uses})
+        new = lines_of(table(tree.span, {"parts": parts})) + lines_of(table(tree.span, {"use": used}))
         return flat - new >= max(MIN_SAVED, SAVED_BY_USE * len(uses)) and new <= MAX_SHARE * flat
 
     Finder(len(body.nodes), worth, keeps_order=imported.format in _ORDERED).fold(body)

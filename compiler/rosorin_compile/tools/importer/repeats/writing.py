@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ....diagnostics import Span
@@ -173,7 +173,7 @@ def _span(item: Form, span: Span) -> Span:
     return (item.spans[0] or span) if isinstance(item, Leaf) else span
 
 
-def table(span: Span, **entries: Any) -> Map:
+def table(span: Span, entries: Mapping[str, Any]) -> Map:
     """Return a mapping of the tree."""
     made = Map(span)
     for key, value in entries.items():

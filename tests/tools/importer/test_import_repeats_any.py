@@ -86,8 +86,8 @@ def instance(
         made += [
             f"<!-- about {name} -->" if chance.random() < 0.1 else "",
             f'<link name="{name}"><inertial><origin xyz="{spelt(centre)}"/><mass value="{mass!r}"/>',
-            f'<inertia ixx="1" iyy="1" izz="1" ixy="{products[0]}" ixz="{products[1]}" iyz="{products[2]}"/></inertial>',
-            f"<visual><geometry>{link['shape'].format(name=name)}</geometry></visual></link>",
+            f'<inertia ixx="1" iyy="1" izz="1" ixy="{products[0]}" ixz="{products[1]}" iyz="{products[2]}"/>',
+            f"</inertial><visual><geometry>{link['shape'].format(name=name)}</geometry></visual></link>",
             f'<joint name="{joint}" type="{link["kind"]}"><parent link="{up}"/><child link="{name}"/>',
             f'<origin xyz="{spelt(xyz)}" rpy="{spelt(rpy)}"/>',
             f'<axis xyz="{link["axis"]}"/>' if link["kind"] != "fixed" else "",

@@ -2,7 +2,8 @@
 
     python tests/renew.py imported
 
-writes them anew; read the difference.
+writes them anew; read the difference. ``expected`` is what import writes, ``flat`` what it writes with ``--no-parts``,
+where a robot has that folder.
 """
 
 from __future__ import annotations
@@ -19,14 +20,15 @@ from support.paths import IMPORTED
 
 FOLDER = IMPORTED
 ROBOTS = sorted(path.name for path in FOLDER.iterdir() if path.is_dir())
-EXPECTED = "expected"
+EXPECTED, FLAT = "expected", "flat"
+FOLDERS = [(name, EXPECTED) for name in ROBOTS] + [(name, FLAT) for name in ROBOTS if (FOLDER / name / FLAT).is_dir()]
 
 
-def imported(name: str) -> dict[str, str]:
+def imported(name: str, folder: str = EXPECTED) -> dict[str, str]:
     """Return the files that import makes of a robot of this folder."""
     made = read_robot(FOLDER / name / f"{name}.urdf")
     assert made.tree is not None, made.diagnostics
-    trip = check_round_trip(made, FOLDER / name / EXPECTED)
+    trip = check_round_trip(made, FOLDER / name / folder, parts=folder == EXPECTED)
     assert trip.diagnostics == []
     assert trip.frames == len(made.tree["links"])
     assert trip.largest == 0
@@ -37,26 +39,26 @@ def test_there_are_robots() -> None:
     assert len(ROBOTS) >= 2
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_files_are_those_that_are_committed(name: str) -> None:
-    expected = {path.name: path.read_text("utf-8") for path in (FOLDER / name / EXPECTED).iterdir()}
-    assert imported(name) == expected
+@pytest.mark.parametrize(("name", "folder"), FOLDERS)
+def test_files_are_those_that_are_committed(name: str, folder: str) -> None:
+    expected = {path.name: path.read_text("utf-8") for path in (FOLDER / name / folder).iterdir()}
+    assert imported(name, folder) == expected
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_every_comment_of_the_source_is_there(name: str) -> None:
+@pytest.mark.parametrize(("name", "folder"), FOLDERS)
+def test_every_comment_of_the_source_is_there(name: str, folder: str) -> None:
     source = (FOLDER / name / f"{name}.urdf").read_text("utf-8")
-    files = "\n".join(imported(name).values())
+    files = "\n".join(imported(name, folder).values())
     comments = re.findall(r"<!--(.*?)-->", source, re.DOTALL)
-    assert len(comments) >= 3
+    assert comments
     for comment in comments:
         for line in filter(None, map(str.strip, comment.splitlines())):
             assert files.count(f"# {line}\n") == 1, line
 
 
-@pytest.mark.parametrize("name", ROBOTS)
-def test_style(name: str) -> None:
-    for text in imported(name).values():
+@pytest.mark.parametrize(("name", "folder"), FOLDERS)
+def test_style(name: str, folder: str) -> None:
+    for text in imported(name, folder).values():
         lines = text.splitlines()
         assert text.endswith("\n")
         assert all(line == line.rstrip() and len(line) <= WIDTH for line in lines)
@@ -64,16 +66,17 @@ def test_style(name: str) -> None:
         assert "\t" not in text
 
 
-def rewrite(name: str) -> None:
+def rewrite(name: str, folder: str) -> None:
     """Write the files of a robot as import makes them now."""
-    for path in (FOLDER / name / EXPECTED).glob("*.yaml"):
+    for path in (FOLDER / name / folder).glob("*.yaml"):
         path.unlink()
-    for file, text in imported(name).items():
-        path = FOLDER / name / EXPECTED / file
+    for file, text in imported(name, folder).items():
+        path = FOLDER / name / folder / file
         path.parent.mkdir(exist_ok=True)
         path.write_text(text, "utf-8")
 
 
 if __name__ == "__main__":
-    for each in sys.argv[1:] or ROBOTS:
-        rewrite(each)
+    for each, kind in FOLDERS:
+        if not sys.argv[1:] or each in sys.argv[1:]:
+            rewrite(each, kind)

@@ -41,6 +41,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    command.add_argument("--no-parts", action="store_true", help="write what it has several times as often")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
         "--meshes",
@@ -173,7 +174,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     read = imported._replace(tree=tree)
     imported = imported._replace(tree=named.tree)
     try:
-        trip = check_round_trip(imported, folder, read)
+        trip = check_round_trip(imported, folder, read, parts=not options.no_parts)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
@@ -233,7 +234,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ...formats import FORMATS
     from .description import tree_of
-    from .telling import accepted, kept, sizes
+    from .telling import accepted, kept, repeated, sizes
 
     tree = tree_of(imported)
     console.say(f"{folder}: {sizes(tree)} in {', '.join(trip.files)}")
@@ -245,7 +246,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         console.say(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
-    for line in (*kept(tree), *accepted(tree)):
+    for line in (*repeated(tree_of(trip.shown)), *kept(tree), *accepted(tree)):
         console.say(line)
     for name, remark in trip.outputs.remarks.items():
         console.say(f"its {FORMATS[name].word} is {remark}")

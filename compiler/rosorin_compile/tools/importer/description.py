@@ -19,15 +19,17 @@ from ...frontend.tree import Map, Path, Seq
 from ...project import ROOT_FILE
 from ...startup.records import NamedTuple
 from ...units import UNITS
-from .layout import Expression, Verbatim, angle_of, layout, number, placed
+from .layout import Expression, Verbatim, angle_of, layout, number, placed, within_part
 
 MAX_LINES = 150  # a longer description is split into files
-LINKS, JOINTS, SIMULATION, EXTENSIONS = "links.yaml", "joints.yaml", "simulation.yaml", "extensions.yaml"
+PARTS, LINKS, JOINTS = "parts.yaml", "links.yaml", "joints.yaml"
+SIMULATION, EXTENSIONS = "simulation.yaml", "extensions.yaml"
 MOVEIT = "moveit.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
 _TAIL = ("poses", "control", "controllers", "moveit", "disabled_contacts", "accept", "outputs")
 _FILES = {
+    PARTS: ("parts",),
     LINKS: ("materials", "links"),
     JOINTS: ("joints",),
     SIMULATION: (
@@ -38,6 +40,7 @@ _FILES = {
     MOVEIT: ("moveit",),
 }
 _ABOUT = {
+    PARTS: "The parts: what the robot has several times, written once; robot.yaml uses them.",
     LINKS: "The links: masses, what they look like, what they collide with.",
     JOINTS: "The joints: how the links hang together.",
     SIMULATION: "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
@@ -49,9 +52,10 @@ _NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "camera
 
 # The order in which a person says things; what is not here comes after, in the order of the source.
 _ORDER = (
-    "name type parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size radius length "
-    "radii xyz rpy inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit lower upper effort velocity "
-    "mimic joint multiplier offset dynamics damping friction armature stiffness spring_reference calibration "
+    "name type part prefix parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size "
+    "radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit "
+    "lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
+    "spring_reference calibration "
     "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
     "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "
     "urdf_elements mjcf_elements"
@@ -137,6 +141,12 @@ def write(imported: Imported, wanted: Outputs, schema: str = "") -> dict[str, st
     return files
 
 
+def lines_of(tree: Map) -> int:
+    """Return how many lines some sections of a description take."""
+    made = _Document(tree)
+    return layout({key: made.value(value, (key,), None) for key, value in tree.items()}).count("\n")
+
+
 def _file(name: str, document: dict[str, Any], imported: Imported, wanted: Outputs, head: list[str]) -> str:
     """Return the text of one file."""
     root = name == ROOT_FILE
@@ -151,7 +161,8 @@ def _sorted(document: dict[str, Any]) -> dict[str, Any]:
     """Return the sections of a file in the order of a description."""
     rank = {key: place for place, key in enumerate((*_HEAD, *(k for keys in _FILES.values() for k in keys)))}
     rank |= {key: 1000 + place for place, key in enumerate(_TAIL)}
-    return dict(sorted(document.items(), key=lambda item: rank.get(item[0], 500)))
+    ranked = {**rank, "use": rank["joints"] + 0.5}  # they hang on links, as joints do
+    return dict(sorted(document.items(), key=lambda item: ranked.get(item[0], 500)))
 
 
 class _Document:
@@ -164,7 +175,7 @@ class _Document:
     def made(self, wanted: Outputs) -> dict[str, Any]:
         """Return the document of the whole description."""
         body = {key: self.value(value, (key,), span) for key, value, span in _items(self.tree) if value}
-        lets: dict[str, Any] = dict(self.named.folders)
+        lets: dict[str, Any] = {**self.named.folders, **body.pop("let", {})}
         if self.named.scale is not None:
             lets["mesh_scale"] = self.value(self.named.scale, ("let", "mesh_scale"), None)
         document: dict[str, Any] = {"rosorin_compile": Verbatim("1"), **body}
@@ -183,7 +194,7 @@ class _Document:
             return [self.value(v, (*path, i), s) for i, (v, s) in enumerate(zip(value, value.value_spans, strict=True))]
         if isinstance(value, str):
             file = self.named.file(value) if path[-2:] == ("mesh", "file") else None
-            return Expression(file) if file else str(value)
+            return Expression(file) if file else value if isinstance(value, (Expression, Verbatim)) else str(value)
         if isinstance(value, (int, float)) and not isinstance(value, bool):
             return number(value, span, angle_of(self.tree, path))
         return value
@@ -191,13 +202,14 @@ class _Document:
     def mapping(self, value: Map, path: Path) -> dict[str, Any]:
         """Return a mapping without what is said by default, in the order in which a person would say it."""
         made: dict[str, Any] = {}
+        own = within_part(path)
         for key, item, span in _items(value):
             here = (*path, key)
-            if not _is_default(here, item):
+            if not _is_default((*own, key), item):
                 found = self.value(item, here, span)
                 if found or key != "dynamics":
                     made[key] = found
-        if len(path) > 1 and path[-1] not in _NAMED_SECTIONS:
+        if len(own) > 1 and own[0] != "parts" and own[-1] not in _NAMED_SECTIONS:
             made = dict(sorted(made.items(), key=lambda entry: _RANK.get(entry[0], len(_RANK))))
         return made
 
@@ -243,7 +255,7 @@ class Named(NamedTuple):
         """Return a mesh file as an expression with the name of its folder, None if that has none."""
         for key, folder in self.folders.items():
             rest = name.removeprefix(f"{folder}/")
-            if rest != name and not _needs_escape(rest):
+            if rest != name and (isinstance(name, Expression) or not _needs_escape(rest)):
                 return f"${{{key}}}/{rest}"
         return None
 
@@ -278,7 +290,8 @@ def named(tree: Map) -> Named:
 
 def _meshes(tree: Map) -> Iterator[Map]:
     """Yield every mesh of a robot."""
-    for link in (tree.get("links") or {}).values():
+    sections = [tree, *(part for part in (tree.get("parts") or {}).values() if isinstance(part, Map))]
+    for link in (link for section in sections for link in (section.get("links") or {}).values()):
         for purpose in _SHAPES if isinstance(link, Map) else ():
             for shape in link.get(purpose) or ():
                 if isinstance(shape, Map) and isinstance(shape.get("mesh"), Map):
@@ -312,6 +325,7 @@ def _common_scale(meshes: list[Map]) -> Seq | None:
     scales = [mesh.get("scale") for mesh in meshes]
     first: Any = scales[0] if len(scales) >= _FEW else None
     same = isinstance(first, Seq) and all(scale == first for scale in scales) and list(first) != [1, 1, 1]
+    same = same and not any(isinstance(number, str) for number in first)  # a part has its own
     return first if same else None
 
 

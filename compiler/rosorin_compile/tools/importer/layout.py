@@ -30,6 +30,7 @@ _FIRST_ROW = "izz"  # an inertia that needs two lines has its moments on the fir
 _WORDS = ("for", "if")  # begin a loop or a condition; as the value of an expression they are names
 _SPACED = 2  # depth to which entries of several lines stand apart: sections and their entries
 _NEVER_SHORT = ("links",)  # whose entries are easier to read in a block, however small
+_OFTEN_SHORT = ("use", "params", "let")  # whose entries are rows of a table
 
 
 class Verbatim(str):
@@ -98,7 +99,12 @@ def _scalar(value: Any, in_flow: bool) -> str:
 def _key(name: str, in_flow: bool) -> str:
     if name in _WORDS:
         return f"'${{\"{name}\"}}'"
-    return scalar(escaped(name), in_flow)
+    return scalar(name if isinstance(name, Expression) else escaped(name), in_flow)
+
+
+def within_part(path: Path) -> Path:
+    """Return a path as seen from the part that it leads into, such as ("links", "wheel")."""
+    return path[2:] if path[:1] == ("parts",) and len(path) > 2 else path
 
 
 class _Layout:
@@ -173,10 +179,13 @@ class _Layout:
         """Say whether a value that would fit on a line may stand there."""
         if isinstance(item, list):
             return not _has_mapping(item)
+        path = within_part(path)
         if len(path) == 1:
             return path == ("source",)
         if len(path) == 2 and path[0] in _NEVER_SHORT:
             return False
+        if len(path) == 2 and path[0] in _OFTEN_SHORT:
+            return _depth(item) <= 2
         return _depth(item) <= (1 if len(path) == 2 and isinstance(path[1], str) else 2)
 
     def sequence(self, value: list[Any], indent: int, path: Path) -> list[str]:
@@ -336,6 +345,11 @@ def _significant(token: str) -> int:
     """Return how many digits a number is written with, zeros before the first other one left out."""
     mantissa = token.lower().partition("e")[0]
     return len("".join(filter(str.isdigit, mantissa)).lstrip("0"))
+
+
+def joint_unit(*path: str) -> str:
+    """Return the unit in degrees of a value of a joint that turns, by its path there; empty if it is no angle."""
+    return _OF_JOINT.get(path, "")
 
 
 def angle_of(tree: Map, path: Path) -> str:

@@ -23,6 +23,7 @@ from ...project import ROOT_FILE
 from ...startup.records import NamedTuple
 from ..init import SCHEMA
 from .description import Outputs, outputs, tree_of, write
+from .repeats import with_parts
 
 RULES = (
     Rule(
@@ -51,16 +52,17 @@ _MAX_TOLD = 20
 class RoundTrip(NamedTuple):
     """How a description came through: its files (text by name), and how it was held against the source.
 
-    ``outputs`` are the artifacts that it asks for, ``word`` the format in which it was read back. ``frames`` were
-    compared at zero and at ``states`` random joint states; ``largest`` is the largest difference of any number in their
-    poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what keeps it from being compared, or
-    what differs. ``proof`` is what the engine of the source's format says of the artifact in it, and ``untold``
-    what it finds that nobody has said.
+    ``outputs`` are the artifacts that it asks for, ``shown`` the robot as it is written, ``word`` the format in which
+    it was read back. ``frames`` were compared at zero and at ``states`` random joint states; ``largest`` is the largest
+    difference of any number in their poses (metres, or entries of rotation matrices). ``diagnostics`` are errors: what
+    keeps it from being compared, or what differs. ``proof`` is what the engine of the source's format says of the
+    artifact in it, and ``untold`` what it finds that nobody has said.
     """
 
     files: dict[str, str]
     outputs: Outputs
     diagnostics: list[Diagnostic]
+    shown: Imported
     frames: int = 0
     states: int = 0
     largest: float = 0.0
@@ -69,27 +71,38 @@ class RoundTrip(NamedTuple):
     untold: tuple[Diagnostic, ...] = ()
 
 
-def check_round_trip(imported: Imported, folder: Path, read: Imported | None = None) -> RoundTrip:
+def check_round_trip(imported: Imported, folder: Path, read: Imported | None = None, parts: bool = True) -> RoundTrip:
     """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
 
     ``folder`` is where it is going to stand, for messages and for the schema beside it; ``read`` the robot as it was
-    read, before its meshes got other names.
+    read, before its meshes got other names. With ``parts``, what it has several times is written as a part, unless
+    that comes out otherwise.
     """
+    shown = with_parts(imported) if parts else imported
+    if shown is not imported:
+        trip = _round_trip(imported, shown, folder, read or imported)
+        if not (trip.diagnostics or trip.untold):
+            return trip
+    return _round_trip(imported, imported, folder, read or imported)
+
+
+def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Imported) -> RoundTrip:
+    """Return how a description came through that is written of ``shown``, the same robot, perhaps with parts."""
     schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
         wanted = outputs(imported)
-        files, compiled = _compiled(imported, stage, schema, wanted)
+        files, compiled = _compiled(shown, stage, schema, wanted)
         if has_errors(compiled.diagnostics):
             # Most often only MuJoCo asks for more than the source says, a mass for instance.
             wanted = outputs(imported, _first_error(compiled.diagnostics))
-            files, compiled = _compiled(imported, stage, schema, wanted)
-        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), word=published().word)
+            files, compiled = _compiled(shown, stage, schema, wanted)
+        trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=published().word)
         if not trip.diagnostics:
             trip = _compared(imported, compiled, stage, trip)
         if trip.diagnostics:
             return trip
-        proof = _proof(imported, compiled, read or imported)
+        proof = _proof(imported, compiled, read, shown is not imported)
         return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
 
 
@@ -149,14 +162,14 @@ def in_engine(imported: Imported, text: str) -> Proof:
     return format.prove(imported, text, {path: file for path, file in files.items() if path})
 
 
-def _proof(imported: Imported, compiled: Compiled, read: Imported) -> Proof:
+def _proof(imported: Imported, compiled: Compiled, read: Imported, parts: bool) -> Proof:
     """Return the proof of a robot as it was read: with the names of meshes that its source has."""
     if not any(one.backend == read.format for one in compiled.artifacts):
         return Proof()
     step("proving the import in its engine")
     if read.tree is not imported.tree:
         with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
-            _, compiled = _compiled(read, Path(name), "", outputs(read))
+            _, compiled = _compiled(with_parts(read) if parts else read, Path(name), "", outputs(read))
     text = next((one.text for one in compiled.artifacts if one.backend == read.format), None)
     return in_engine(read, text) if text is not None else Proof()
 

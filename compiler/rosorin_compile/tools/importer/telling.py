@@ -41,6 +41,13 @@ def sizes(tree: Map) -> str:
     return f"{counted(links, 'link')}, {counted(joints, 'joint')}"
 
 
+def repeated(tree: Map) -> list[str]:
+    """Return the line about the parts that were made of what a robot has several times; none without any."""
+    bodies = [tree, *(tree.get("parts") or {}).values()]
+    uses = Counter(use["part"] for body in bodies for use in (body.get("use") or {}).values())
+    return ["parts: " + ", ".join(f"{part} ({counted(count, 'use')})" for part, count in uses.items())] if uses else []
+
+
 def kept(tree: Map) -> list[str]:
     """Return the line about elements that stand in the description as they stood in the source; none without any."""
     tags = Counter(_tag(text) for text in _elements(tree))

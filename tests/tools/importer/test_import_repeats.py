@@ -1,0 +1,273 @@
+"""What a robot has several times comes out of an import as a part and its uses, and as the same robot."""
+
+from __future__ import annotations
+
+import doctest
+import re
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.formats.imported import Imported
+from rosorin_compile.formats.reading import read_robot
+from rosorin_compile.frontend.expand import expand
+from rosorin_compile.tools.importer import round_trip
+from rosorin_compile.tools.importer.repeats import finding, names, with_parts
+from rosorin_compile.tools.importer.repeats.forms import Form, flat, mirrored, nodes_of
+from rosorin_compile.tools.importer.repeats.names import split
+from rosorin_compile.tools.importer.round_trip import RoundTrip, check_round_trip
+from support.paths import DOCS, IMPORTED, ROOT
+from support.robots import compiled
+
+WHEEL = """
+  <link name="{0}">
+    <inertial><mass value="{mass}"/><inertia ixx="1e-3" ixy="0" ixz="0" iyy="2e-3" iyz="0" izz="1e-3"/></inertial>
+    <visual><geometry><mesh filename="package://cart/wheel.dae"/></geometry></visual>
+    <collision><geometry><sphere radius="0.1"/></geometry></collision>
+  </link>
+  <joint name="{1}" type="continuous"><parent link="base"/><child link="{0}"/><origin xyz="0 {y} 0"/>
+    <axis xyz="0 1 0"/><limit effort="3" velocity="4"/><dynamics damping="0.1" friction="0.2"/></joint>
+"""
+
+
+def test_the_examples_of_names_hold() -> None:
+    failed, tried = doctest.testmod(names)
+    assert (failed, tried > 5) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("rows", "uses", "rests"),
+    [
+        ([["a_b_wheel", "a_c_wheel", "d_b_wheel", "d_c_wheel"]], ["a_b", "a_c", "d_b", "d_c"], ["wheel"]),
+        ([["finger1_joint2", "finger2_joint2"], ["finger1_tip", "finger2_tip"]], ["finger1", "finger2"], None),
+        ([["LHip", "RHip"], ["LKnee", "RKnee"]], ["L", "R"], ["Hip", "Knee"]),
+        (
+            [["wheel_left", "wheel_right"], ["wheel_left_joint", "wheel_right_joint"]],
+            ["wheel_left", "wheel_right"],
+            None,
+        ),
+        ([["joint_1", "joint_2"], ["link_1", "link_2"]], ["1", "2"], ["joint_${name}", "link_${name}"]),
+        ([["j0", "j2"], ["j1", "j3"]], ["", ""], ["j${first}", "j${first + 1}"]),
+    ],
+)
+def test_names_are_split_as_a_person_would(rows: list[list[str]], uses: list[str], rests: list[str] | None) -> None:
+    cut = split(rows)
+    assert cut is not None
+    assert cut.uses == uses
+    assert rests is None or cut.rests == rests
+    for index, name in enumerate(cut.uses):
+        for row, rest in zip(rows, cut.rests, strict=True):
+            made = cut.prefixes[index] + rest.replace("${name}", name)
+            if cut.first is not None:
+                start = cut.first[index]
+                made = re.sub(r"\$\{first(?: \+ (\d+))?\}", lambda found, n=start: str(n + int(found[1] or 0)), made)
+            assert made == row[index]
+
+
+@pytest.mark.parametrize(
+    "rows",
+    [
+        [["leftfinger", "rightfinger"], ["finger_joint1", "finger_joint2"]],
+        [["left_wheel", "right_tyre"]],
+        [["left_mount", "right_mount"]],  # the part would have a frame that is called as its mount
+        [["a_${x}", "b_${x}"]],
+        [["link_01", "link_02"], ["joint_02", "joint_03"]],
+    ],
+)
+def test_names_without_a_rule_are_not_split(rows: list[list[str]]) -> None:
+    cut = split(rows)
+    assert cut is None or "mount" not in cut.rests
+    assert cut is None or len(rows) == 1
+
+
+def robot(folder: Path, *inside: str) -> Path:
+    path = folder / "cart.urdf"
+    path.write_text(f'<robot name="cart"><link name="base"/>{"".join(inside)}</robot>', "utf-8")
+    return path
+
+
+def wheel(name: str, joint: str, y: float, mass: str = "1") -> str:
+    return WHEEL.format(name, joint, y=y, mass=mass)
+
+
+def trip_of(path: Path, parts: bool = True) -> RoundTrip:
+    return check_round_trip(read_robot(path), path.parent / "made", parts=parts)
+
+
+def parts_of(trip: RoundTrip) -> list[str]:
+    return list((trip.shown.tree or {}).get("parts") or ())
+
+
+def test_two_wheels_are_a_part(tmp_path: Path) -> None:
+    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1))
+    trip = trip_of(path)
+    assert (trip.diagnostics, trip.largest, parts_of(trip)) == ([], 0, ["wheel"])
+    assert "  left: {part: wheel, parent: base, xyz: [0, 1, 0]}" in trip.files["robot.yaml"]
+    assert parts_of(trip_of(path, parts=False)) == []
+
+
+def test_uses_may_have_any_name(tmp_path: Path) -> None:
+    names = ("span_wheel", "self_wheel", "for_wheel", "y_wheel", "1_wheel")
+    path = robot(tmp_path, *(wheel(name, f"{name}_axle", place) for place, name in enumerate(names)))
+    trip = trip_of(path)
+    assert (trip.diagnostics, trip.largest, parts_of(trip)) == ([], 0, ["wheel"])
+    assert list((trip.shown.tree or {})["use"]) == [name.removesuffix("_wheel") for name in names]
+
+
+def test_numbers_that_differ_in_the_last_digit_stay_two(tmp_path: Path) -> None:
+    first, second = "0.1", "0.10000000000000002"
+    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1, first), wheel("right_wheel", "right_axle", -1, second))
+    text = trip_of(path).files["robot.yaml"]
+    assert "mass: {type: mass}" in text
+    assert f"with: {{mass: {first}}}" in text
+    assert f"with: {{mass: {second}}}" in text
+
+
+def test_what_is_not_the_same_robot_is_written_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A fault of ours: the part loses a joint's damping."""
+    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1))
+    found = round_trip.with_parts
+
+    def wrong(imported: Imported) -> Imported:
+        made = found(imported)
+        assert made.tree is not None
+        del made.tree["parts"]["wheel"]["joints"]["axle"]["dynamics"]
+        return made
+
+    monkeypatch.setattr(round_trip, "with_parts", wrong)
+    trip = trip_of(path)
+    assert (trip.diagnostics, parts_of(trip)) == ([], [])
+    assert trip.files["robot.yaml"].count("damping: 0.1") == 2
+
+
+def test_a_name_is_never_two_uses(tmp_path: Path) -> None:
+    hub = wheel("left_hub", "left_pin", 3).replace("continuous", "revolute")
+    hub = hub.replace("effort", 'lower="0" upper="1" effort')
+    others = [hub, hub.replace("left", "right")]
+    path = robot(tmp_path, wheel("left_wheel", "left_axle", 1), wheel("right_wheel", "right_axle", -1), *others)
+    trip = trip_of(path)
+    assert (trip.diagnostics, parts_of(trip)) == ([], ["wheel", "hub"])
+    assert "left_hub: {part: hub, prefix: left_, parent: base" in trip.files["robot.yaml"]
+
+
+BODY = """<body name="{0}" pos="0 {y} 0"><joint name="{0}_axle" axis="0 1 0" damping="{1}"/>
+<geom name="{0}_tyre" size="0.1"/><geom name="{0}_hub" type="box" size=".1 .1 .1"/>
+<site name="{0}_mark" pos="0 0 .1"/></body>"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("order", "parts"), [("left right caster", 0), ("caster left right", 1)])
+def test_the_order_of_an_mjcf_stays(order: str, parts: int, tmp_path: Path) -> None:
+    """A controller counts by it."""
+    pytest.importorskip("mujoco", minversion="4")
+    bodies = {name: BODY.format(f"{name}_wheel", 1, y=y) for y, name in ((1, "left"), (-1, "right"))}
+    bodies["caster"] = '<body name="caster"><joint name="swivel" axis="0 0 1"/><geom size="0.05"/></body>'
+    inside = "".join(bodies[name] for name in order.split())
+    path = tmp_path / "cart.xml"
+    path.write_text(
+        f'<mujoco><worldbody><body name="base"><geom size="1"/>{inside}</body></worldbody></mujoco>', "utf-8"
+    )
+    trip = trip_of(path)
+    assert (trip.diagnostics, trip.untold, len(parts_of(trip))) == ([], (), parts)
+
+
+EXAMPLES = {
+    "turtlebot3_burger": {"wheel": ["wheel_left", "wheel_right"]},
+    "unitree_a1": {"leg": ["FR", "FL", "RR", "RL"]},
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_a_description_comes_back_with_its_parts(name: str, tmp_path: Path) -> None:
+    """What a person wrote, compiled to a URDF and imported, has the parts and uses that the person chose."""
+    (urdf,) = (one for one in compiled(ROOT / "examples" / name / "robot.yaml").artifacts if one.backend == "urdf")
+    path = tmp_path / "robot.urdf"
+    path.write_text(urdf.text, "utf-8")
+    trip = trip_of(path)
+    assert (trip.diagnostics, trip.largest) == ([], 0)
+    tree = trip.shown.tree or {}
+    uses = {part: [use for use, entry in tree["use"].items() if entry["part"] == part] for part in tree["parts"]}
+    assert uses == EXAMPLES[name]
+    shown = "\n".join(trip.files.values())
+    assert sum(block in shown for block in fragments()) == 2
+
+
+def test_the_page_shows_what_the_hand_becomes() -> None:
+    shown = "\n".join(path.read_text("utf-8") for path in (IMPORTED / "hand" / "expected").iterdir())
+    assert sum(block in shown for block in fragments()) == 2
+
+
+def fragments() -> list[str]:
+    """Return the pieces of descriptions that the page shows."""
+    page = (DOCS / "an-import-with-parts.md").read_text("utf-8")
+    return re.findall(r"```yaml fragment\n(.*?)```", page, re.DOTALL)
+
+
+MIRRORED = """
+robot: pair
+parts:
+  thing:
+    links:
+      one:
+        inertial: {mass: 1, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3],
+                   inertia: {ixx: 1, iyy: 1, izz: 1, ixy: 0.1, ixz: 0.2, iyz: 0.3}}
+        visual:
+          - {mesh: {file: a.stl}, xyz: [0.1, 0.2, 0.3], rpy: [0.3, 0, -0.2]}
+          - {mesh: {file: a.stl, scale: [1, -2, 3]}}
+        collision:
+          - {box: {min: [-1, -2, -3], max: [4, 5, 6]}, rpy: [0.3, 0.1, 0.2]}
+        sites: {spot: {type: sphere, size: [0.1], xyz: [1, 2, 3], rpy: [1, 2, 3]}}
+      two: {}
+      three: {}
+    joints:
+      turns: {type: revolute, parent: mount, child: one, axis: [0.6, 0, 0.8],
+              limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
+      slides: {type: prismatic, parent: one, child: two, xyz: [1, 2, 3], rpy: [0.1, 0.2, 0.3], axis: [0, 0.6, 0.8],
+               limit: {lower: -1, upper: 2, effort: 1, velocity: 1}}
+      lies: {type: planar, parent: two, child: three, axis: [0.6, 0.8, 0]}
+links: {base: {}}
+use:
+  plain: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0]}
+  turned: {part: thing, parent: base, xyz: [1, 1, 1], rpy: [0.5, 0, 0], mirror: AXIS}
+outputs: {urdf: {file: pair.urdf}}
+"""
+
+
+def numbers(entry: Form) -> list[tuple[object, ...]]:
+    return [leaf.values for leaf in flat(entry) if leaf.is_number]
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "z"])
+def test_mirrors_are_those_of_the_language(axis: str, tmp_path: Path) -> None:
+    path = tmp_path / "robot.yaml"
+    path.write_text(MIRRORED.replace("AXIS", axis), "utf-8")
+    tree = expand(path, {}, None).tree
+    assert tree is not None
+    nodes = nodes_of(tree)
+    plain, turned = nodes[1:4], nodes[4:]
+    assert [node.link for node in turned] == ["turned_one", "turned_two", "turned_three"]
+    for index, (one, other) in enumerate(zip(plain, turned, strict=True)):
+        made = mirrored(one, axis, root=not index)
+        said = (other.body, other.moves, other.pose)
+        for mine, theirs in zip(made, said, strict=True):
+            assert sorted(numbers(mine)) == sorted(numbers(theirs))
+            assert mine.keys() == theirs.keys()
+
+
+def test_the_search_is_bounded(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two chains that are equal but for their names are held against each other at every link, and not for ever."""
+    links, length = [], 150
+    for chain in ("left", "q"):
+        up = "base"
+        for number in range(length):
+            name = f"{chain}{chr(97 + number % 26)}{number}" if chain == "q" else f"left_{number}"
+            links.append(f'<link name="{name}"/><joint name="{name}_j{chain}" type="fixed"><parent link="{up}"/>')
+            links.append(f'<child link="{name}"/><origin xyz="0 0 {number + 1}"/></joint>')
+            up = name
+    compared = []
+    differences = finding.differences
+    monkeypatch.setattr(finding, "differences", lambda *forms: compared.append(1) or differences(*forms))
+    imported = read_robot(robot(tmp_path, *links))
+    assert with_parts(imported) is imported
+    assert 0 < len(compared) <= 3 * (finding.WORK + 1) * (2 * length + 1) * 1.1

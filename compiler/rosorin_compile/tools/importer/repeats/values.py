@@ -8,10 +8,11 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 from ....frontend.tree import Map, Seq
 from ....numbers import exact
+from ....startup.records import NamedTuple
 from ....units import Quantity, parse_quantity
 from ..layout import ROTATING, Expression, in_degrees, joint_unit
 from .forms import says_nothing

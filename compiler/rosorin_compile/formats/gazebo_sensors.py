@@ -31,7 +31,7 @@ def sensor_lines(
     yield Markup("{}<sensor{}>").format(indent, attributes(name=one.name, type=one.type))
     if pose:
         yield Markup("{}{}").format(inner, pose)
-    said = {element.name for element in one.elements}
+    said = {element.name for element in one.elements} | one.without
     if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
         yield Markup("{0}<{1}>{2}</{1}>").format(inner, frame_id, one.stamp)
     shapes = [SdfElement("collision", name) for name in collisions]

@@ -147,7 +147,7 @@ class _Writer:
         """Yield the block of a sensor; nothing for one that Gazebo cannot have, after telling."""
         if one.at_joint:
             if one.link in self.merged.kept:
-                yield from self._text(one, one.link, IDENTITY, keep=one.link not in self.carried.kept)
+                yield from self._text(one, one.link, IDENTITY, keep=self._may_merge(one.link))
             else:
                 self._tell(sensor, *self._why_not(sensor.frame))
             return
@@ -163,6 +163,10 @@ class _Writer:
             self._tell(sensor, f'link "{link}" has no shape in this URDF that could feel', "give it a collision")
         else:
             yield from self._text(one, link, pose, collisions=names)
+
+    def _may_merge(self, joint: str) -> bool:
+        """Say whether Gazebo would merge the ends of a joint if nobody kept it from that."""
+        return self.robot.joint[joint].is_fixed and joint not in self.carried.kept
 
     def _why_not(self, link: str) -> tuple[str, str]:
         if link in self.carried.links:

@@ -311,7 +311,11 @@ class _Lowering:
         return replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
-        """Return a sensor and the fixed joints of its frame and its optical frame."""
+        """Return a sensor and the fixed joints of its frame and its optical frame, those that are not there already."""
+        if "parent" not in entry:
+            from .in_place import sensor_in_place
+
+            return sensor_in_place(self, name, entry)
         path: Path = ("sensors", name)
         frame, source = entry["frame"], source_of(entry.get("source"))
         joint = entry.get("joint", f"{frame}_joint")
@@ -319,22 +323,24 @@ class _Lowering:
         by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
         mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
-        optical = entry.get("optical")
-        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY)) if optical else IDENTITY
+        optical = entry.get("optical") or None
+        pose = optical_pose(optical)
         frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "", joint, pose)
         own = [] if by.always.simulated else [frame, frames.optical] if optical else [frame]
         stamps = tuple(entry.get("stamps", own))
         simulated = self.elements(name, entry, frames)
         gazebo = self.gazebo(name, entry, frames)
         made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
-        if optical is None:
-            return made, mounts
-        inner = (*path, "optical")
-        optical_joint = optical.get("joint", f"{optical['frame']}_joint")
-        self.place_joint(optical_joint, inner, optical["frame"], (*inner, "frame"))
-        by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
-        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
-        return made, mounts
+        return made, [*mounts, self.to_optical(made, optical, pose, by)] if optical else mounts
+
+    def to_optical(self, sensor: Sensor, optical: dict[str, Any], pose: Pose, by: Publishing) -> Joint:
+        """Return the fixed joint from the frame of a sensor, which ``by`` publishes, to its optical frame."""
+        path: Path = ("sensors", sensor.name, "optical")
+        joint = optical.get("joint", f"{optical['frame']}_joint")
+        self.place_joint(joint, path, optical["frame"], (*path, "frame"))
+        by = publishing(optical, path, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
+        made = Joint(joint, "fixed", sensor.frame, optical["frame"], pose, source=sensor.source)
+        return self.published(made, by)
 
     def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
         """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
@@ -386,6 +392,11 @@ class _Lowering:
         backend = entry.get("backend", backend_of(name, entry))
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
         return Output(name, backend, entry["file"], options)
+
+
+def optical_pose(entry: dict[str, Any] | None) -> Pose:
+    """Return where an optical frame is in that of its sensor; REP 103 says how it is turned by default."""
+    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"), OPTICAL_RPY)) if entry else IDENTITY
 
 
 def owner_of_frame(path: Path) -> str:

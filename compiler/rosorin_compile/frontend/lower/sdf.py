@@ -40,7 +40,7 @@ def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSens
     frame, suffix, feels = entry.get("frame", "sensor"), entry.get("name"), entry.get("feels", "")
     if frame == "optical" and not frames.optical:
         raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
-    link, transform = frames.sensor, pose_of_entry(entry).transform()
+    link, transform, said = frames.sensor, pose_of_entry(entry).transform(), entry.get("elements") or {}
     if frame == "optical":
         transform = frames.optical_pose.transform().then(transform)
     elif frame == "parent":
@@ -51,9 +51,10 @@ def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSens
         link=frames.joint if frame == AT_JOINT else link,
         pose=_cleaned(transform),
         stamp=frames.optical if frame == "optical" else frames.sensor,
-        elements=tuple(_elements(entry.get("elements") or {}, ("elements",))),
+        elements=tuple(_elements(said, ("elements",))),
         at_joint=frame == AT_JOINT,
         feels={"parent": frames.parent, "sensor": frames.sensor}.get(feels, ""),
+        without=frozenset(str(name) for name, value in said.items() if value is None),
     )
 
 

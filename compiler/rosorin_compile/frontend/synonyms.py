@@ -261,7 +261,7 @@ VALUES: dict[str, dict[str, str]] = {
     "which gazebo": {
         **_all("jazzy gz gzsim sim yes on new", "harmonic"),
         **_all("humble ign ignition", "fortress"),
-        "classic": "the sensors of Gazebo classic are other ones: keep their XML under urdf_elements",
+        **_all("gazebo11 gazebo_ros 11", "classic"),
     },
     "status": {
         **_all("guessed guess estimated estimate assumed unknown tbd todo placeholder approximate", "stand_in"),

@@ -153,8 +153,8 @@ FORMAT = Format(
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
         },
         "gazebo": {
-            "enum": [True, False, "harmonic", "fortress"],
-            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress; default false.",
+            "enum": [True, False, "harmonic", "fortress", "classic"],
+            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress, classic; default false.",
         },
         "control": {
             "enum": DISTRIBUTIONS,

@@ -18,7 +18,7 @@ from ...diagnostics.wording import quoted
 from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, Sensor, pose_of
 from ...numbers import NumberFormat, vector
 from ...xml.elements import tree_of
-from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
+from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, in_classic, sensor_lines
 from ..templating import attributes
 
 RULES = (
@@ -47,7 +47,7 @@ class Carried(NamedTuple):
 
 def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[Markup], list[Diagnostic]]:
     """Return the blocks of all sensors for one Gazebo, and what it will not see."""
-    writer = _Writer(robot, carried, DISTRIBUTIONS[asked], number)
+    writer = _Writer(robot, carried, asked, number)
     # The joints that are measured at are no joints of a merged link: that comes before all else.
     writer.merged.kept.update(one.link for sensor in robot.sensors for one in sensor.gazebo if writer.measures(one))
     blocks = [block for sensor in robot.sensors for one in sensor.gazebo for block in writer.block(sensor, one)]
@@ -127,10 +127,10 @@ class _Merged:
 
 
 class _Writer:
-    def __init__(self, robot: Robot, carried: Carried, frame_id: str, number: NumberFormat) -> None:
+    def __init__(self, robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> None:
         self.robot = robot
         self.carried = carried
-        self.frame_id = frame_id
+        self.frame_id, self.classic = DISTRIBUTIONS[asked], asked == CLASSIC
         self.number = number
         self.merged = _Merged(robot, carried)
         self.unseen: dict[tuple[str, str], list[str]] = {}
@@ -203,5 +203,6 @@ class _Writer:
             lines.append(Markup("    <preserveFixedJoint>true</preserveFixedJoint>"))
         numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
         place = Markup() if pose == IDENTITY else Markup("<pose>{}</pose>").format(numbers)
-        lines += sensor_lines(one, self.frame_id, self.number, "    ", place, collisions)
+        said = in_classic(one) if self.classic else one
+        lines += sensor_lines(said, self.frame_id, self.number, "    ", place, collisions)
         yield Markup("\n").join([*lines, Markup("  </gazebo>")])

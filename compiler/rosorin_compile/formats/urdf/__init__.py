@@ -117,7 +117,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
     capsules = any("capsule" in shape for shape in shapes)
-    entry = {"file": f"{name}.urdf", **({"version": "1.2"} if version == "1.2" or capsules else {})}
+    wishes = (tree.get("outputs") or {}).get("urdf") or {}  # what an import found words for
+    entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
     return Asked(entry, _CAPSULES if capsules else "")
 
 

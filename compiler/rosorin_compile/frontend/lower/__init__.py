@@ -325,7 +325,8 @@ class _Lowering:
         mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
         optical = entry.get("optical") or None
         pose = optical_pose(optical)
-        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "", joint, pose)
+        named, turned = optical["frame"] if optical else "", entry.get("optical") is False
+        frames = Frames(frame, mount, entry["parent"], named, joint, pose, turned)
         own = [] if by.always.simulated else [frame, frames.optical] if optical else [frame]
         stamps = tuple(entry.get("stamps", own))
         simulated = self.elements(name, entry, frames)
@@ -395,8 +396,9 @@ class _Lowering:
 
 
 def optical_pose(entry: dict[str, Any] | None) -> Pose:
-    """Return where an optical frame is in that of its sensor; REP 103 says how it is turned by default."""
-    return Pose(vector_of(entry.get("xyz")), vector_of(entry.get("rpy"), OPTICAL_RPY)) if entry else IDENTITY
+    """Return where an optical frame is in that of its sensor, or would be; REP 103 says how it is turned by default."""
+    said = entry or {}
+    return Pose(vector_of(said.get("xyz")), vector_of(said.get("rpy"), OPTICAL_RPY))
 
 
 def owner_of_frame(path: Path) -> str:
@@ -521,6 +523,9 @@ def _place(entry: Mapping[str, Any], frames: Frames) -> tuple[str, Pose | None]:
     if frame == "parent":
         mount = frames.mount.transform()
         return frames.parent, frames.mount if own is None else pose_of(mount.then(own.transform()))
+    if not frames.optical and frames.turned:
+        turn = frames.optical_pose.transform()
+        return frames.sensor, pose_of(turn if own is None else turn.then(own.transform()))
     if not frames.optical:
         raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
     return frames.optical, own

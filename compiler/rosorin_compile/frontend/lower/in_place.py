@@ -43,15 +43,15 @@ def sensor_in_place(lowering: _Lowering, name: str, entry: dict[str, Any]) -> tu
     frame, above = entry["frame"], _above(lowering.tree, name)
     _check(lowering, name, entry, above)
     optical, joint = entry.get("optical") or None, above[frame].joint if frame in above else ""
-    there = _pose_in(frame, optical["frame"], above) if optical else IDENTITY
-    made_here = there is None
+    there = _pose_in(frame, optical["frame"], above) if optical else None
     pose = optical_pose(optical) if there is None else there
-    frames = Frames(frame, IDENTITY, frame, optical["frame"] if optical else "", joint, pose)
+    turned = entry.get("optical") is False
+    frames = Frames(frame, IDENTITY, frame, optical["frame"] if optical else "", joint, pose, turned)
     stamps = tuple(entry.get("stamps", [frame, frames.optical] if optical else [frame]))
     simulated, gazebo = lowering.elements(name, entry, frames), lowering.gazebo(name, entry, frames)
     source = source_of(entry.get("source"))
     sensor = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
-    return sensor, [lowering.to_optical(sensor, optical, pose, Publishing(OF_THE_URDF))] if optical and made_here else []
+    return sensor, [lowering.to_optical(sensor, optical, pose, Publishing(OF_THE_URDF))] if optical and there is None else []
 
 
 def _check(lowering: _Lowering, name: str, entry: dict[str, Any], above: Mapping[str, Above]) -> None:

@@ -25,6 +25,7 @@ class Frames(NamedTuple):
     optical: str = ""
     joint: str = ""
     optical_pose: Pose = IDENTITY
+    turned: bool = False  # where there is no optical frame, what sits in one is turned as if there were
 
 
 def lower_gazebo(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[GazeboSensor]:
@@ -38,7 +39,7 @@ def lower_gazebo(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Fram
 
 def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSensor:
     frame, suffix, feels = entry.get("frame", "sensor"), entry.get("name"), entry.get("feels", "")
-    if frame == "optical" and not frames.optical:
+    if frame == "optical" and not frames.optical and not frames.turned:
         raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
     link, transform, said = frames.sensor, pose_of_entry(entry).transform(), entry.get("elements") or {}
     if frame == "optical":
@@ -50,7 +51,7 @@ def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSens
         name=sensor if suffix is None else f"{sensor}_{suffix}",
         link=frames.joint if frame == AT_JOINT else link,
         pose=_cleaned(transform),
-        stamp=frames.optical if frame == "optical" else frames.sensor,
+        stamp=frames.optical if frame == "optical" and frames.optical else frames.sensor,
         elements=tuple(_elements(said, ("elements",))),
         at_joint=frame == AT_JOINT,
         feels={"parent": frames.parent, "sensor": frames.sensor}.get(feels, ""),

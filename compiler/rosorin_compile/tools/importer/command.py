@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from ...frontend.tree import Map
     from ...output import Written
     from .round_trip import RoundTrip
+    from .words import Worded
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -41,6 +42,9 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    command.add_argument(
+        "--verbatim", action="store_true", help="keep what a URDF has for Gazebo and ros2_control as it stands"
+    )
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
         "--meshes",
@@ -161,6 +165,7 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     from .description import safe
     from .round_trip import check_round_trip
     from .telling import renamed
+    from .words.telling import told_words
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
     if imported.tree is None or errors:
@@ -171,9 +176,10 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     named = renamed(tree, source, folder, options.meshes)
     _show(console, named.diagnostics)
     read = imported._replace(tree=tree)
-    imported = imported._replace(tree=named.tree)
+    in_words = _worded(options, imported._replace(tree=named.tree))
+    imported = in_words.imported
     try:
-        trip = check_round_trip(imported, folder, read)
+        trip = check_round_trip(imported, folder, read, in_words.plain)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
@@ -187,8 +193,15 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
-    _report(console, folder, imported, trip, written)
+    _report(console, folder, imported, trip, written, told_words(in_words))
     return FINE
+
+
+def _worded(options: argparse.Namespace, imported: Imported) -> Worded:
+    """Return a robot with what its elements say in words, unless they are to stay as they are."""
+    from .words import Worded, worded
+
+    return Worded(imported) if options.verbatim else worded(imported)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
@@ -229,7 +242,9 @@ def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
         return None
 
 
-def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written) -> None:
+def _report(
+    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, words: list[str]
+) -> None:
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ...formats import FORMATS
     from .description import tree_of
@@ -245,7 +260,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         console.say(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
-    for line in (*kept(tree), *accepted(tree)):
+    for line in (*words, *kept(tree), *accepted(tree)):
         console.say(line)
     for name, remark in trip.outputs.remarks.items():
         console.say(f"its {FORMATS[name].word} is {remark}")

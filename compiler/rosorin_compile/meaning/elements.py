@@ -148,16 +148,25 @@ def _param(element: Element) -> str:
     return f"<param {name}{more}>{_number(text) if name in _NUMBERS else text}{inner}</>"
 
 
-def context_of(robot: Robot, made: Robot | bool) -> Context:
-    """Return what decides on the meaning of elements of a robot; ``made`` says that, or is one that asks for Humble."""
-    humble = made if isinstance(made, bool) else any(one.options.get("control") == "humble" for one in made.outputs)
+def context_of(robot: Robot, humble: bool) -> Context:
+    """Return what decides on the meaning of elements of a robot."""
     return Context(frozenset(joint.name for joint in robot.joints if joint.mimic is not None), humble)
+
+
+def asks_for_humble(robot: Robot) -> bool:
+    """Say whether an output of a robot has its hardware blocks for Humble."""
+    return any(one.options.get("control") == "humble" for one in robot.outputs)
 
 
 def differently_meant(one: Iterable[str], other: Iterable[str], context: Context) -> list[str]:
     """Return what only one of two lists of elements says, in words."""
     first, second = said(one, context), said(other, context)
     return [f"{words(key)} is lost" for key in (first - second)] + [f"{words(key)} is new" for key in (second - first)]
+
+
+def spelt(key: Key) -> str:
+    """Return something that elements say as an element."""
+    return f'<gazebo reference="{key[1]}">{key[-1]}' if key[0] == "gazebo" and len(key) > 3 and key[1] else key[-1]
 
 
 def words(key: Key) -> str:

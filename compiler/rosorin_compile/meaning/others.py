@@ -14,7 +14,7 @@ from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.drive import ROLES
 from ..model.geometry import minus, norm
-from ..xml.elements import fragments
+from .elements import Context, Key, asks_for_humble, context_of, said, spelt
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
 from .joints import changed, differ, unit_of
@@ -220,31 +220,32 @@ def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
 
 def _elements(pairing: Pairing) -> Iterator[Item]:
     a, b = pairing.a.robot, pairing.b.robot
+    context = context_of(a, asks_for_humble(a) or asks_for_humble(b))
     places = [("the robot", a.urdf_elements, b.urdf_elements)]
     places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
     places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
     for name, mine, theirs in places:
         if mine == theirs:
             continue
-        old, new = fragments(mine), fragments(theirs)
+        old, new = said(mine, context), said(theirs, context)
         if old == new:
             continue
         if name == "the robot":
-            old, new = old - (_brought(b) - new), new - (_brought(a) - old)
-        gone, fresh = sorted((old - new).elements()), sorted((new - old).elements())
+            old, new = old - (_brought(b, context) - new), new - (_brought(a, context) - old)
+        gone, fresh = sorted(map(spelt, (old - new).elements())), sorted(map(spelt, (new - old).elements()))
         if not gone and not fresh:
             continue
-        said = [
+        parts = [
             f"{len(texts)} {word} ({_short(texts[0])})" for texts, word in ((fresh, "new"), (gone, "removed")) if texts
         ]
-        text = f"URDF elements of {name}: {', '.join(said)}"
+        text = f"URDF elements of {name}: {', '.join(parts)}"
         yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
 
 
-def _brought(robot: Robot) -> Counter[str]:
+def _brought(robot: Robot, context: Context) -> Counter[Key]:
     """Return the elements that outputs of a robot make of what its description says in words."""
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return fragments([text for one, output in known if one.brings for text in one.brings(robot, output)])
+    return said([text for one, output in known if one.brings for text in one.brings(robot, output)], context)
 
 
 def _short(text: str) -> str:

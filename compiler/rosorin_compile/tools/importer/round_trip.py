@@ -125,11 +125,11 @@ def _compared(
     what = f"compiled {format.word}"
     found = []
     if plain is not None:
-        from ...meaning.elements import context_of, differently_meant
+        from ...meaning.elements import asks_for_humble, context_of, differently_meant
         from .words.proving import without_words
 
         pair = source.urdf_elements, again.urdf_elements
-        found += [f"{what}: {text}" for text in differently_meant(*pair, context_of(source, made))]
+        found += [f"{what}: {text}" for text in differently_meant(*pair, context_of(source, asks_for_humble(made)))]
         made, again = without_words(made, source), without_words(again, source)
     found += [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
     found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]

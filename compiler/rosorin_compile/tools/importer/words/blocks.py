@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ....model import Robot
 
 _TYPES = ("system", "actuator", "sensor")
-_NAME = re.compile(r"[^\s<>&\"']+")
+_NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 _WHOLE = re.compile(r"[0-9]+")
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
 _OF_INTERFACE = {"min": "min", "max": "max", "initial_value": "initial"}

@@ -84,7 +84,7 @@ def test_it_is_not_there_unless_it_is_asked_for(tmp_path):
 def test_fortress_names_the_frame_in_its_own_way(tmp_path):
     harmonic = urdf(tmp_path, EVERY)[0]
     fortress = urdf(tmp_path, EVERY.replace("default: true", "default: fortress"))[0]
-    assert fortress == harmonic.replace(*DISTRIBUTIONS.values())
+    assert fortress == harmonic.replace(DISTRIBUTIONS["harmonic"], DISTRIBUTIONS["fortress"])
 
 
 NUMBERS = """robot: r

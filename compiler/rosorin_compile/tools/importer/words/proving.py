@@ -260,11 +260,10 @@ class _Proving:
 
     def _written(self, robot: Robot, options: Mapping[str, Any], section: str, name: str) -> list[str]:
         """Return the elements that a URDF has of one hardware block or sensor."""
-        from ....formats.urdf.write import brought
-
         output = Output("urdf", "urdf", "robot.urdf", dict(options))
+        brings = FORMATS["urdf"].brings
         found = []
-        for text in brought(robot, output):
+        for text in brings(robot, output) if brings else ():
             for _, element in trees(_one(text, self.texts)):
                 inner = element if section == CONTROL else next((one for one in element if one.tag == "sensor"), None)
                 if inner is not None and inner.get("name") == name:

@@ -286,6 +286,8 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("rgbd rgbdcamera depth realsense d435 kinect zed stereo stereocamera tofcamera", "depth_camera"),
         **_all("rgb webcam mono monocamera image usbcamera", "camera"),
         **_all("gps navsat gnssreceiver", "gnss"),
+        **_all("compass magnetic mag", "magnetometer"),
+        **_all("barometer altitude height", "altimeter"),
         **_all("ft forcetorquesensor wrench loadcell", "force_torque"),
         **_all("sonar ultrasonic ultrasound ir infrared tof range rangefinder", "range_finder"),
         **_all("bumper touch", "contact"),

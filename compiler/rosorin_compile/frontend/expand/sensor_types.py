@@ -117,7 +117,8 @@ def _changed(brought: Any, changed: Map, kind: str, sensor: Map, scope: Scope) -
     only = brought[0] if isinstance(brought, Seq) and len(brought) == 1 else None
     if not isinstance(only, Map):
         count = len(brought) if isinstance(brought, Seq) else 0
-        message = f'sensor type "{kind}" brings {count or "no"} sensors of Gazebo: a mapping changes the one there is'
+        brings = f"{count} sensors" if count else "no sensor"
+        message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
         place = Place(sensor.key_spans["gazebo"], sensor.via)
         scope.report("wrong-type", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
         raise Failed

@@ -1,4 +1,8 @@
-"""Sensors on links that are there: no frame is made for them, and no joint."""
+"""Sensors on links that are there: no frame is made for them, and no joint.
+
+Such a sensor has no ``parent``. Its frame is a link that the description has, or the frame that another sensor brings;
+its optical frame may be one that fixed joints hold to it, and is made where it is not there.
+"""
 
 from __future__ import annotations
 
@@ -60,8 +64,8 @@ def _check(lowering: _Lowering, name: str, entry: dict[str, Any], above: Mapping
     frame, links = entry["frame"], lowering.section("links")
     if frame not in links and frame not in above:
         message = f'sensor "{name}" has no parent, and its frame "{frame}" is no link of the description'
-        help = f"{did_you_mean(frame, [*links, *above])}; a sensor that brings its frame says its parent"
-        lowering.problem("sensor-frame", message, (*path, "frame"), help)
+        known = list(dict.fromkeys((*links, *above)))
+        lowering.problem("sensor-frame", message, (*path, "frame"), did_you_mean(frame, known))
         return
     for key in _OF_THE_JOINT:
         if key in entry:

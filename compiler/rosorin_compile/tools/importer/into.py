@@ -156,11 +156,17 @@ def _registered(cmake: str, test: str) -> list[str]:
             f"  ament_add_pytest_test({name} {test})", "endif()"]  # fmt: skip
 
 
+def _place(file: str) -> str:
+    """Return what a file is told as: those of a description are one thing."""
+    return "/".join(file.split("/")[:2]) if file.startswith(f"{DESCRIPTIONS}/") else file
+
+
 def told(package: Package, source: str, put: Put) -> Iterator[str]:
     """Yield the lines about what was put into a package, and what is left to be done there."""
     name = package.folder.name
     if put.written:
-        yield f"{name}: written: {', '.join(put.written)}"
+        places = dict.fromkeys(_place(file) for file in put.written)
+        yield f"{name}: written: {', '.join(places)}"
     for file in put.kept:
         yield f"{name}: {file} is there with changes of its own, and stays as it is"
     if not put.written and not put.kept:
@@ -169,9 +175,8 @@ def told(package: Package, source: str, put: Put) -> Iterator[str]:
         yield f"add to {package.folder / file}:"
         yield from (f"  {line}" for line in lines)
     for line in put.change:
-        yield f"change {package.folder / line.file}:{line.number}:" if not line.remark else (
-            f"change {package.folder / line.file}:{line.number} ({line.remark}):"
-        )
+        where = os.path.normpath(package.folder / line.file)
+        yield f"change {where}:{line.number}{f' ({line.remark})' if line.remark else ''}:"
         yield f"  - {line.old}"
         if line.new:
             yield f"  + {line.new}"

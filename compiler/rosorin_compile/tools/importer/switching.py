@@ -21,9 +21,13 @@ _LARGEST = 1_000_000  # bytes of a launch file
 _MOST_PACKAGES = 200
 _MOST_LINES = 20
 _XACRO_FILE = re.compile(r"[\w.-]+\.xacro\b")
+_FOUND = r"""FindExecutable\(\s*name\s*=\s*(?P<quote>['"])xacro(?P=quote)\s*\)"""
 # How xacro is called: a word of a command, found as a program, as a module, by CMake.
 _CALLS = (
-    (re.compile(r"""FindExecutable\(\s*name\s*=\s*(['"])xacro\1\s*\)"""), r"FindExecutable(name=\1rosorin-compile\1), \1 print urdf\1"),
+    (
+        re.compile(rf"PathJoinSubstitution\(\s*\[\s*{_FOUND}\s*,?\s*\]\s*\)|{_FOUND.replace('quote', 'other')}"),
+        "FindExecutable(name='rosorin-compile'), ' print urdf'",
+    ),
     (re.compile(r"\$\(find-exec xacro\)|\$\(find xacro\)/xacro(?:\.py)?"), PRINT),
     (re.compile(r"""(?<=['"(])(?:ros2 run xacro )?xacro(?= )|(?<=command )xacro(?= )"""), PRINT),
     (re.compile(r"""(['"])xacro\1(?=\s*,)"""), r"\1rosorin-compile\1, \1print\1, \1urdf\1"),

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Set
 from typing import TYPE_CHECKING, NamedTuple
 
+from ..model import Pose
 from ..xml.elements import canonical, tree_of
 
 if TYPE_CHECKING:
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
 
     from ..model import Robot
 
+_DIGITS = 10  # of metres and entries of a rotation, behind the point
 TOLERANCE = 1e-12  # of numbers, absolute or relative: what is left of a field of view that was halved
 
 # What SDF takes where nothing is said (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,imu,noise}.sdf), by the end of a path.
@@ -94,13 +96,25 @@ def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
     start = tag + "".join(f" {name}={_number(value)}" for name, value in sorted(element.attrib.items()))
     text = " ".join(map(_number, (element.text or "").split()))
     text = TRUTH.get(text, text) if tag in FLAGS else text
+    text = _pose(text) if tag == "pose" and not element.attrib else text
     if not len(element):
         default = DEFAULTS.get((above[-1], tag)) if above and not element.attrib else None
-        same = default is not None and text == " ".join(map(_number, default.split()))
+        same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
         return "" if same else f"<{start}>{text}</>"
     inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]
     parts = "".join(form for _, form in sorted(inner, key=lambda item: ALIASES.get(item[0], item[0])))
     return f"<{start}>{text}{parts}</>"
+
+
+def _pose(text: str) -> str:
+    """Return a pose in one spelling: its place and its rotation, which several angles may say."""
+    try:
+        x, y, z, roll, pitch, yaw = map(float, text.split())
+    except ValueError:
+        return text
+    transform = Pose((x, y, z), (roll, pitch, yaw)).transform()
+    numbers = (*transform.xyz, *(entry for row in transform.rows for entry in row))
+    return " ".join(f"{round(number, _DIGITS) + 0.0!r}" for number in numbers)
 
 
 def _number(word: str) -> str:

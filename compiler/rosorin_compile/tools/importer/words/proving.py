@@ -80,6 +80,7 @@ class _Proving:
         self.tree = tree
         self.texts = texts
         self.robot = robot
+        self.bare = _bare(tree)
         self.kept: dict[str, str] = {}
         self.before = {one.message for one in self.problems(tree, {})}
 
@@ -136,9 +137,9 @@ class _Proving:
                 why[one.called] = f"there is no word for it: {problem}"
         options = {"control": distribution}
         why |= self._refused(found, made, options, lambda some: {CONTROL: some})
-        robot = self._lowered({CONTROL: made}) if made else None
+        written = self._written(self._lowered({CONTROL: made}), options) if made else {}
         for one in [one for one in found if one.name in made]:
-            texts = self._written(robot, options, CONTROL, one.name) if robot else []
+            texts = written.get(one.called, [])
             wrong = differently_meant([one.alone], texts, context_of(self.robot, humble))
             if wrong:
                 del made[one.name]
@@ -159,14 +160,23 @@ class _Proving:
         made: dict[str, Any] = {}
         for one in [one for one in found if one.name in all_seen]:
             try:
-                made[one.name] = self._sensor(one.name, all_seen[one.name], asked)
+                made[one.name] = entry(all_seen[one.name], self.robot, asked)
             except Unsayable as problem:
                 self.kept[one.called] = f"there is no word for it: {problem}"
+        brought = self._brought(made)
+        for one in [one for one in found if one.name in made]:
+            if one.name not in brought:
+                del made[one.name]
+                self.kept[one.called] = "there is no word for it: its type does not take what it says"
+                continue
+            changes = overlay(all_seen[one.name], _as_in(brought[one.name], asked), asked, DISTRIBUTIONS[asked])
+            if changes:
+                made[one.name]["gazebo"] = changes
         options = {"gazebo": asked}
         self.kept |= self._refused(found, made, options, lambda some: {SENSORS: some})
         while made:  # what one sensor keeps from being merged changes what another one has
-            robot = self._lowered({SENSORS: made})
-            wrong = {one: self._differs(one, robot, options) for one in found if one.name in made}
+            written = self._written(self._lowered({SENSORS: made}), options)
+            wrong = {one: _differs(one, written.get(one.called, [])) for one in found if one.name in made}
             if not any(wrong.values()):
                 break
             for one in [one for one, why in wrong.items() if why]:
@@ -174,20 +184,16 @@ class _Proving:
                 self.kept[one.called] = wrong[one]
         return made, asked
 
-    def _sensor(self, name: str, one: Seen, asked: str) -> dict[str, Any]:
-        made = entry(one, self.robot, asked)
-        robot = self._lowered({SENSORS: {name: made}})
-        brought: Sequence[GazeboSensor] = robot.sensors[0].gazebo if robot and robot.sensors else ()
-        if len(brought) != 1:
-            raise Unsayable("its type does not take what it says")
-        changes = overlay(one, _as_in(brought[0], asked), asked, DISTRIBUTIONS[asked])
-        return {**made, "gazebo": changes} if changes else made
+    def _brought(self, made: dict[str, Any]) -> dict[str, GazeboSensor]:
+        """Return the one sensor of Gazebo that the type of each entry brings; of a few at once that is told apart."""
 
-    def _differs(self, one: Candidate, robot: Robot | None, options: Mapping[str, Any]) -> str:
-        """Return what comes out otherwise; empty if nothing does."""
-        texts = self._written(robot, options, SENSORS, one.name) if robot else []
-        wrong = differently_meant([one.alone], texts, Context())
-        return _otherwise(wrong, texts) if wrong else ""
+        def all_of(some: dict[str, Any]) -> dict[str, GazeboSensor]:
+            bare = put(self.bare, {SENSORS: some})
+            robot = None if _typed(bare).diagnostics else lower(bare).robot
+            return {one.name: one.gazebo[0] for one in robot.sensors if len(one.gazebo) == 1} if robot else {}
+
+        found = all_of(made) if made else {}
+        return found or {name: one for key, value in made.items() for name, one in all_of({key: value}).items()}
 
     # The drive, and who publishes what
 
@@ -258,17 +264,21 @@ class _Proving:
             return None
         return lower(whole).robot
 
-    def _written(self, robot: Robot, options: Mapping[str, Any], section: str, name: str) -> list[str]:
-        """Return the elements that a URDF has of one hardware block or sensor."""
-        output = Output("urdf", "urdf", "robot.urdf", dict(options))
-        brings = FORMATS["urdf"].brings
-        found = []
-        for text in brings(robot, output) if brings else ():
-            for _, element in trees(_one(text, self.texts)):
-                inner = element if section == CONTROL else next((one for one in element if one.tag == "sensor"), None)
-                if inner is not None and inner.get("name") == name:
-                    found.append(text)
+    def _written(self, robot: Robot | None, options: Mapping[str, Any]) -> dict[str, list[str]]:
+        """Return the texts that a URDF has of each hardware block and sensor, by what those are called."""
+        brings, found = FORMATS["urdf"].brings, dict[str, list[str]]()
+        if robot is None or brings is None:
+            return found
+        for text in brings(robot, Output("urdf", "urdf", "robot.urdf", dict(options))):
+            for one in candidates(_listed(text, self.texts)):
+                found.setdefault(one.called, []).append(text)
         return found
+
+
+def _differs(one: Candidate, texts: Sequence[str]) -> str:
+    """Return what comes out otherwise of a sensor; empty if nothing does."""
+    wrong = differently_meant([one.alone], texts, Context())
+    return _otherwise(wrong, texts) if wrong else ""
 
 
 def _otherwise(wrong: Sequence[str], texts: Sequence[str]) -> str:
@@ -287,9 +297,18 @@ def _as_in(one: GazeboSensor, asked: str) -> GazeboSensor:
     return replace(one, type=in_classic(one).type) if asked == CLASSIC else one
 
 
-def _one(text: str, like: Seq) -> Seq:
+def _listed(text: str, like: Seq) -> Seq:
     made = Seq(like.span)
     made.put(text, like.span)
+    return made
+
+
+def _bare(tree: Map) -> Map:
+    """Return the frames of a robot alone: what decides on how one sensor sits."""
+    links = dict.fromkeys(tree.get("links") or (), {})
+    made = put(Map(tree.span, tree.via), {"robot": tree["robot"], "links": links})
+    if "joints" in tree:
+        made.put("joints", tree["joints"], tree.span, tree.span)
     return made
 
 

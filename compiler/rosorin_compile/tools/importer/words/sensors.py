@@ -76,7 +76,7 @@ def _pose(text: Any) -> tuple[float, ...]:
         raise Unsayable(f'its <pose> is "{text}"') from None
     if len(numbers) != 6 or not all(map(math.isfinite, numbers)):
         raise Unsayable(f'its <pose> is "{text}"')
-    return numbers
+    return tuple(0.0 if abs(number) <= TOLERANCE else number for number in numbers)
 
 
 def _elements(element: Element, exact: bool) -> dict[str, Any]:
@@ -168,6 +168,8 @@ def _kind(one: Seen) -> str:
 
 def _frame(one: Seen, robot: Robot, kind: str) -> str:
     if kind == "force_torque":
+        if any(one.pose):
+            raise Unsayable("a sensor at a joint with a <pose>")
         if one.reference not in robot.joint:
             raise Unsayable(f'"{one.reference}" is no joint of the URDF')
         return robot.joint[one.reference].child

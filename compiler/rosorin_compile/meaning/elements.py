@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _DIGITS = 10  # of metres and entries of a rotation, behind the point
 TOLERANCE = 1e-12  # of numbers, absolute or relative: what is left of a field of view that was halved
 
-# What SDF takes where nothing is said (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,imu,noise}.sdf), by the end of a path.
+# What SDF takes where nothing is said, by the end of a path (sdformat@sdf14:sdf/1.11/{sensor,lidar,camera,noise}.sdf).
 DEFAULTS: Mapping[tuple[str, ...], str] = {
     ("sensor", "always_on"): "false",
     ("sensor", "visualize"): "false",
@@ -36,6 +36,7 @@ DEFAULTS: Mapping[tuple[str, ...], str] = {
     ("image", "height"): "240",
     ("clip", "near"): "0.1",
     ("clip", "far"): "100",
+    ("imu", "enable_orientation"): "true",
     ("noise", "mean"): "0",
     ("noise", "bias_mean"): "0",
     ("noise", "bias_stddev"): "0",
@@ -102,6 +103,8 @@ def _form(element: Element, above: tuple[str, ...], modern: bool) -> str:
         same = default is not None and text == (_pose(default) if tag == "pose" else _number(default))
         return "" if same else f"<{start}>{text}</>"
     inner = [(child.tag, _form(child, (*above, tag), modern)) for child in element]
+    if tag == "imu" and not element.attrib and not text and not any(form for _, form in inner):
+        return ""
     parts = "".join(form for _, form in sorted(inner, key=lambda item: ALIASES.get(item[0], item[0])))
     return f"<{start}>{text}{parts}</>"
 

@@ -14,9 +14,9 @@ from ..formats import FORMATS, Fact, Value
 from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, ServoGroup, Transform, Vector
 from ..model.drive import ROLES
 from ..model.geometry import minus, norm
-from .elements import Context, Key, asks_for_humble, context_of, said, spelt
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
+from .elements import Context, Key, asks_for_humble, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
 from .simulation import compare_simulation

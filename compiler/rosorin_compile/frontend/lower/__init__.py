@@ -21,7 +21,6 @@ from ...diagnostics.wording import listed
 from ...model import (
     AXLELESS,
     BODY_ELEMENT,
-    IDENTITY,
     NO_SIMULATION,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,

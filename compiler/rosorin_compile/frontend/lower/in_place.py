@@ -55,7 +55,9 @@ def sensor_in_place(lowering: _Lowering, name: str, entry: dict[str, Any]) -> tu
     simulated, gazebo = lowering.elements(name, entry, frames), lowering.gazebo(name, entry, frames)
     source = source_of(entry.get("source"))
     sensor = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
-    return sensor, [lowering.to_optical(sensor, optical, pose, Publishing(OF_THE_URDF))] if optical and there is None else []
+    return sensor, [
+        lowering.to_optical(sensor, optical, pose, Publishing(OF_THE_URDF))
+    ] if optical and there is None else []
 
 
 def _check(lowering: _Lowering, name: str, entry: dict[str, Any], above: Mapping[str, Above]) -> None:

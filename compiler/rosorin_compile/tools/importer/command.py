@@ -41,7 +41,10 @@ def options(command: argparse.ArgumentParser) -> None:
         "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
     )
     command.add_argument(
-        "--into", type=place, metavar="FOLDER", help="put it into the ROS package that SOURCE is in, with a test of both"
+        "--into",
+        type=place,
+        metavar="FOLDER",
+        help="put it into the ROS package that SOURCE is in, with a test of both",
     )
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")

@@ -57,7 +57,9 @@ def package_at(folder: Path) -> Package:
         raise WrongUsage(f"{folder} is no folder; --into names the folder of a ROS package")
     found = package_of(folder)
     if found is None or found[0] != folder.resolve():
-        way = f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
+        way = (
+            f"; did you mean {found[0]}?" if found else "; to write a package of its own: rosorin-compile package ROBOT"
+        )
         raise WrongUsage(f"{folder} is no ROS package: it has no package.xml with a name{way}")
     said = _BUILD_TYPE.search(_text(folder / "package.xml"))
     build_type = said[1] if said else ""
@@ -80,7 +82,12 @@ def inside(source: Path, package: Package) -> str:
 
 
 def put_into(
-    package: Package, source: str, given: Mapping[str, str], name: str, files: Mapping[str, str], tree: Mapping[str, Any]
+    package: Package,
+    source: str,
+    given: Mapping[str, str],
+    name: str,
+    files: Mapping[str, str],
+    tree: Mapping[str, Any],
 ) -> Put:
     """Put the files of a description into a package, all or nothing; what is there stays. Raises OutputError.
 

@@ -104,9 +104,7 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     return files, compile_robot(stage / ROOT_FILE)
 
 
-def _compared(
-    imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None
-) -> RoundTrip:
+def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
     tree, format = plain or tree_of(imported), published()
     source, said = lower(tree).robot, {one.backend: one.text for one in compiled.artifacts}

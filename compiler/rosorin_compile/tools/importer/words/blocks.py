@@ -84,7 +84,7 @@ def _leaves_limits(made: Mapping[str, Any], joint: Any) -> bool:
 
     if joint is None:
         return False
-    said = made["command"] if isinstance(made["command"], dict) else dict.fromkeys(_listed(made["command"]), {})
+    said = made["command"] if isinstance(made["command"], dict) else dict.fromkeys(_listed(made["command"]))
     for interface, entry in said.items():
         low, high = limits_of(joint, interface)
         if (low is not None and "min" not in (entry or {})) or (high is not None and "max" not in (entry or {})):

@@ -7,7 +7,7 @@ publishes becomes an edge with its publisher.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -107,7 +107,9 @@ def driven(elements: Iterable[tuple[int, Element]], robot: Robot) -> Driven:
 
 def _known(plugin: Element) -> Plugin | None:
     file = plugin.get("filename", "")
-    return next((known for name, known in _KNOWN.items() if file.removesuffix(".so").endswith(name.removesuffix(".so"))), None)
+    return next(
+        (known for name, known in _KNOWN.items() if file.removesuffix(".so").endswith(name.removesuffix(".so"))), None
+    )
 
 
 def _texts(plugin: Element, *names: str) -> list[str]:
@@ -149,11 +151,14 @@ class _Drives:
         """Take the drive; return why not, empty if it is taken."""
         if "drive" in self.sections:
             return "the robot has another one: a robot has one drive"
-        roles = {role: tuple(text for tag in tags for text in _texts(plugin, tag)) for role, tags in self._roles(known).items()}
+        roles = {
+            role: tuple(text for tag in tags for text in _texts(plugin, tag))
+            for role, tags in self._roles(known).items()
+        }
         missing = [joint for joints in roles.values() for joint in joints if joint not in self.robot.joint]
         if missing:
             return f'"{missing[0]}" is no joint of the URDF'
-        if not all(roles.values()) or known.kind == MECANUM and any(len(joints) != 1 for joints in roles.values()):
+        if not all(roles.values()) or (known.kind == MECANUM and any(len(joints) != 1 for joints in roles.values())):
             return "it does not name its wheels"
         entry: dict[str, Any] = {
             role: joints[0] if known.kind == MECANUM else list(joints) for role, joints in roles.items()
@@ -214,7 +219,9 @@ class _Drives:
         """Take the transform that a plug-in publishes; return why not, empty if it is taken or publishes none."""
         word, default = known.publishes
         said = next(iter(_texts(plugin, word)), None)
-        old = plugin.find("leftJoint") is not None or plugin.find("commandTopic") is not None  # of ROS 1, which publishes
+        old = (
+            plugin.find("leftJoint") is not None or plugin.find("commandTopic") is not None
+        )  # of ROS 1, which publishes
         does = (said is not None if known.bridged else said.lower() in _TRUE) if said is not None else default or old
         if not does:
             return "its transform stays in Gazebo: it has no <tf_topic>" if known.bridged else ""
@@ -233,5 +240,3 @@ class _Drives:
         self.sections["edges"].append(edge)
         self.said.setdefault("transform", []).append(f"{parent} -> {child}")
         return ""
-
-

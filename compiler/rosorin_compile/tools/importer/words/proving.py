@@ -5,7 +5,7 @@ What a rule refuses, what comes out otherwise and what the language has no word 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -45,7 +45,7 @@ class Worded(NamedTuple):
 
 
 def worded(imported: Imported) -> Worded:
-    """Return a robot that was read from a URDF with what it says beside links and joints in words, as far as it goes."""
+    """Return a robot that was read from a URDF with what else it says in words, as far as it goes."""
     tree = imported.tree
     texts = tree.get("urdf_elements") if tree is not None else None
     if tree is None or imported.format != "urdf" or not isinstance(texts, Seq):
@@ -93,6 +93,7 @@ class _Proving:
         options: dict[str, Any] = {"control": distribution} if control else {}
         options |= {"gazebo": asked} if sensors else {}
         drive = self.driven(driven(trees(self.texts), self.robot))
+        self.kept |= _unwritten(self.texts)
         if not taken and not drive.sections:
             return Worded(self.imported, None, {}, self.kept, drive.remarks)
         rest = without(self.texts, taken)
@@ -275,6 +276,18 @@ class _Proving:
         return found
 
 
+def _unwritten(texts: Seq) -> dict[str, str]:
+    """Return the elements that no output writes, each with the reason."""
+    found: dict[str, str] = {}
+    for _, element in trees(texts):
+        if element.tag == "transmission":
+            found[f'<transmission> "{element.get("name", "")}"'] = "it is of ROS 1: ros2_control has its own"
+        for plugin in element if element.tag == "gazebo" else ():
+            if plugin.tag == "plugin":
+                found[f'plug-in "{plugin.get("name", "")}"'] = "no output writes plug-ins"
+    return found
+
+
 def _differs(one: Candidate, texts: Sequence[str]) -> str:
     """Return what comes out otherwise of a sensor; empty if nothing does."""
     wrong = differently_meant([one.alone], texts, Context())
@@ -305,7 +318,7 @@ def _listed(text: str, like: Seq) -> Seq:
 
 def _bare(tree: Map) -> Map:
     """Return the frames of a robot alone: what decides on how one sensor sits."""
-    links = dict.fromkeys(tree.get("links") or (), {})
+    links: dict[str, Any] = {name: {} for name in tree.get("links") or ()}
     made = put(Map(tree.span, tree.via), {"robot": tree["robot"], "links": links})
     if "joints" in tree:
         made.put("joints", tree["joints"], tree.span, tree.span)

@@ -198,7 +198,7 @@ def _inner(values: Mapping[str, Any], *path: str) -> Mapping[str, Any]:
 
 
 def _is_whole(value: Any) -> bool:
-    return isinstance(value, float) and value == int(value) and 1 <= value <= 100_000 or value == 1
+    return (isinstance(value, float) and value == int(value) and 1 <= value <= 100_000) or value == 1
 
 
 def _lidar_words(one: Seen, asked: str) -> dict[str, Any]:  # noqa: ARG001
@@ -225,7 +225,7 @@ def _field(word: str, axis: Mapping[str, Any], widest: float, rays: int) -> dict
         return {}
     span = high - low
     step = span / max(rays - 1, 1)
-    if rays and abs(span + step - math.tau) < _NEAR or span >= math.tau - _NEAR:
+    if (rays and abs(span + step - math.tau) < _NEAR) or span >= math.tau - _NEAR:
         return {}
     return {word: 2 * high if abs(low + high) <= TOLERANCE else span} if 0 < span <= widest else {}
 
@@ -241,7 +241,9 @@ def _in_mujoco(one: Seen, words: Mapping[str, Any]) -> bool:
         low, high = axis.get("min_angle", 0.0), axis.get("max_angle", 0.0)
         if not isinstance(low, float) or not isinstance(high, float):
             return False
-        circle = word == "fov" and word not in words and high - low >= math.tau - 2 * _NEAR - math.tau / words.get("rays", 1)
+        circle = (
+            word == "fov" and word not in words and high - low >= math.tau - 2 * _NEAR - math.tau / words.get("rays", 1)
+        )
         if not circle and abs(low + high) > _NEAR:
             return False
     return True
@@ -417,5 +419,3 @@ def _is_default(path: tuple[str, ...], value: Any) -> bool:
         return bool(value) and all(_is_default((*path, key), item) for key, item in value.items())
     default = DEFAULTS.get(path[-2:])
     return default is not None and _same(value, _scalar(default))
-
-

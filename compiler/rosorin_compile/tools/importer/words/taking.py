@@ -131,7 +131,9 @@ def _found(root: Element, one: Candidate) -> Element:
 
 
 def _comments(element: Element) -> list[Remark]:
-    return [item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.kind == COMMENT]
+    return [
+        item for inner in element.iter() for item in inner.content if isinstance(item, Remark) and item.kind == COMMENT
+    ]
 
 
 def moved(comments: Any, paths: Mapping[int, Path]) -> list[Comment]:
@@ -158,5 +160,3 @@ def put(tree: Map, sections: Mapping[str, Any]) -> Map:
         else:
             made.pop(key, None)
     return made
-
-

@@ -14,7 +14,8 @@ def told_words(worded: Worded) -> list[str]:
     lines = []
     if worded.said:
         parts = [
-            f"{len(names)} {plural(word, len(names))} ({first_of(list(names), _FEW)})" for word, names in worded.said.items()
+            f"{len(names)} {plural(word, len(names))} ({first_of(list(names), _FEW)})"
+            for word, names in worded.said.items()
         ]
         lines.append("in words, and the same when they are written again: " + ", ".join(parts))
     reasons: dict[str, list[str]] = {}

@@ -143,6 +143,8 @@ def _to_add(package: Package, description: str, test: str, files: Mapping[str, s
     if package.build_type == PYTHON:
         row = ", ".join(map(repr, absent))
         install = [f"('share/{package.name}/{description}', [{row}]),"] if absent else []
+        if "pytest" not in _text(package.folder / "setup.py"):  # colcon asks that before it runs pytest
+            install.append("extras_require={'test': ['pytest']},")
         depends = "python3-pytest"
     else:
         install = ["install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})"] if absent else []

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
 from typing import Any, NamedTuple
 
 from ..formats import FORMATS, Fact, Value
@@ -225,14 +226,15 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
     places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
     places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
     for name, mine, theirs in places:
-        if mine == theirs:
+        whole = name == "the robot"
+        if mine == theirs and not whole:
             continue
         old, new = said(mine, context), said(theirs, context)
-        if old == new:
-            continue
-        if name == "the robot":
-            old, new = old - (_brought(b, context) - new), new - (_brought(a, context) - old)
-        gone, fresh = sorted(map(spelt, (old - new).elements())), sorted(map(spelt, (new - old).elements()))
+        lost, found = old - new, new - old
+        if whole:
+            lost, found = lost - _brought(b, context), found - _brought(a, context)
+            lost, found = lost | (_always(a, b, context) - new), found | (_always(b, a, context) - old)
+        gone, fresh = sorted(map(spelt, lost.elements())), sorted(map(spelt, found.elements()))
         if not gone and not fresh:
             continue
         parts = [
@@ -244,8 +246,18 @@ def _elements(pairing: Pairing) -> Iterator[Item]:
 
 def _brought(robot: Robot, context: Context) -> Counter[Key]:
     """Return the elements that outputs of a robot make of what its description says in words."""
+    return said([text for texts in _by_output(robot) for text in texts], context)
+
+
+def _always(robot: Robot, other: Robot, context: Context) -> Counter[Key]:
+    """Return the elements that every output of a description brings, where the other robot is a file and has none."""
+    made = [] if other.outputs else [said(texts, context) for texts in _by_output(robot)]
+    return reduce(lambda one, two: one & two, made) if made else Counter()
+
+
+def _by_output(robot: Robot) -> list[Sequence[str]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return said([text for one, output in known if one.brings for text in one.brings(robot, output)], context)
+    return [one.brings(robot, output) for one, output in known if one.brings]
 
 
 def _short(text: str) -> str:

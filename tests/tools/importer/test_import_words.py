@@ -17,6 +17,7 @@ from xml.etree import ElementTree
 
 import pytest
 
+from rosorin_compile.cli import main
 from rosorin_compile.formats.reading import read_robot
 from rosorin_compile.pipeline import compile_robot
 from rosorin_compile.tools.importer.round_trip import check_round_trip
@@ -170,6 +171,44 @@ def test_what_was_compiled_has_the_same_words(name: str, tmp_path: Path) -> None
         return sorted(line.strip() for line in lines if line and "- <" not in line and "note:" not in line)
 
     assert of(second) == of(text)
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "told"),
+    [
+        ("<update_rate>5</update_rate>", "<update_rate>6</update_rate>", "1 new"),
+        ("<samples>360</samples>", "<samples>361</samples>", "1 new"),
+        ('<param name="baud">115200</param>', '<param name="baud">9600</param>', "1 new"),
+        ("publish_odom_tf>true", "publish_odom_tf>false", "1 new"),
+        ('<sensor name="lds" type="ray">', '<sensor name="other" type="ray">', "1 new"),
+        ("<always_on>true</always_on>", "<!-- always on -->", "1 new"),
+        ("<visualize>false</visualize>", "", "the same robot"),
+        ("<update_rate>5</update_rate>", "<update_rate>5.00</update_rate>", "the same robot"),
+        ('<sensor name="sonar"', '</gazebo><gazebo reference="base_link"><sensor name="sonar"', "the same robot"),
+    ],
+)
+def test_diff_sees_what_changed_in_the_source_since(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], before: str, after: str, told: str
+) -> None:
+    source = (CASES / "classic.urdf").read_text("utf-8")
+    assert before in source
+    imported(CASES / "classic.urdf", tmp_path / "made")
+    file = tmp_path / "now.urdf"
+    file.write_text(source.replace(before, after), "utf-8")
+    same = main(["diff", str(tmp_path / "made"), str(file)]) == 0
+    assert same == (told == "the same robot")
+    assert told in capsys.readouterr().out
+
+
+def test_diff_sees_a_sensor_that_the_source_has_no_more(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    root = ElementTree.parse(CASES / "harmonic.urdf").getroot()
+    imported(CASES / "harmonic.urdf", tmp_path / "made")
+    for block in [one for one in root if one.get("reference") == "lidar_link"]:
+        root.remove(block)
+    file = tmp_path / "now.urdf"
+    file.write_text(ElementTree.tostring(root, "unicode"), "utf-8")
+    assert main(["diff", str(file), str(tmp_path / "made")]) == 1
+    assert '1 new (<gazebo reference="lidar_link">' in capsys.readouterr().out
 
 
 CHANGES = 60  # of one robot

@@ -75,7 +75,7 @@ def said(texts: Iterable[str], context: Context) -> Counter[Key]:
 def _keys(element: Element, context: Context) -> Iterator[Key]:
     if element.tag == "ros2_control":
         yield ("ros2_control", element.get("name", ""), _block(element, context))
-    elif element.tag == "gazebo" and len(element) and not (element.text or "").strip():
+    elif element.tag == "gazebo" and not (element.text or "").strip():
         of = {key: value for key, value in sorted(element.attrib.items()) if key != "reference"}
         for child in element:
             what = _sensor(child) if child.tag == "sensor" else canonical(child)

@@ -68,6 +68,43 @@ def test_there_are_robots() -> None:
     assert len(ROBOTS) >= 5
 
 
+SDF = """<sdf version="1.9"><model name="m">
+  <link name="base">
+    <inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial>
+    <sensor name="lidar" type="gpu_lidar"><pose>0.1 0 0.2 0 0 0</pose><update_rate>10</update_rate>
+      <lidar>
+        <scan><horizontal><samples>91</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle></horizontal></scan>
+      <range><min>0.1</min><max>5</max></range></lidar></sensor>
+    <sensor name="imu" type="imu"><always_on>1</always_on><gz_frame_id>base</gz_frame_id></sensor>
+    <sensor name="odd" type="imu"><pose relative_to="arm">0 0 0 0 0 0</pose></sensor>
+  </link>
+  <link name="arm"><inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+  <joint name="turn" type="continuous"><parent>base</parent><child>arm</child><axis><xyz>0 0 1</xyz></axis></joint>
+</model></sdf>
+"""
+
+
+def test_sensors_of_an_sdf_come_out_in_both_formats(tmp_path: Path) -> None:
+    file = tmp_path / "m.sdf"
+    file.write_text(SDF, "utf-8")
+    lines, text, urdf = imported(file, tmp_path / "made")
+    assert lines[0].endswith("2 sensors (lidar, imu)")
+    assert "sdf: {file: m.sdf, gazebo: harmonic}" in text
+    made = {one.backend: one.text for one in compile_robot(tmp_path / "made" / "robot.yaml").artifacts}
+    assert of_sensors(SDF) == of_sensors(urdf) == of_sensors(made["sdf"])
+
+
+def of_sensors(artifact: str) -> Counter[Leaf]:
+    """Return what the sensors of an artifact say, with what SDF takes by default left out."""
+    found: Counter[Leaf] = Counter()
+    for one in ElementTree.fromstring(artifact).iter("sensor"):
+        for path, value in leaves(one, (), False):
+            if value and not (len(path) == 2 and ALONE.get(path[-1]) == value) and ELSEWHERE.get(path[-2:]) != value:
+                found[path, value] += 1
+    assert found
+    return found
+
+
 # What comes out, held against the source without the tool's own comparison.
 
 ALONE = {"always_on": "false", "visualize": "false", "update_rate": "0.0", "pose": " ".join(["0.0"] * 6)}

@@ -13,6 +13,7 @@ from ....diagnostics import ERROR
 from ....formats import FORMATS
 from ....formats.gazebo_sensors import DISTRIBUTIONS
 from ....formats.imported import Imported
+from ....formats.templating import Templates
 from ....frontend.expand.ledger import Ledger
 from ....frontend.expand.scope import Scope
 from ....frontend.expand.sensor_types import apply_types
@@ -23,11 +24,13 @@ from ....meaning.elements import Context, context_of, differently_meant
 from ....model import GazeboSensor, Output, Robot
 from ....project import data_folder
 from ....rules import check
+from ....xml.elements import tree_of
 from .blocks import Unsayable, block
 from .drives import Driven, driven
 from .sensors import Seen, entry, gazebo_of, overlay, seen
 from .taking import CONTROL, SENSORS, Candidate, candidates, moved, put, trees, without
 
+_FORMATS = ("urdf", "sdf")
 _MANY = 40  # so many are tried one by one, when a rule refuses them together
 
 
@@ -48,7 +51,7 @@ def worded(imported: Imported) -> Worded:
     """Return a robot that was read from a URDF with what else it says in words, as far as it goes."""
     tree = imported.tree
     texts = tree.get("urdf_elements") if tree is not None else None
-    if tree is None or imported.format != "urdf" or not isinstance(texts, Seq):
+    if tree is None or imported.format not in _FORMATS or not isinstance(texts, Seq):
         return Worded(imported)
     found, robot = candidates(texts), lower(tree).robot
     if robot is None or (not found and not _has_plugins(texts)):
@@ -97,12 +100,19 @@ class _Proving:
         if not taken and not drive.sections:
             return Worded(self.imported, None, {}, self.kept, drive.remarks)
         rest = without(self.texts, taken)
-        outputs = {"outputs": {"urdf": options}} if options else {}
+        outputs = {"outputs": self._wishes(options)} if options else {}
         sections = {CONTROL: control, SENSORS: sensors, **drive.sections, "urdf_elements": rest.texts, **outputs}
         comments = [*moved(self.imported.comments, rest.paths), *rest.comments]
         made = self.imported._replace(tree=put(self.tree, sections), comments=comments)
         names = {"hardware block": list(control), "sensor": list(sensors), **drive.said}
         return Worded(made, self.tree, {key: value for key, value in names.items() if value}, self.kept, drive.remarks)
+
+    def _wishes(self, options: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what the outputs of the source's own have to be asked for, so that words are written."""
+        wishes: dict[str, Any] = {**(self.tree.get("outputs") or {}), "urdf": dict(options)}
+        if self.imported.format == "sdf" and "gazebo" in options:
+            wishes["sdf"] = {**(wishes.get("sdf") or {}), "gazebo": options["gazebo"]}
+        return wishes
 
     def _named_once(self, found: list[Candidate]) -> list[Candidate]:
         """Return the candidates whose name no other one has."""
@@ -178,6 +188,9 @@ class _Proving:
         while made:  # what one sensor keeps from being merged changes what another one has
             written = self._written(self._lowered({SENSORS: made}), options)
             wrong = {one: _differs(one, written.get(one.called, [])) for one in found if one.name in made}
+            if self.imported.format == "sdf":
+                of_model = self._of_model(made, options)
+                wrong = {one: why or _differs(one, of_model.get(one.called, [])) for one, why in wrong.items()}
             if not any(wrong.values()):
                 break
             for one in [one for one, why in wrong.items() if why]:
@@ -273,6 +286,20 @@ class _Proving:
         for text in brings(robot, Output("urdf", "urdf", "robot.urdf", dict(options))):
             for one in candidates(_listed(text, self.texts)):
                 found.setdefault(one.called, []).append(text)
+        return found
+
+    def _of_model(self, made: dict[str, Any], options: Mapping[str, Any]) -> dict[str, list[str]]:
+        """Return the sensors of the SDF that a robot becomes, each as if it stood in a <gazebo> of its link."""
+        robot, found = self._lowered({SENSORS: made, "urdf_elements": ()}), dict[str, list[str]]()
+        if robot is None:
+            return found
+        text, _ = FORMATS["sdf"].written(robot, Output("sdf", "sdf", "robot.sdf", dict(options)), Templates())
+        for place in tree_of(text).iter():
+            for sensor in place if place.tag in ("link", "joint") else ():
+                if sensor.tag == "sensor":
+                    name = sensor.get("name", "")
+                    one = Candidate(SENSORS, name, 0, 0, sensor, place.get("name", ""))
+                    found.setdefault(one.called, []).append(one.alone)
         return found
 
 

@@ -352,10 +352,11 @@ def overlay(one: Seen, brought: GazeboSensor, asked: str, frame_id: str) -> dict
     pose = (*brought.pose.xyz, *brought.pose.rpy)
     stamp = brought.stamp
     if any(abs(a - b) > TOLERANCE for a, b in zip(pose, one.pose, strict=True)):
-        made |= {"frame": "sensor", "xyz": list(one.pose[:3]), "rpy": list(one.pose[3:])}
-        if not any((*one.pose[:3], *brought.pose.xyz)):
-            del made["xyz"]
-        stamp = ""
+        image = TYPES.get(one.type) in IMAGES
+        made |= {"frame": "sensor"} if image else {}
+        made |= {"xyz": list(one.pose[:3])} if any((*one.pose[:3], *pose[:3])) else {}
+        made |= {"rpy": list(one.pose[3:])} if image or any(one.pose[3:]) else {}
+        stamp = "" if image else stamp
     elements = dict(one.elements)
     lidar = "ray" if asked == "classic" or one.type in ("gpu_lidar", "lidar") else ""
     if lidar in elements and "lidar" not in elements:

@@ -78,7 +78,8 @@ SDF = """<sdf version="1.9"><model name="m">
     <sensor name="imu" type="imu"><always_on>1</always_on><gz_frame_id>base</gz_frame_id></sensor>
     <sensor name="odd" type="imu"><pose relative_to="arm">0 0 0 0 0 0</pose></sensor>
   </link>
-  <link name="arm"><inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
+  <link name="arm">
+    <inertial><mass>1</mass><inertia><ixx>0.1</ixx><iyy>0.1</iyy><izz>0.1</izz></inertia></inertial></link>
   <joint name="turn" type="continuous"><parent>base</parent><child>arm</child><axis><xyz>0 0 1</xyz></axis></joint>
 </model></sdf>
 """

@@ -120,7 +120,7 @@ def _changed(brought: Any, changed: Map, kind: str, sensor: Map, scope: Scope) -
         brings = f"{count} sensors" if count else "no sensor"
         message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
         place = Place(sensor.key_spans["gazebo"], sensor.via)
-        scope.report("wrong-type", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
+        scope.report("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
         raise Failed
     made = Seq(changed.span, changed.via)
     made.put(merged(only, changed), changed.span)

@@ -8,15 +8,27 @@ from markupsafe import escape
 
 from ..model import GazeboSensor, SdfElement
 from ..numbers import NumberFormat
+from ..startup.records import replace
 from .templating import attributes
 
-# Who reads the sensor, and the element that names the frame of its messages there. SDF up to 1.11 has no word for it.
-DISTRIBUTIONS = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id"}
+CLASSIC = "classic"
+# Who reads the sensor, and the element that names the frame of its messages there. SDF up to 1.11 has no word for it;
+# in Gazebo classic a plug-in says it.
+DISTRIBUTIONS = {"harmonic": "gz_frame_id", "fortress": "ignition_frame_id", CLASSIC: ""}
+# What Gazebo classic calls the sensors that Gazebo has, and the element of a lidar (gazebo11:gazebo/sensors).
+_CLASSIC_TYPES = {"gpu_lidar": "ray", "rgbd_camera": "depth", "depth_camera": "depth", "navsat": "gps"}
+_CLASSIC_ELEMENTS = {"lidar": "ray"}
 
 
 def distribution(asked: object) -> str:
     """Return which Gazebo an output asks for: ``true`` is Harmonic; empty for none."""
     return "harmonic" if asked is True else str(asked or "")
+
+
+def in_classic(one: GazeboSensor) -> GazeboSensor:
+    """Return a sensor as Gazebo classic calls it."""
+    elements = (replace(item, name=_CLASSIC_ELEMENTS.get(item.name, item.name)) for item in one.elements)
+    return replace(one, type=_CLASSIC_TYPES.get(one.type, one.type), elements=tuple(elements))
 
 
 def sensor_lines(
@@ -31,7 +43,7 @@ def sensor_lines(
     yield f"{indent}<sensor{attributes(name=one.name, type=one.type)}>"
     if pose:
         yield f"{inner}{pose}"
-    said = {element.name for element in one.elements}
+    said = {element.name for element in one.elements} | one.without
     if one.stamp and frame_id and not said & {*DISTRIBUTIONS.values(), frame_id}:
         yield f"{inner}<{frame_id}>{escape(one.stamp)}</{frame_id}>"
     shapes = [SdfElement("collision", name) for name in collisions]

@@ -261,7 +261,7 @@ VALUES: dict[str, dict[str, str]] = {
     "which gazebo": {
         **_all("jazzy gz gzsim sim yes on new", "harmonic"),
         **_all("humble ign ignition", "fortress"),
-        "classic": "the sensors of Gazebo classic are other ones: keep their XML under urdf_elements",
+        **_all("gazebo11 gazebo_ros 11", "classic"),
     },
     "status": {
         **_all("guessed guess estimated estimate assumed unknown tbd todo placeholder approximate", "stand_in"),
@@ -286,6 +286,8 @@ VALUES: dict[str, dict[str, str]] = {
         **_all("rgbd rgbdcamera depth realsense d435 kinect zed stereo stereocamera tofcamera", "depth_camera"),
         **_all("rgb webcam mono monocamera image usbcamera", "camera"),
         **_all("gps navsat gnssreceiver", "gnss"),
+        **_all("compass magnetic mag", "magnetometer"),
+        **_all("barometer altitude height", "altimeter"),
         **_all("ft forcetorquesensor wrench loadcell", "force_torque"),
         **_all("sonar ultrasonic ultrasound ir infrared tof range rangefinder", "range_finder"),
         **_all("bumper touch", "contact"),

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from functools import reduce
 from typing import Any
 
 from ..formats import FORMATS, Fact, Value
@@ -15,9 +16,9 @@ from ..model import UNPUBLISHED, Edge, Inertial, JointPose, Publisher, Robot, Se
 from ..model.drive import ROLES
 from ..model.geometry import minus, norm
 from ..startup.records import NamedTuple
-from ..xml.elements import fragments
 from .bodies import Bodies
 from .difference import MASS, OTHER, YAML, Item, Side
+from .elements import Context, Key, asks_for_humble, context_of, said, spelt
 from .joints import changed, differ, unit_of
 from .pairing import Pairing
 from .simulation import compare_simulation
@@ -221,31 +222,43 @@ def _contacts(a: Robot, b: Robot) -> Iterator[Item]:
 
 def _elements(pairing: Pairing) -> Iterator[Item]:
     a, b = pairing.a.robot, pairing.b.robot
+    context = context_of(a, asks_for_humble(a) or asks_for_humble(b))
     places = [("the robot", a.urdf_elements, b.urdf_elements)]
     places += [(n, a.link[n].urdf_elements, b.link[n].urdf_elements) for n in a.link if n in b.link]
     places += [(n, a.joint[n].urdf_elements, b.joint[n].urdf_elements) for n in a.joint if n in b.joint]
     for name, mine, theirs in places:
-        if mine == theirs:
+        whole = name == "the robot"
+        if mine == theirs and not whole:
             continue
-        old, new = fragments(mine), fragments(theirs)
-        if old == new:
-            continue
-        if name == "the robot":
-            old, new = old - (_brought(b) - new), new - (_brought(a) - old)
-        gone, fresh = sorted((old - new).elements()), sorted((new - old).elements())
+        old, new = said(mine, context), said(theirs, context)
+        lost, found = old - new, new - old
+        if whole:
+            lost, found = lost - _brought(b, context), found - _brought(a, context)
+            lost, found = lost | (_always(a, b, context) - new), found | (_always(b, a, context) - old)
+        gone, fresh = sorted(map(spelt, lost.elements())), sorted(map(spelt, found.elements()))
         if not gone and not fresh:
             continue
-        said = [
+        parts = [
             f"{len(texts)} {word} ({_short(texts[0])})" for texts, word in ((fresh, "new"), (gone, "removed")) if texts
         ]
-        text = f"URDF elements of {name}: {', '.join(said)}"
+        text = f"URDF elements of {name}: {', '.join(parts)}"
         yield Item(OTHER, name, "urdf_elements", text, "; ".join(gone) or None, "; ".join(fresh) or None)
 
 
-def _brought(robot: Robot) -> Counter[str]:
+def _brought(robot: Robot, context: Context) -> Counter[Key]:
     """Return the elements that outputs of a robot make of what its description says in words."""
+    return said([text for texts in _by_output(robot) for text in texts], context)
+
+
+def _always(robot: Robot, other: Robot, context: Context) -> Counter[Key]:
+    """Return the elements that every output of a description brings, where the other robot is a file and has none."""
+    made = [] if other.outputs else [said(texts, context) for texts in _by_output(robot)]
+    return reduce(lambda one, two: one & two, made) if made else Counter()
+
+
+def _by_output(robot: Robot) -> list[Sequence[str]]:
     known = [(FORMATS[output.backend], output) for output in robot.outputs if output.backend in FORMATS]
-    return fragments([text for one, output in known if one.brings for text in one.brings(robot, output)])
+    return [one.brings(robot, output) for one, output in known if one.brings]
 
 
 def _short(text: str) -> str:

@@ -26,6 +26,8 @@ SENSOR_WORDS: Mapping[str, tuple[str, ...]] = {
     "gnss": ("status", "service", "latitude", "longitude", "altitude"),
 }
 
+LIMITS_OF_URDF = "urdf"  # of a component: nothing is said again
+
 Words = Mapping[str, str | float | bool]
 
 
@@ -46,15 +48,15 @@ class Interface:
 class Component:
     """A joint, a sensor or gpio of a block: its commands and states.
 
-    ``limits`` says whether those of the joint go with its commands; ``mimic`` whether it follows its leader, None: as
-    the joint does.
+    ``limits`` says whether those of the joint go with its commands, ``LIMITS_OF_URDF`` that readers have those of the
+    URDF; ``mimic`` whether it follows its leader, None: as the joint does.
     """
 
     name: str
     command: tuple[Interface, ...] = ()
     state: tuple[Interface, ...] = ()
     params: Words = field(default_factory=dict)
-    limits: bool = True
+    limits: bool | str = True
     mimic: bool | None = None
 
     @property

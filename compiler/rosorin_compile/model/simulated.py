@@ -67,6 +67,7 @@ class GazeboSensor:
 
     It sits at ``pose`` in ``link``, with the axes of Gazebo (a camera looks along x, z is up); with ``at_joint``, that
     is the name of a joint. Messages carry the frame ``stamp``. ``feels``: the link whose shapes a contact is felt by.
+    ``without`` are names of elements that it is said not to have.
     """
 
     type: str
@@ -77,3 +78,4 @@ class GazeboSensor:
     elements: tuple[SdfElement, ...] = ()
     at_joint: bool = False
     feels: str = ""
+    without: frozenset[str] = frozenset()

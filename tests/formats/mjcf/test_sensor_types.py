@@ -155,6 +155,19 @@ def test_gnss_reads_where_its_frame_is_in_the_world(tmp_path):
     np.testing.assert_allclose(said((model, data), "probe"), [0, 0.5, 0.2], atol=1e-12)
 
 
+def test_a_magnetometer_reads_the_field_of_the_world_in_its_axes(tmp_path):
+    rpy = (0.3, -0.4, 0.5)
+    model, data = probe(tmp_path, TURNTABLE + sensor("magnetometer", rpy))
+    mujoco.mj_forward(model, data)
+    np.testing.assert_allclose(said((model, data), "probe"), rpy_matrix(*rpy).T @ model.opt.magnetic, atol=1e-12)
+
+
+def test_an_altimeter_reads_the_height_of_its_frame(tmp_path):
+    model, data = probe(tmp_path, TURNTABLE + sensor("altimeter", xyz=(0.5, 0, 0.2)))
+    mujoco.mj_forward(model, data)
+    assert said((model, data), "probe")[2] == pytest.approx(0.2)
+
+
 FOOT = """links:
   base_link: {collision: [box: {min: [-0.2, -0.2, -0.1], max: [0.2, 0.2, 0]}]}
 """

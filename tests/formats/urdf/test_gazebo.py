@@ -24,6 +24,8 @@ TYPES = {
     "imu": "imu",
     "range_finder": "gpu_lidar",
     "gnss": "navsat",
+    "magnetometer": "magnetometer",
+    "altimeter": "altimeter",
     "contact": "contact",
     "force_torque": "force_torque",
 }
@@ -84,7 +86,7 @@ def test_it_is_not_there_unless_it_is_asked_for(tmp_path):
 def test_fortress_names_the_frame_in_its_own_way(tmp_path):
     harmonic = urdf(tmp_path, EVERY)[0]
     fortress = urdf(tmp_path, EVERY.replace("default: true", "default: fortress"))[0]
-    assert fortress == harmonic.replace(*DISTRIBUTIONS.values())
+    assert fortress == harmonic.replace(DISTRIBUTIONS["harmonic"], DISTRIBUTIONS["fortress"])
 
 
 NUMBERS = """robot: r
@@ -271,7 +273,7 @@ def test_a_contact_names_the_shapes_as_gazebo_does(tmp_path):
 
 UNSEEN = [
     ("elements", EVERY.replace("[inertial, visual, collision]", "[collision]"), 1,
-     'sensors "camera", "depth_camera", "lidar_2d" and 6 more are not seen by Gazebo: '
+     'sensors "camera", "depth_camera", "lidar_2d" and 8 more are not seen by Gazebo: '
      "it drops links without mass, and no link of this URDF has one"),
     ("no mass", NUMBERS.replace("mass: 1, of: collision", "mass: 1.0e-9, of: collision"), 0, ""),
     ("moves", MERGED.replace("feel: {type: contact, parent: arm, frame: feel, with: {surface: parent}}",

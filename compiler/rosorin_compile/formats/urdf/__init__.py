@@ -124,7 +124,8 @@ def _asked(tree: Map, version: str, name: str) -> Asked:
     links = (tree.get("links") or {}).values()
     shapes = (shape for link in links if link for key in ("visual", "collision") for shape in link.get(key) or ())
     capsules = any("capsule" in shape for shape in shapes)
-    entry = {"file": f"{name}.urdf", **({"version": "1.2"} if version == "1.2" or capsules else {})}
+    wishes = (tree.get("outputs") or {}).get("urdf") or {}  # what an import found words for
+    entry = {"file": f"{name}.urdf", **wishes, **({"version": "1.2"} if version == "1.2" or capsules else {})}
     return Asked(entry, _CAPSULES if capsules else "")
 
 
@@ -160,8 +161,8 @@ FORMAT = Format(
             "description": "Version of the format. 1.0 (default) is read by everything; 1.2 has a word for capsules.",
         },
         "gazebo": {
-            "enum": [True, False, "harmonic", "fortress"],
-            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress; default false.",
+            "enum": [True, False, "harmonic", "fortress", "classic"],
+            "description": "Whether it has the sensors for Gazebo: true or harmonic, fortress, classic; default false.",
         },
         "control": {
             "enum": DISTRIBUTIONS,

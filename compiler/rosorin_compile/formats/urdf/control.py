@@ -104,7 +104,7 @@ class _Writer:
                 first.append(_Tag("limits", {"enable": "false"}))
         elif follows(joint, one) and joint.mimic is not None:
             first = self._params({"mimic": joint.mimic.joint, "multiplier": joint.mimic.multiplier})
-        command = tuple(self._limited(joint, interface, one.limits) for interface in one.command)
+        command = tuple(self._limited(joint, interface, one.limits is True) for interface in one.command)
         state = tuple(self._started(block, joint, interface) for interface in one.state)
         made = Component(one.name, command, state, one.params)
         return _Tag("joint", values, (*first, *self._inner(made)))

@@ -16,7 +16,7 @@ from ...model import IDENTITY, GazeboSensor, Inertial, Joint, Pose, Robot, Senso
 from ...numbers import NumberFormat, vector
 from ...startup.records import NamedTuple
 from ...xml.elements import tree_of
-from ..gazebo_sensors import DISTRIBUTIONS, sensor_lines
+from ..gazebo_sensors import CLASSIC, DISTRIBUTIONS, in_classic, sensor_lines
 from ..templating import attributes
 
 RULES = (
@@ -45,7 +45,7 @@ class Carried(NamedTuple):
 
 def sensors(robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> tuple[list[str], list[Diagnostic]]:
     """Return the blocks of all sensors for one Gazebo, and what it will not see."""
-    writer = _Writer(robot, carried, DISTRIBUTIONS[asked], number)
+    writer = _Writer(robot, carried, asked, number)
     # The joints that are measured at are no joints of a merged link: that comes before all else.
     writer.merged.kept.update(one.link for sensor in robot.sensors for one in sensor.gazebo if writer.measures(one))
     blocks = [block for sensor in robot.sensors for one in sensor.gazebo for block in writer.block(sensor, one)]
@@ -125,10 +125,10 @@ class _Merged:
 
 
 class _Writer:
-    def __init__(self, robot: Robot, carried: Carried, frame_id: str, number: NumberFormat) -> None:
+    def __init__(self, robot: Robot, carried: Carried, asked: str, number: NumberFormat) -> None:
         self.robot = robot
         self.carried = carried
-        self.frame_id = frame_id
+        self.frame_id, self.classic = DISTRIBUTIONS[asked], asked == CLASSIC
         self.number = number
         self.merged = _Merged(robot, carried)
         self.unseen: dict[tuple[str, str], list[str]] = {}
@@ -145,7 +145,7 @@ class _Writer:
         """Yield the block of a sensor; nothing for one that Gazebo cannot have, after telling."""
         if one.at_joint:
             if one.link in self.merged.kept:
-                yield from self._text(one, one.link, IDENTITY, keep=one.link not in self.carried.kept)
+                yield from self._text(one, one.link, IDENTITY, keep=self._may_merge(one.link))
             else:
                 self._tell(sensor, *self._why_not(sensor.frame))
             return
@@ -161,6 +161,10 @@ class _Writer:
             self._tell(sensor, f'link "{link}" has no shape in this URDF that could feel', "give it a collision")
         else:
             yield from self._text(one, link, pose, collisions=names)
+
+    def _may_merge(self, joint: str) -> bool:
+        """Say whether Gazebo would merge the ends of a joint if nobody kept it from that."""
+        return self.robot.joint[joint].is_fixed and joint not in self.carried.kept
 
     def _why_not(self, link: str) -> tuple[str, str]:
         if link in self.carried.links:
@@ -195,6 +199,8 @@ class _Writer:
         lines = [f"  <gazebo{attributes(reference=reference)}>"]
         if keep:
             lines.append("    <preserveFixedJoint>true</preserveFixedJoint>")
-        place = "" if pose == IDENTITY else f"<pose>{vector((*pose.xyz, *pose.rpy), self.number)}</pose>"
-        lines += sensor_lines(one, self.frame_id, self.number, "    ", place, collisions)
+        numbers = f"{vector(pose.xyz, self.number)} {vector(pose.rpy, self.number)}"
+        place = "" if pose == IDENTITY else f"<pose>{numbers}</pose>"
+        said = in_classic(one) if self.classic else one
+        lines += sensor_lines(said, self.frame_id, self.number, "    ", place, collisions)
         yield "\n".join([*lines, "  </gazebo>"])

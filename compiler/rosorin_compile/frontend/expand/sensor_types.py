@@ -85,11 +85,12 @@ def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> M
     before = len(scope.ledger.diagnostics)
     place = Place(sensor.span, sensor.via)
     scope.bind("name", name, place)
-    for key in ("frame", "parent"):
-        if sensor.get(key) is None:
+    on = "parent" if "parent" in sensor else "frame"  # without a parent it sits on the link that is its frame
+    for key, said in (("frame", "frame"), ("parent", on)):
+        if sensor.get(said) is None:
             scope.broken.add(key)  # validate says that it is missing
         else:
-            scope.bind(key, sensor[key], place)
+            scope.bind(key, sensor[said], place)
     _bind(kind, sensor, definition, scope)
     scope.define_all(definition.get("let"))
     if len(scope.ledger.diagnostics) > before:
@@ -98,11 +99,43 @@ def _full(name: str, kind: str, sensor: Map, definition: Map, scope: Scope) -> M
     for key, value in sensor.items():
         if key != "with":
             made.put(key, value, sensor.key_spans[key], sensor.value_spans[key])
+    changed = sensor["gazebo"] if isinstance(sensor.get("gazebo"), Map) else None
     for key in _BROUGHT:
-        if key in definition and key not in sensor:
+        if key in definition and (key not in sensor or (key == "gazebo" and changed is not None)):
             brought = scope.resolve(definition[key], Place(definition.value_spans[key], scope.via), key == KEPT)
-            if brought is not None:
+            if key == "gazebo" and changed is not None:
+                made[key] = _changed(brought, changed, kind, sensor, scope)
+            elif brought is not None:
                 made.put(key, _brought(brought, scope.via), definition.key_spans[key], definition.value_spans[key])
+    if changed is not None and "gazebo" not in definition:
+        _changed(None, changed, kind, sensor, scope)
+    return made
+
+
+def _changed(brought: Any, changed: Map, kind: str, sensor: Map, scope: Scope) -> Seq:
+    """Return the one sensor of Gazebo that a type brings, with what a sensor says of it. Raises Failed."""
+    only = brought[0] if isinstance(brought, Seq) and len(brought) == 1 else None
+    if not isinstance(only, Map):
+        count = len(brought) if isinstance(brought, Seq) else 0
+        brings = f"{count} sensors" if count else "no sensor"
+        message = f'sensor type "{kind}" brings {brings} of Gazebo: a mapping changes the one there is'
+        place = Place(sensor.key_spans["gazebo"], sensor.via)
+        scope.report("ignored-key", message, place, "write a list: gazebo: [{sensor: TYPE, elements: {...}}]")
+        raise Failed
+    made = Seq(changed.span, changed.via)
+    made.put(merged(only, changed), changed.span)
+    return made
+
+
+def merged(one: Map, other: Map) -> Map:
+    """Return a mapping with the values of another one put over its own, mappings within joined in the same way."""
+    made = Map(other.span, other.via)
+    for key, value in one.items():
+        made.put(key, value, one.key_spans[key], one.value_spans[key])
+    for key, value in other.items():
+        before = made.get(key)
+        both = merged(before, value) if isinstance(before, Map) and isinstance(value, Map) else value
+        made.put(key, both, other.key_spans[key], other.value_spans[key])
     return made
 
 

@@ -20,7 +20,6 @@ from ...diagnostics.wording import listed
 from ...model import (
     AXLELESS,
     BODY_ELEMENT,
-    IDENTITY,
     NO_SIMULATION,
     ROBOT_STATE_PUBLISHER,
     SENSOR_ELEMENT,
@@ -343,7 +342,11 @@ class _Lowering:
         return joint if joint.publisher == publishing.always else replace(joint, publisher=publishing.always)
 
     def sensor(self, name: str, entry: dict[str, Any]) -> tuple[Sensor, list[Joint]]:
-        """Return a sensor and the fixed joints of its frame and its optical frame."""
+        """Return a sensor and the fixed joints of its frame and its optical frame, those that are not there already."""
+        if "parent" not in entry:
+            from .in_place import sensor_in_place
+
+            return sensor_in_place(self, name, entry)
         path: Path = ("sensors", name)
         frame, source = entry["frame"], source_of(entry.get("source"))
         joint = entry.get("joint", f"{frame}_joint")
@@ -351,22 +354,25 @@ class _Lowering:
         by = publishing(entry, path, self.nodes, self.problem)
         mount = pose_of_entry(entry)
         mounts = [self.published(Joint(joint, "fixed", entry["parent"], frame, mount, source=source), by)]
-        optical = entry.get("optical")
-        pose = Pose(vector_of(optical.get("xyz")), vector_of(optical.get("rpy"), OPTICAL_RPY)) if optical else IDENTITY
-        frames = Frames(frame, mount, entry["parent"], optical["frame"] if optical else "", joint, pose)
+        optical = entry.get("optical") or None
+        pose = optical_pose(optical)
+        named, turned = optical["frame"] if optical else "", entry.get("optical") is False
+        frames = Frames(frame, mount, entry["parent"], named, joint, pose, turned)
         own = [] if by.always.simulated else [frame, frames.optical] if optical else [frame]
         stamps = tuple(entry.get("stamps", own))
         simulated = self.elements(name, entry, frames)
         gazebo = self.gazebo(name, entry, frames)
         made = Sensor(name, entry["type"], frame, joint, frames.optical, source, simulated, stamps, gazebo)
-        if optical is None:
-            return made, mounts
-        inner = (*path, "optical")
-        optical_joint = optical.get("joint", f"{optical['frame']}_joint")
-        self.place_joint(optical_joint, inner, optical["frame"], (*inner, "frame"))
-        by = publishing(optical, inner, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
-        mounts.append(self.published(Joint(optical_joint, "fixed", frame, optical["frame"], pose, source=source), by))
-        return made, mounts
+        return made, [*mounts, self.to_optical(made, optical, pose, by)] if optical else mounts
+
+    def to_optical(self, sensor: Sensor, optical: dict[str, Any], pose: Pose, by: Publishing) -> Joint:
+        """Return the fixed joint from the frame of a sensor, which ``by`` publishes, to its optical frame."""
+        path: Path = ("sensors", sensor.name, "optical")
+        joint = optical.get("joint", f"{optical['frame']}_joint")
+        self.place_joint(joint, path, optical["frame"], (*path, "frame"))
+        by = publishing(optical, path, self.nodes, self.problem) if "publisher" in optical else by.of_optical()
+        made = Joint(joint, "fixed", sensor.frame, optical["frame"], pose, source=sensor.source)
+        return self.published(made, by)
 
     def elements(self, name: str, entry: dict[str, Any], frames: Frames) -> tuple[Simulated, ...]:
         """Return what a simulation has of a sensor; two elements of a kind with one name are a problem."""
@@ -418,6 +424,12 @@ class _Lowering:
         backend = entry.get("backend", backend_of(name, entry))
         options = {key: value for key, value in entry.items() if key not in ("file", "backend")}
         return Output(name, backend, entry["file"], options)
+
+
+def optical_pose(entry: dict[str, Any] | None) -> Pose:
+    """Return where an optical frame is in that of its sensor, or would be; REP 103 says how it is turned by default."""
+    said = entry or {}
+    return Pose(vector_of(said.get("xyz")), vector_of(said.get("rpy"), OPTICAL_RPY))
 
 
 def owner_of_frame(path: Path) -> str:
@@ -542,6 +554,9 @@ def _place(entry: Mapping[str, Any], frames: Frames) -> tuple[str, Pose | None]:
     if frame == "parent":
         mount = frames.mount.transform()
         return frames.parent, frames.mount if own is None else pose_of(mount.then(own.transform()))
+    if not frames.optical and frames.turned:
+        turn = frames.optical_pose.transform()
+        return frames.sensor, pose_of(turn if own is None else turn.then(own.transform()))
     if not frames.optical:
         raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
     return frames.optical, own

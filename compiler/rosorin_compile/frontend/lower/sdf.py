@@ -26,6 +26,7 @@ class Frames(NamedTuple):
     optical: str = ""
     joint: str = ""
     optical_pose: Pose = IDENTITY
+    turned: bool = False  # where there is no optical frame, what sits in one is turned as if there were
 
 
 def lower_gazebo(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Frames) -> Iterator[GazeboSensor]:
@@ -39,9 +40,9 @@ def lower_gazebo(sensor: str, entries: Sequence[Mapping[str, Any]], frames: Fram
 
 def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSensor:
     frame, suffix, feels = entry.get("frame", "sensor"), entry.get("name"), entry.get("feels", "")
-    if frame == "optical" and not frames.optical:
+    if frame == "optical" and not frames.optical and not frames.turned:
         raise ShapeProblem("missing-key", "the sensor has no optical frame", ("frame",), "give it one: optical")
-    link, transform = frames.sensor, pose_of_entry(entry).transform()
+    link, transform, said = frames.sensor, pose_of_entry(entry).transform(), entry.get("elements") or {}
     if frame == "optical":
         transform = frames.optical_pose.transform().then(transform)
     elif frame == "parent":
@@ -51,10 +52,11 @@ def _sensor(sensor: str, entry: Mapping[str, Any], frames: Frames) -> GazeboSens
         name=sensor if suffix is None else f"{sensor}_{suffix}",
         link=frames.joint if frame == AT_JOINT else link,
         pose=_cleaned(transform),
-        stamp=frames.optical if frame == "optical" else frames.sensor,
-        elements=tuple(_elements(entry.get("elements") or {}, ("elements",))),
+        stamp=frames.optical if frame == "optical" and frames.optical else frames.sensor,
+        elements=tuple(_elements(said, ("elements",))),
         at_joint=frame == AT_JOINT,
         feels={"parent": frames.parent, "sensor": frames.sensor}.get(feels, ""),
+        without=frozenset(str(name) for name, value in said.items() if value is None),
     )
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 from ...diagnostics.console import Console
 from ...diagnostics.wording import counted, plural
 from ...project import DESCRIPTIONS, ON_STDIN, STDIN, around, nearest_file
+from ...startup.records import NamedTuple
 from ..given import given_arguments, packages_of
 from ..options import argument_options, console_of, format_options, package_option, place
 from ..robots import take_stdin
@@ -24,7 +25,9 @@ if TYPE_CHECKING:
     from ...formats.imported import Imported
     from ...frontend.tree import Map
     from ...output import Written
+    from .into import Package
     from .round_trip import RoundTrip
+    from .words import Worded
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -38,10 +41,19 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument(
         "-o", "--output", type=place, metavar="FOLDER", help="the new folder; default: descriptions/ROBOT"
     )
+    command.add_argument(
+        "--into",
+        type=place,
+        metavar="FOLDER",
+        help="put it into the ROS package that SOURCE is in, with a test of both",
+    )
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
     command.add_argument("--no-parts", action="store_true", help="write what it has several times as often")
+    command.add_argument(
+        "--verbatim", action="store_true", help="keep what a URDF has for Gazebo and ros2_control as it stands"
+    )
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
         "--meshes",
@@ -69,6 +81,9 @@ def run(options: argparse.Namespace) -> int:
 
     source, arguments = _source(options)
     packages = packages_of(options)
+    target = _target(options, source, arguments)
+    if target is not None and target.package.name not in packages:
+        packages = {**packages, target.package.name: target.package.folder}
     if options.name is not None and not (_NAME.fullmatch(options.name) and options.name.isprintable()):
         raise WrongUsage(f'"{options.name}" cannot be the name of a robot: no markup, no quotes, spaces only within')
     if options.meshes is not None and not _can_begin(options.meshes):
@@ -91,9 +106,32 @@ def run(options: argparse.Namespace) -> int:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)
     _show(console, imported.diagnostics)
-    code = _describe(options, console, source, imported)
+    code = _describe(options, console, source, imported, target)
     console.finish()
     return code
+
+
+class _Target(NamedTuple):
+    """The package that a description goes into, its source as seen from there, and what that was given."""
+
+    package: Package
+    source: str
+    given: dict[str, str]
+
+
+def _target(options: argparse.Namespace, source: Path, arguments: dict[str, str]) -> _Target | None:
+    """Return where ``--into`` puts a description. Raises WrongUsage."""
+    if options.into is None:
+        return None
+    from .into import inside, package_at
+
+    if options.output is not None or options.force:
+        word = "-o" if options.output is not None else "--force"
+        raise WrongUsage(f"--into names the place, and what is there stays: leave {word} out")
+    if source is ON_STDIN:
+        raise WrongUsage("--into holds the description against a file: name it, not -")
+    package = package_at(Path(options.into))
+    return _Target(package, inside(source, package), arguments)
 
 
 def _source(options: argparse.Namespace) -> tuple[Path, dict[str, str]]:
@@ -156,25 +194,31 @@ def _leniently(diagnostic: Diagnostic) -> Diagnostic:
     return diagnostic._replace(severity=WARNING, help="please report it with the file")
 
 
-def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
+def _describe(
+    options: argparse.Namespace, console: Console, source: Path, imported: Imported, target: _Target | None
+) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ...diagnostics import ERROR
     from .description import safe
     from .round_trip import check_round_trip
     from .telling import renamed
+    from .words.telling import told_words
 
     errors = sum(diagnostic.severity == ERROR for diagnostic in imported.diagnostics)
     if imported.tree is None or errors:
         return _refused(console, source, errors)
     tree = imported.tree if options.name is None else _renamed(imported.tree, options.name)
-    folder = Path(options.output) if options.output else Path(around(), DESCRIPTIONS, safe(tree["robot"]))
-    _check_folder(folder, options.force)
+    base = target.package.folder if target else around()
+    folder = Path(options.output) if options.output else Path(base, DESCRIPTIONS, safe(tree["robot"]))
+    if target is None:
+        _check_folder(folder, options.force)
     named = renamed(tree, source, folder, options.meshes)
     _show(console, named.diagnostics)
     read = imported._replace(tree=tree)
-    imported = imported._replace(tree=named.tree)
+    in_words = _worded(options, imported._replace(tree=named.tree))
+    imported = in_words.imported
     try:
-        trip = check_round_trip(imported, folder, read, parts=not options.no_parts)
+        trip = check_round_trip(imported, folder, read, not options.no_parts, in_words.plain)
     except OSError as problem:
         reason = problem.strerror or type(problem).__name__
         console.warn(f"{source}: cannot work in the temporary folder: {reason}; TMPDIR can name another one")
@@ -185,11 +229,39 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
         return _refused(console, source, errors)
+    if target is not None:
+        return _put_into(console, target, folder, imported, trip, told_words(in_words))
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
-    _report(console, folder, imported, trip, written)
+    _report(console, folder, imported, trip, written, told_words(in_words))
     return FINE
+
+
+def _put_into(
+    console: Console, target: _Target, folder: Path, imported: Imported, trip: RoundTrip, words: list[str]
+) -> int:
+    """Put a description into a package, and say what is left to be done there."""
+    from ...output import OutputError, Written
+    from .into import put_into, told
+
+    try:
+        put = put_into(target.package, target.source, target.given, folder.name, trip.files, imported.tree or {})
+    except OutputError as problem:
+        _show(console, [problem.diagnostic])
+        return PROBLEMS
+    if any(file.startswith(f"{DESCRIPTIONS}/") for file in put.written):
+        _report(console, folder, imported, trip, Written(tuple(trip.files), (), (), ()), words)
+    for line in told(target.package, target.source, put):
+        console.say(line)
+    return FINE
+
+
+def _worded(options: argparse.Namespace, imported: Imported) -> Worded:
+    """Return a robot with what its elements say in words, unless they are to stay as they are."""
+    from .words import Worded, worded
+
+    return Worded(imported) if options.verbatim else worded(imported)
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
@@ -230,7 +302,9 @@ def _write(console: Console, folder: Path, trip: RoundTrip) -> Written | None:
         return None
 
 
-def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written) -> None:
+def _report(
+    console: Console, folder: Path, imported: Imported, trip: RoundTrip, written: Written, words: list[str]
+) -> None:
     """Say what was made, what was compared, what is kept as it was, and what comes next."""
     from ...formats import FORMATS
     from .description import tree_of
@@ -246,7 +320,7 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         console.say(trip.proof.said or f"not held against the source in its engine: {trip.proof.unknown}")
     for name, reason in trip.outputs.left_out.items():
         console.say(f"no {name} among its outputs: {reason}")
-    for line in (*repeated(tree_of(trip.shown)), *kept(tree), *accepted(tree)):
+    for line in (*repeated(tree_of(trip.shown)), *words, *kept(tree), *accepted(tree)):
         console.say(line)
     for name, remark in trip.outputs.remarks.items():
         console.say(f"its {FORMATS[name].word} is {remark}")

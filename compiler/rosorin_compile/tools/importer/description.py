@@ -24,10 +24,13 @@ from .layout import Expression, Verbatim, angle_of, layout, number, placed, with
 MAX_LINES = 150  # a longer description is split into files
 PARTS, LINKS, JOINTS = "parts.yaml", "links.yaml", "joints.yaml"
 SIMULATION, EXTENSIONS = "simulation.yaml", "extensions.yaml"
-MOVEIT = "moveit.yaml"
+SENSORS, CONTROL, MOVEIT = "sensors.yaml", "control.yaml", "moveit.yaml"
 
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let")
-_TAIL = ("poses", "control", "controllers", "moveit", "disabled_contacts", "accept", "outputs")
+_TAIL = (
+    *("modes", "publishers", "edges", "poses", "drive", "control", "controllers", "moveit", "disabled_contacts"),
+    *("accept", "outputs"),
+)
 _FILES = {
     PARTS: ("parts",),
     LINKS: ("materials", "links"),
@@ -36,6 +39,8 @@ _FILES = {
         *("root", "actuators", "tendons", "constraints", "mjcf_sensors", "contact_layers", "contact_pairs"),
         "mjcf_elements",
     ),
+    SENSORS: ("sensors",),
+    CONTROL: ("control",),
     EXTENSIONS: ("urdf_elements",),
     MOVEIT: ("moveit",),
 }
@@ -44,17 +49,24 @@ _ABOUT = {
     LINKS: "The links: masses, what they look like, what they collide with.",
     JOINTS: "The joints: how the links hang together.",
     SIMULATION: "What only a simulation has: how the robot stands, what drives it, what it measures and touches.",
+    SENSORS: "The sensors: what each measures, and what Gazebo has of it.",
+    CONTROL: "The hardware of ros2_control.",
     EXTENSIONS: "What the language has no word for, as it stood in the source.",
     MOVEIT: "What MoveIt has to know beside the URDF: groups of joints, end effectors, pairs that it need not check.",
 }
 # Sections in an entry whose keys are names: of a pose, a tendon, a link.
 _NAMED_SECTIONS = ("positions", "pulses", "controls", "joints", "sites", "cameras", "lights")
+# And in one of these sections also others.
+_NAMED_WITHIN = {
+    "control": ("params", "sensors", "gpio", "transmissions", "actuators", "command", "state"),
+    "sensors": ("with",),
+}
 
 # The order in which a person says things; what is not here comes after, in the order of the source.
 _ORDER = (
-    "name type part prefix parent child frame box cylinder capsule sphere ellipsoid mesh height_map file mass size "
-    "radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision axis limit "
-    "lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
+    "name type part plugin prefix parent child frame optical box cylinder capsule sphere ellipsoid mesh height_map "
+    "file mass size radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision axis "
+    "limit lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
     "spring_reference calibration "
     "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
     "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "
@@ -209,9 +221,14 @@ class _Document:
                 found = self.value(item, here, span)
                 if found or key != "dynamics":
                     made[key] = found
-        if len(own) > 1 and own[0] != "parts" and own[-1] not in _NAMED_SECTIONS:
+        if len(own) > 1 and own[0] != "parts" and not _keeps_order(own):
             made = dict(sorted(made.items(), key=lambda entry: _RANK.get(entry[0], len(_RANK))))
         return made
+
+
+def _keeps_order(path: Path) -> bool:
+    """Say whether the keys at a path are names, or words of another program: they stay as they were."""
+    return path[-1] in (*_NAMED_SECTIONS, *_NAMED_WITHIN.get(str(path[0]), ())) or path[2:4] == ("gazebo", "elements")
 
 
 def _written(value: Any) -> Any:

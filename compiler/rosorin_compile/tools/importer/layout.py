@@ -301,6 +301,9 @@ _OF_JOINT: dict[Path, str] = {
 }
 
 
+_OF_SENSOR: tuple[Path, ...] = (("with", "fov"), ("with", "vertical_fov"), ("with", "hfov"))
+
+
 def number(value: float, span: Span | None, angle: str = "") -> Verbatim:
     """Return a number as it is written; ``angle`` is the unit in degrees that it may have (deg, deg/s).
 
@@ -358,6 +361,8 @@ def angle_of(tree: Map, path: Path) -> str:
         return "deg"
     if path[:1] == ("joints",) and path[2:] in _OF_JOINT:
         return _OF_JOINT[path[2:]] if _turns(tree, path[1]) else ""
+    if path[:1] == ("sensors",) and path[2:] in _OF_SENSOR:
+        return "deg"
     if path[:1] == ("poses",) and path[2:3] == ("positions",) and len(path) == 4:
         return "deg" if _turns(tree, path[3]) else ""
     return ""

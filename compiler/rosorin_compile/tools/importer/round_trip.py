@@ -16,6 +16,7 @@ from ...formats.imported import Imported, Proof, ReadOptions
 from ...formats.reading import join, read_robot
 from ...frontend.expand.prefixing import relative_files
 from ...frontend.lower import lower
+from ...frontend.tree import Map
 from ...meaning.sameness import different, differently_said
 from ...model import Joint, Robot, Transform
 from ...pipeline import Compiled, compile_robot
@@ -71,22 +72,24 @@ class RoundTrip(NamedTuple):
     untold: tuple[Diagnostic, ...] = ()
 
 
-def check_round_trip(imported: Imported, folder: Path, read: Imported | None = None, parts: bool = True) -> RoundTrip:
+def check_round_trip(
+    imported: Imported, folder: Path, read: Imported | None = None, parts: bool = True, plain: Map | None = None
+) -> RoundTrip:
     """Write the description of a robot into a folder that vanishes, compile it, and compare; the tree has to be there.
 
     ``folder`` is where it is going to stand, for messages and for the schema beside it; ``read`` the robot as it was
-    read, before its meshes got other names. With ``parts``, what it has several times is written as a part, unless
-    that comes out otherwise.
+    read, before its meshes got other names, ``plain`` its tree before elements of it became words. With ``parts``, what
+    it has several times is written as a part, unless that comes out otherwise.
     """
     shown = with_parts(imported) if parts else imported
     if shown is not imported:
-        trip = _round_trip(imported, shown, folder, read or imported)
+        trip = _round_trip(imported, shown, folder, read or imported, plain)
         if not (trip.diagnostics or trip.untold):
             return trip
-    return _round_trip(imported, imported, folder, read or imported)
+    return _round_trip(imported, imported, folder, read or imported, plain)
 
 
-def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Imported) -> RoundTrip:
+def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Imported, plain: Map | None) -> RoundTrip:
     """Return how a description came through that is written of ``shown``, the same robot, perhaps with parts."""
     schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
@@ -99,7 +102,7 @@ def _round_trip(imported: Imported, shown: Imported, folder: Path, read: Importe
             files, compiled = _compiled(shown, stage, schema, wanted)
         trip = RoundTrip(files, wanted, _relocated(compiled.diagnostics, folder), shown, word=published().word)
         if not trip.diagnostics:
-            trip = _compared(imported, compiled, stage, trip)
+            trip = _compared(imported, compiled, stage, trip, plain)
         if trip.diagnostics:
             return trip
         proof = _proof(imported, compiled, read, shown is not imported)
@@ -114,9 +117,9 @@ def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> 
     return files, compile_robot(stage / ROOT_FILE)
 
 
-def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip) -> RoundTrip:
+def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTrip, plain: Map | None) -> RoundTrip:
     """Return the round trip with what the comparison of the source with the description and with its artifact says."""
-    tree, format = tree_of(imported), published()
+    tree, format = plain or tree_of(imported), published()
     source, said = lower(tree).robot, {one.backend: one.text for one in compiled.artifacts}
     how = ReadOptions(lenient=True, checked=False)
     back = read_robot(_saved(stage, format, said), how)
@@ -130,8 +133,16 @@ def _compared(imported: Imported, compiled: Compiled, stage: Path, trip: RoundTr
     if source is None or again is None or made is None:
         broken = [d.message for d in back.diagnostics if d.severity == ERROR]
         return trip._replace(diagnostics=[_failed(f"the compiled {format.word} cannot be read back", broken)])
-    found = [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
     what = f"compiled {format.word}"
+    found = []
+    if plain is not None:
+        from ...meaning.elements import asks_for_humble, context_of, differently_meant
+        from .words.proving import without_words
+
+        pair = source.urdf_elements, again.urdf_elements
+        found += [f"{what}: {text}" for text in differently_meant(*pair, context_of(source, asks_for_humble(made)))]
+        made, again = without_words(made, source), without_words(again, source)
+    found += [f"description: {text}" for text in different(source, made, 0.0, carried_by_urdf=False)]
     found += [f"{what}: {text}" for text in different(source, again, TOLERANCE, carried_by_urdf=True)]
     for companion in beside:
         for section in companion.joins:

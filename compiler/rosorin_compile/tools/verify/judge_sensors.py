@@ -62,6 +62,7 @@ GIVES = {
     "imu": ("sensor_msgs/msg/Imu",),
     "range_finder": ("sensor_msgs/msg/Range",),
     "gnss": ("sensor_msgs/msg/NavSatFix",),
+    "magnetometer": ("sensor_msgs/msg/MagneticField",),
     "force_torque": ("geometry_msgs/msg/WrenchStamped",),
 }
 _GIVEN = {kind for kinds in GIVES.values() for kind in kinds}

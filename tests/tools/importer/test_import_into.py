@@ -1,0 +1,437 @@
+"""import --into: a description beside the xacro of a package, a test of both, and the lines to change."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from rosorin_compile.cli import main
+from rosorin_compile.tools.importer.switching import lines_to_change
+
+COLCON = os.environ.get("COLCON") or shutil.which("colcon")
+AMENT_CMAKE = Path("/usr/share/ament_cmake_pytest/cmake/ament_cmake_pytestConfig.cmake")
+SITE = Path("/usr/lib/python3/dist-packages")
+BIN = Path(sys.executable).parent
+
+URDF = """\
+<robot name="cart">
+  <link name="base_link">
+    <inertial><mass value="2"/><inertia ixx="1" ixy="0" ixz="0" iyy="1" iyz="0" izz="1"/></inertial>
+  </link>
+  <link name="laser"/>
+  <joint name="laser_joint" type="fixed"><parent link="base_link"/><child link="laser"/><origin xyz="0 0 0.2"/></joint>
+  <gazebo reference="laser"><sensor name="lidar" type="gpu_lidar"><topic>scan</topic></sensor></gazebo>
+</robot>
+"""
+XACRO = """\
+<robot name="cart" xmlns:xacro="http://www.ros.org/wiki/xacro">
+  <xacro:arg name="height" default="0.2"/>
+  <link name="base_link"/>
+  <link name="laser"/>
+  <joint name="laser_joint" type="fixed">
+    <parent link="base_link"/><child link="laser"/><origin xyz="0 0 $(arg height)"/>
+  </joint>
+</robot>
+"""
+MANIFEST = """\
+<package format="3">
+  <name>cart_description</name><version>0.1.0</version><description>d</description>
+  <maintainer email="a@b.org">m</maintainer><license>MIT</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+  <export><build_type>BUILD</build_type></export>
+</package>
+"""
+CMAKE = """\
+cmake_minimum_required(VERSION 3.8)
+project(cart_description NONE)
+find_package(ament_cmake REQUIRED)
+install(DIRECTORY urdf DESTINATION share/${PROJECT_NAME})
+ament_package()
+"""
+SETUP = """\
+from setuptools import setup
+setup(name='cart_description', version='0.1.0', packages=[], data_files=[
+    ('share/ament_index/resource_index/packages', ['resource/cart_description']),
+    ('share/cart_description', ['package.xml']),
+])
+"""
+TEST = "test/test_cart_description.py"
+
+
+@pytest.fixture
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A package of ament_cmake that has the URDF of a cart."""
+    monkeypatch.chdir(tmp_path)
+    folder = tmp_path / "src" / "cart_description"
+    (folder / "urdf").mkdir(parents=True)
+    (folder / "urdf" / "cart.urdf").write_text(URDF)
+    (folder / "package.xml").write_text(MANIFEST.replace("BUILD", "ament_cmake"))
+    (folder / "CMakeLists.txt").write_text(CMAKE)
+    return folder
+
+
+def run(*words: object) -> int:
+    """Run the command; return its exit code."""
+    try:
+        return main(["import", *map(str, words)])
+    except SystemExit as stopped:
+        return int(stopped.code or 0)
+
+
+def into(package: Path, *words: object) -> int:
+    return run(package / "urdf" / "cart.urdf", "--into", package, *words)
+
+
+def files(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def tried(package: Path, fails: bool = False) -> str:
+    """Run the test that was written as people run it; return what it says."""
+    words = [sys.executable, "-m", "pytest", "-q", "-rs", "-p", "no:cacheprovider", str(package / "test")]
+    environment = {**os.environ, "PATH": f"{BIN}:{os.environ['PATH']}", "PYTHONDONTWRITEBYTECODE": "1"}
+    done = subprocess.run(words, cwd=package, env=environment, capture_output=True, text=True, check=False)
+    assert (done.returncode != 0) == fails, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_a_package_gets_a_description_and_a_test_and_keeps_the_rest(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    before = files(package)
+    assert into(package) == 0
+    after = files(package)
+    assert {name: after[name] for name in before} == before
+    assert sorted(after.keys() - before.keys()) == ["descriptions/cart/robot.yaml", TEST]
+    told = capsys.readouterr().out
+    assert "written: descriptions/cart, test/test_cart_description.py\n" in told
+    assert "  install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})\n  if(BUILD_TESTING)\n" in told
+    assert f"    ament_add_pytest_test(test_cart_description {TEST})\n" in told
+    assert "  <test_depend>ament_cmake_pytest</test_depend>\n" in told
+    assert "no launch file here names cart.urdf" in told
+
+
+def test_the_test_that_is_written_passes(package: Path) -> None:
+    assert into(package) == 0
+    tried(package)
+
+
+@pytest.mark.slow
+def test_the_test_holds_both_until_the_source_is_gone(package: Path) -> None:
+    assert into(package) == 0
+    urdf, description = package / "urdf" / "cart.urdf", package / "descriptions" / "cart" / "robot.yaml"
+    urdf.write_text(URDF.replace("0 0 0.2", "0 0 0.3"))
+    assert "laser moved 100 mm" in tried(package, fails=True).replace("100.0 mm", "100 mm")
+    description.write_text(description.read_text().replace("[0, 0, 0.2]", "[0, 0, 0.3]"))
+    tried(package)
+    urdf.unlink()
+    assert "is gone: remove this test, and what names it in CMakeLists.txt and package.xml" in " ".join(
+        tried(package).split()
+    )
+
+
+@pytest.mark.slow
+def test_a_test_without_the_program_fails_and_says_how_to_get_it(
+    package: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    assert into(package) == 0
+    monkeypatch.setattr(sys.modules[__name__], "BIN", Path("/nowhere"))
+    monkeypatch.setenv("PATH", "/usr/bin:/bin")
+    if shutil.which("rosorin-compile") is None:
+        assert "pip install rosorin-compile" in tried(package, fails=True)
+
+
+def test_a_second_time_nothing_changes_and_lines_that_are_there_are_not_told(
+    package: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert into(package) == 0
+    lines = [
+        "install(DIRECTORY descriptions DESTINATION share/${PROJECT_NAME})",
+        "find_package(ament_cmake_pytest REQUIRED)",
+    ]
+    lines += [f"ament_add_pytest_test(test_cart_description {TEST})", "ament_package()"]
+    (package / "CMakeLists.txt").write_text(CMAKE.replace("ament_package()", "\n".join(lines)))
+    depends = "<test_depend>ament_cmake_pytest</test_depend><export>"
+    (package / "package.xml").write_text((package / "package.xml").read_text().replace("<export>", depends))
+    before = files(package)
+    capsys.readouterr()
+    assert into(package) == 0
+    told = capsys.readouterr().out
+    assert files(package) == before
+    assert "cart_description: unchanged" in told
+    assert "add to" not in told
+
+
+def test_changes_of_your_own_stay(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert into(package) == 0
+    mine = package / "descriptions" / "cart" / "robot.yaml"
+    mine.write_text(f"{mine.read_text()}# mine\n")
+    (package / TEST).write_text("# mine, too\n")
+    before = files(package)
+    assert into(package) == 0
+    told = capsys.readouterr().out
+    assert files(package) == before
+    assert "descriptions/cart is there with changes of its own, and stays as it is" in told
+    assert f"{TEST} is there with changes of its own, and stays as it is" in told
+
+
+@pytest.mark.slow
+def test_what_the_source_was_given_stands_in_the_test(package: Path) -> None:
+    pytest.importorskip("xacro")
+    (package / "urdf" / "cart.urdf").unlink()
+    (package / "urdf" / "cart.urdf.xacro").write_text(XACRO)
+    assert run(package / "urdf" / "cart.urdf.xacro", "height:=0.25", "--into", package, "--trust") == 0
+    assert "OF_THE_SOURCE = {'height': '0.25'}\n" in (package / TEST).read_text()
+    tried(package)
+
+
+def test_a_package_of_python_is_told_its_own_lines(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    (package / "CMakeLists.txt").unlink()
+    (package / "setup.py").write_text(SETUP)
+    (package / "package.xml").write_text(MANIFEST.replace("BUILD", "ament_python"))
+    assert into(package) == 0
+    told = capsys.readouterr().out
+    assert "  ('share/cart_description/descriptions/cart', ['descriptions/cart/robot.yaml']),\n" in told
+    assert "  extras_require={'test': ['pytest']},\n" in told
+    assert "  <test_depend>python3-pytest</test_depend>\n" in told
+    assert "ament_add" not in told
+    assert "in setup.py and package.xml" in (package / TEST).read_text()
+
+
+def wrong(capsys: pytest.CaptureFixture[str]) -> str:
+    return " ".join(capsys.readouterr().err.split())
+
+
+def test_what_is_no_package_is_refused(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    urdf = package / "urdf" / "cart.urdf"
+    for words, message in (
+        ((urdf, "--into", package / "urdf"), f"no package.xml with a name; did you mean {package}?"),
+        ((urdf, "--into", package.parent), "rosorin-compile package ROBOT"),
+        ((urdf, "--into", package / "nowhere"), "is no folder; --into names the folder of a ROS package"),
+        ((urdf, "--into", package, "-o", "x"), "leave -o out"),
+        ((urdf, "--into", package, "--force"), "leave --force out"),
+    ):
+        assert run(*words) == 2
+        assert message in wrong(capsys)
+    other = package.parent / "other"
+    other.mkdir()
+    (other / "package.xml").write_text("<package><name>other</name></package>")
+    assert run(urdf, "--into", other) == 2
+    assert "its package.xml says no build type" in wrong(capsys)
+    (other / "package.xml").write_text(MANIFEST.replace("cart_", "other_").replace("BUILD", "cmake"))
+    assert run(urdf, "--into", other) == 2
+    assert 'its build type is "cmake"; only those two are known' in wrong(capsys)
+    (other / "package.xml").write_text(MANIFEST.replace("cart_", "other_").replace("BUILD", "ament_cmake"))
+    assert run(urdf, "--into", other) == 2
+    assert f"it is in package cart_description: --into {package}" in wrong(capsys)
+    assert not (other / "descriptions").exists()
+
+
+def test_a_broken_source_changes_nothing(package: Path) -> None:
+    (package / "urdf" / "cart.urdf").write_text(URDF.replace('type="fixed"', 'type="fixd"'))
+    before = files(package)
+    assert into(package) == 1
+    assert files(package) == before
+
+
+def test_nothing_is_written_through_a_link(package: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    elsewhere = package.parent / "elsewhere"
+    elsewhere.mkdir()
+    (package / "test").symlink_to(elsewhere)
+    assert into(package) == 1
+    assert "is a symbolic link" in capsys.readouterr().err
+    assert not (package / "descriptions").exists()
+    assert not list(elsewhere.iterdir())
+
+
+# The lines of launch files: how people call xacro, and what stands there then.
+
+PRINT = "rosorin-compile print urdf"
+LINES = [
+    (
+        "a.launch.py",
+        "p = os.path.join(share, 'urdf', 'cart.urdf.xacro')",
+        "p = os.path.join(share, 'descriptions', 'cart', 'robot.yaml')",
+    ),
+    (
+        "a.launch.py",
+        'p = share / "urdf" / "cart.urdf.xacro"',
+        'p = share / "descriptions" / "cart" / "robot.yaml"',
+    ),
+    (
+        "a.launch.py",
+        "c = Command(['xacro ', 'cart.urdf.xacro'])",
+        f"c = Command(['{PRINT} ', '../descriptions/cart/robot.yaml'])",
+    ),
+    (
+        "a.launch.py",
+        'c = [FindExecutable(name="xacro"), " ", x]  # cart.urdf.xacro',
+        "c = [FindExecutable(name='rosorin-compile'), ' print urdf', \" \", x]  # ../descriptions/cart/robot.yaml",
+    ),
+    (
+        "a.launch.py",
+        "t = xacro.process_file(share + '/urdf/cart.urdf.xacro').toxml()",
+        "t = subprocess.check_output(['rosorin-compile', 'print', 'urdf', "
+        "share + '/descriptions/cart/robot.yaml'], text=True)",
+    ),
+    (
+        "b.launch.xml",
+        """<param name="d" value="$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"/>""",
+        f"""<param name="d" value="$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml')"/>""",
+    ),
+    (
+        "c.launch.yaml",
+        """- param: {name: d, value: "$(command 'xacro $(find-pkg-share c)/urdf/cart.urdf.xacro')"}""",
+        f"""- param: {{name: d, value: "$(command '{PRINT} $(find-pkg-share c)/descriptions/cart/robot.yaml')"}}""",
+    ),
+    (
+        "d.launch",
+        """<param name="d" command="$(find xacro)/xacro --inorder $(find c)/urdf/cart.urdf.xacro"/>""",
+        f"""<param name="d" command="{PRINT} $(find c)/descriptions/cart/robot.yaml"/>""",
+    ),
+    (
+        "CMakeLists.txt",
+        "xacro_add_files(urdf/cart.urdf.xacro INSTALL DESTINATION urdf)",
+        "rosorin_compile_add_robot(DESCRIPTION descriptions/cart OUTPUTS urdf INSTALL)",
+    ),
+    ("a.launch.py", "# cart.urdf.xacro is expanded below", ""),
+    ("a.launch.py", "p = 'urdf/smart-cart.urdf.xacro'", ""),
+]
+
+
+@pytest.mark.parametrize(("name", "line", "wanted"), LINES, ids=[f"{n}-{i}" for i, (n, *_) in enumerate(LINES)])
+def test_a_line_of_a_launch_file(tmp_path: Path, name: str, line: str, wanted: str) -> None:
+    (tmp_path / "launch").mkdir()
+    file = tmp_path / name if name == "CMakeLists.txt" else tmp_path / "launch" / name
+    file.write_text(f"first\n    {line}\nlast\n")
+    found = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
+    told = [(one.file, one.number, one.old, one.new) for one in found]
+    assert told == ([(file.relative_to(tmp_path).as_posix(), 2, line, wanted)] if wanted else [])
+
+
+def test_arguments_that_the_description_does_not_have_are_told(tmp_path: Path) -> None:
+    (tmp_path / "a.launch.py").write_text("c = Command(['xacro ', 'urdf/cart.urdf.xacro', ' h:=', h, ' w:=', w])\n")
+    one = lines_to_change(tmp_path, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset({"w"}))[0]
+    assert one.remark == "the description has no argument h: leave it out, or add it under args"
+
+
+def test_packages_beside_are_looked_through_and_builds_are_not(package: Path) -> None:
+    bringup = package.parent / "bringup"
+    for folder in (bringup, bringup / "build"):
+        (folder / "launch").mkdir(parents=True)
+        (folder / "launch" / "b.launch.py").write_text("p = 'urdf/cart.urdf.xacro'\n")
+    (bringup / "package.xml").write_text("<package><name>bringup</name></package>")
+    (bringup / "build" / "COLCON_IGNORE").write_text("")
+    found = lines_to_change(package, "urdf/cart.urdf.xacro", "descriptions/cart", frozenset())
+    assert [one.file for one in found] == ["../bringup/launch/b.launch.py"]
+
+
+# With the programs that build and test packages.
+
+
+def told_lines(told: str, file: Path) -> list[str]:
+    """Return the lines that the tool says to add to a file."""
+    rest = told.partition(f"add to {file}:\n")[2]
+    taken = []
+    for line in rest.split("\n"):
+        if not line.startswith("  "):
+            break
+        taken.append(line[2:])
+    assert taken
+    return taken
+
+
+def colcon(folder: Path, *words: str) -> str:
+    """Run colcon in a workspace and return what it prints."""
+    assert COLCON is not None
+    environment = {**os.environ, "COLCON_HOME": str(folder / "home"), "PYTHONPATH": str(folder / "site")}
+    environment["PATH"] = f"{Path(COLCON).parent}:{BIN}:{environment['PATH']}"
+    (folder / "site").mkdir(exist_ok=True)
+    for module in ("ament_package", "ament_cmake_test", "ament_index_python"):
+        if (SITE / module).is_dir() and not (folder / "site" / module).exists():
+            (folder / "site" / module).symlink_to(SITE / module)
+    done = subprocess.run([COLCON, *words], cwd=folder, env=environment, capture_output=True, text=True, check=False)
+    return done.stdout + done.stderr
+
+
+KINDS = [
+    "ament_python",
+    pytest.param("ament_cmake", marks=pytest.mark.skipif(not AMENT_CMAKE.is_file(), reason="no ament-cmake-pytest")),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(COLCON is None, reason="colcon is not here: pip install colcon-common-extensions")
+@pytest.mark.parametrize("kind", KINDS)
+def test_colcon_installs_the_description_and_runs_the_test(
+    package: Path, tmp_path: Path, kind: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    build = package / ("setup.py" if kind == "ament_python" else "CMakeLists.txt")
+    (package / "package.xml").write_text(MANIFEST.replace("BUILD", kind))
+    if kind == "ament_python":
+        (package / "CMakeLists.txt").unlink()
+        build.write_text(SETUP)
+        (package / "resource").mkdir()
+        (package / "resource" / "cart_description").write_text("")
+    assert into(package) == 0
+    told = capsys.readouterr().out
+    lines = told_lines(told, build)
+    if kind == "ament_python":
+        row, extra = lines
+        build.write_text(build.read_text().replace("])\n", f"{row}\n], {extra})\n"))
+    else:
+        build.write_text(build.read_text().replace("ament_package()", "\n".join([*lines, "ament_package()"])))
+    manifest = package / "package.xml"
+    needs = "\n".join(told_lines(told, manifest))
+    manifest.write_text(manifest.read_text().replace("<export>", f"{needs}\n<export>"))
+    assert "1 package finished" in (out := colcon(tmp_path, "build")), out
+    share = tmp_path / "install" / "cart_description" / "share" / "cart_description"
+    assert (share / "descriptions" / "cart" / "robot.yaml").is_file()
+    colcon(tmp_path, "test")
+    assert "1 test, 0 errors, 0 failures, 0 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+    (package / "urdf" / "cart.urdf").write_text(URDF.replace("0 0 0.2", "0 0 0.3"))
+    colcon(tmp_path, "test")
+    assert "1 test, 0 errors, 1 failure" in (out := colcon(tmp_path, "test-result", "--all")), out
+    (package / "urdf" / "cart.urdf").unlink()
+    (package / "urdf" / "keep").write_text("")
+    colcon(tmp_path, "test")
+    assert "1 test, 0 errors, 0 failures, 1 skipped" in (out := colcon(tmp_path, "test-result", "--all")), out
+
+
+@pytest.mark.slow
+def test_a_package_is_as_it_was_or_whole_after_a_kill(package: Path) -> None:
+    before = files(package)
+    assert into(package) == 0
+    after = files(package)
+    seen = set()
+    for number in range(20):
+        shutil.rmtree(package / "descriptions")
+        shutil.rmtree(package / "test")
+        words = [
+            str(BIN / "rosorin-compile"),
+            "import",
+            str(package / "urdf" / "cart.urdf"),
+            "--into",
+            str(package),
+            "-q",
+        ]
+        process = subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        while process.poll() is None and not any(package.glob(".rosorin-compile-*")) and number % 2:
+            time.sleep(0.0001)  # half of the kills come while it writes
+        if not number % 2:
+            time.sleep(0.04 * number)
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+        assert into(package) == 0  # what a killed run left counts as a whole, or not at all, and is completed
+        now = {name: data for name, data in files(package).items() if not name.startswith(".rosorin")}
+        assert now == after
+        assert {name: now[name] for name in before} == before
+        seen.add(process.returncode)
+    assert -signal.SIGKILL in seen

@@ -65,8 +65,8 @@ _NAMED_WITHIN = {
 # The order in which a person says things; what is not here comes after, in the order of the source.
 _ORDER = (
     "name type part plugin prefix parent child frame optical box cylinder capsule sphere ellipsoid mesh height_map "
-    "file mass size radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision axis "
-    "limit lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
+    "file mass size radius length radii xyz rpy mirror with inertia ixx iyy izz ixy ixz iyz inertial visual collision "
+    "axis limit lower upper effort velocity mimic joint multiplier offset dynamics damping friction armature stiffness "
     "spring_reference calibration "
     "safety_controller material rgba texture kind tendon site links joints shapes kp kv damping_ratio gear range force "
     "layers touches contact actuator publisher optical sites cameras lights gravity_compensation source mjcf "

@@ -71,6 +71,9 @@ class Scope:
 
     def define(self, name: str, value: Any, place: Place, value_place: Place | None = None) -> None:
         """Add a named value, not evaluated yet: named at ``place``, written at ``said``. A name taken is reported."""
+        if name.endswith(")") and "(" in name:
+            self._define_called(name, value, place, value_place or place)
+            return
         if name in self.places:
             related = [Related("first defined here", self.places[name].span)]
             self.report("duplicate-name", f'the value "{name}" is named twice', place, "rename one", related)
@@ -81,6 +84,24 @@ class Scope:
         self.places[name] = place
         self.said[name] = value_place or place
         self.pending[name] = (value, value_place or place)
+
+    def _define_called(self, name: str, value: Any, place: Place, value_place: Place) -> None:
+        """Add a named value that takes values itself: ``box(x, y)``. What is wrong with its name is reported."""
+        from .called import Called, parameters_of
+
+        own, _, given = name.partition("(")
+        parameters = parameters_of(given.removesuffix(")"))
+        if parameters is None or not own.isidentifier() or own in functions() or own == "load":
+            taken = own in functions() or own == "load"
+            message = f'"{own}" is a function of the language' if taken else f'"{name}" cannot be called'
+            self.report("bad-name", message, place, "write NAME(FIRST, SECOND): letters, digits and underscores")
+            return
+        if own in self.places:
+            related = [Related("first defined here", self.places[own].span)]
+            self.report("duplicate-name", f'the value "{own}" is named twice', place, "rename one", related)
+            return
+        self.places[own], self.said[own] = place, value_place
+        self.values[f"{own}()"] = Called(self, own, parameters, value, value_place)
 
     def define_all(self, lets: Any) -> None:
         """Add the named values of a ``let`` section; nothing if there is none."""

@@ -21,10 +21,11 @@ from ..usage import FINE, PROBLEMS, WrongUsage
 if TYPE_CHECKING:
     from ...diagnostics import Diagnostic
     from ...formats import Format
-    from ...formats.imported import Imported
+    from ...formats.imported import Imported, ReadOptions
     from ...frontend.tree import Map
     from ...output import Written
     from .round_trip import RoundTrip
+    from .translating import Translation
 
 _NAME = re.compile(r"[^\s<>&\"']+( +[^\s<>&\"']+)*")
 
@@ -41,6 +42,7 @@ def options(command: argparse.ArgumentParser) -> None:
     command.add_argument("--name", metavar="NAME", help="name of the robot; default: as the source says")
     command.add_argument("--strict", action="store_true", help="what cannot be carried over is an error")
     command.add_argument("--lenient", action="store_true", help="take what breaks the specification where that works")
+    command.add_argument("--flat", action="store_true", help="of a xacro, the robot that it makes, without its macros")
     command.add_argument("--force", action="store_true", help="write into a folder that is not empty")
     command.add_argument(
         "--meshes",
@@ -90,7 +92,7 @@ def run(options: argparse.Namespace) -> int:
         imported = imported._replace(diagnostics=[_strictly(diagnostic) for diagnostic in imported.diagnostics])
     console.tell_read(imported.files)
     _show(console, imported.diagnostics)
-    code = _describe(options, console, source, imported)
+    code = _describe(options, console, source, imported, how)
     console.finish()
     return code
 
@@ -155,7 +157,9 @@ def _leniently(diagnostic: Diagnostic) -> Diagnostic:
     return diagnostic._replace(severity=WARNING, help="please report it with the file")
 
 
-def _describe(options: argparse.Namespace, console: Console, source: Path, imported: Imported) -> int:
+def _describe(
+    options: argparse.Namespace, console: Console, source: Path, imported: Imported, how: ReadOptions
+) -> int:
     """Write what became of a source and say so; or say how many errors keep it from being written."""
     from ...diagnostics import ERROR
     from .description import safe
@@ -184,11 +188,34 @@ def _describe(options: argparse.Namespace, console: Console, source: Path, impor
     errors = sum(diagnostic.severity == ERROR for diagnostic in told)
     if errors:
         return _refused(console, source, errors)
+    translation = _translated(options, source, imported, trip, folder, how)
+    if translation is not None and translation.files:
+        trip = trip._replace(files=translation.files)
     written = _write(console, folder, trip)
     if written is None:
         return PROBLEMS
     _report(console, folder, imported, trip, written)
+    if translation is not None:
+        from .translating.telling import told as of_translation
+
+        for line in of_translation(translation):
+            console.say(line)
+    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")
     return FINE
+
+
+def _translated(
+    options: argparse.Namespace, source: Path, imported: Imported, trip: RoundTrip, folder: Path, how: ReadOptions
+) -> Translation | None:
+    """Return what a xacro says with its macros and arguments; None for what is none, or is asked for flat."""
+    from ...project import ON_STDIN
+
+    if options.flat or not imported.takes_arguments or source is ON_STDIN or options.meshes or options.name:
+        return None
+    from .round_trip import schema_beside
+    from .translating import translate
+
+    return translate(source, how, imported, trip.outputs, schema_beside(folder))
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:
@@ -254,4 +281,3 @@ def _report(console: Console, folder: Path, imported: Imported, trip: RoundTrip,
         console.say(f"not carried over: {count}, see the {plural('warning', count)} above")
     if written.kept:
         console.say(f"left alone in {folder}, not written by this import: {', '.join(written.kept)}")
-    console.say(f"next: rosorin-compile all {shlex.quote(str(folder))}")

@@ -75,7 +75,7 @@ def check_round_trip(imported: Imported, folder: Path, read: Imported | None = N
     ``folder`` is where it is going to stand, for messages and for the schema beside it; ``read`` the robot as it was
     read, before its meshes got other names.
     """
-    schema = (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
+    schema = schema_beside(folder)
     with tempfile.TemporaryDirectory(prefix="rosorin-compile-") as name:
         stage = Path(name)
         wanted = outputs(imported)
@@ -91,6 +91,11 @@ def check_round_trip(imported: Imported, folder: Path, read: Imported | None = N
             return trip
         proof = _proof(imported, compiled, read or imported)
         return trip._replace(proof=proof, untold=(_untold(proof),) if proof.wrong else ())
+
+
+def schema_beside(folder: Path) -> str:
+    """Return where editors find the schema of a description in a folder; empty if there is none."""
+    return (Path("..") / SCHEMA).as_posix() if (folder.parent / SCHEMA).is_file() else ""
 
 
 def _compiled(imported: Imported, stage: Path, schema: str, wanted: Outputs) -> tuple[dict[str, str], Compiled]:

@@ -1,0 +1,255 @@
+"""Translating: a xacro as a description with its macros, arguments and files, proven against the real xacro.
+
+To be read in this order: ``program`` (what is in the files), ``texts``, ``scopes`` and ``expressions`` (what values are),
+``walking`` with ``entries`` (what is made), ``naming`` (short names and mounts), ``rendering`` (the files), ``proving``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from ....diagnostics import Source as Text
+from ....diagnostics import Span
+from ....formats.imported import Imported, ReadOptions
+from ....project import ROOT_FILE
+from ....xml.files import read_source
+from ....xml.markup import MarkupError, parse
+from ..description import Outputs, tree_of
+from ..layout import Remarks, Verbatim, cleaned, layout
+from .naming import name_parts
+from .pieces import Macro
+from .program import Program
+from .proving import Combination, Fault, Source, choices_of, combinations, faults
+from .rendering import Documents, Renderer
+from .texts import Unsupported
+from .walking import InMacro, Walker
+
+MAX_ATTEMPTS = 40
+_HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
+
+
+class WrittenOut(NamedTuple):
+    """A macro that is written out where it is called, why, and its place."""
+
+    name: str
+    reason: str
+    span: Span | None
+
+
+class Translation(NamedTuple):
+    """The files of a description (text by name), and what became of the macros and arguments of the source.
+
+    ``proven`` are the combinations of arguments that were compared, ``possible`` how many there are, ``refused`` those
+    that xacro itself cannot expand. ``reason`` says why there are no files.
+    """
+
+    files: dict[str, str]
+    kept: tuple[str, ...] = ()
+    written_out: tuple[WrittenOut, ...] = ()
+    arguments: tuple[str, ...] = ()
+    proven: tuple[Combination, ...] = ()
+    possible: int = 0
+    refused: tuple[Combination, ...] = ()
+    idle: tuple[str, ...] = ()
+    reason: str = ""
+    span: Span | None = None
+
+
+class _Attempt(NamedTuple):
+    files: dict[str, str]
+    program: Program
+    macros: list[Macro]
+
+
+def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, schema: str = "") -> Translation:
+    """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
+
+    ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
+    that its description asks for.
+    """
+    source = Source(path, options)
+    source.known[()] = imported
+    out: dict[str, WrittenOut] = {}
+    explicit: set[str] = set()
+    last: list[Fault] = []
+    for _ in range(MAX_ATTEMPTS):
+        try:
+            accepts = _accepted(source)
+            made = _attempt(path, options, imported, wanted, schema, frozenset(out), frozenset(explicit), accepts)
+        except InMacro as problem:
+            name = problem.macro.name
+            if name in out:
+                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
+            out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+            continue
+        except Unsupported as problem:
+            return Translation({}, reason=problem.reason, span=problem.span)
+        except MarkupError as problem:
+            return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
+        rows, possible = combinations(choices_of(made.program.arguments, options.arguments))
+        last, refused = faults(made.files, source, rows, options.packages)
+        if not last:
+            return _translation(made, out, rows, possible, refused)
+        if len(_accepted(source)) > len(accepts):  # other arguments break other rules
+            continue
+        if not _blame(last, made, out, explicit):
+            break
+    reason = last[0].text if last else "no end of mending"
+    return Translation({}, reason=reason)
+
+
+def _translation(
+    made: _Attempt, out: Mapping[str, WrittenOut], rows: list[Combination], possible: int, refused: list[Combination]
+) -> Translation:
+    kept = [macro.name for macro in made.macros]
+    lost = {name: one for name, one in out.items()}
+    for name, macro in made.program.macros.items():
+        if macro.called and name not in kept and name not in lost:
+            lost[name] = WrittenOut(name, "what it makes has no word as a value", macro.place)
+    used = [name for name, variable in made.program.arguments.items() if variable.used]
+    idle = [name for name, macro in made.program.macros.items() if not macro.called]
+    proven = tuple(row for row in rows if row not in refused)
+    return Translation(
+        made.files, tuple(kept), tuple(lost.values()), tuple(used), proven, possible, tuple(refused), tuple(idle)
+    )
+
+
+def _blame(found: list[Fault], made: _Attempt, out: dict[str, WrittenOut], explicit: set[str]) -> bool:
+    """Give the macros at fault long names, or write them out; say whether there was anything to change."""
+    by_name = {macro.ours: macro for macro in made.macros} | {macro.name: macro for macro in made.macros}
+    for fault in found:
+        for name in fault.macros:
+            macro = by_name.get(name)
+            if macro is not None and _demote(macro, fault, out, explicit):
+                return True
+    for macro in made.macros:
+        if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
+            explicit.update(one.name for one in made.macros)
+            return True
+    left = [macro for macro in made.macros if macro.name not in out]
+    for macro in left:
+        out[macro.name] = WrittenOut(macro.name, f"not proven: {found[0].text}", macro.place)
+    return bool(left)
+
+
+def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: set[str]) -> bool:
+    if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
+        explicit.add(macro.name)
+        return True
+    if macro.name in out:
+        return False
+    out[macro.name] = WrittenOut(macro.name, f"not proven: {fault.text}", macro.place)
+    return True
+
+
+def _attempt(
+    path: Path,
+    options: ReadOptions,
+    imported: Imported,
+    wanted: Outputs,
+    schema: str,
+    inlined: frozenset[str],
+    explicit: frozenset[str],
+    accepts: list[Any],
+) -> _Attempt:
+    """Return the files of a translation with some macros written out and some with long names."""
+    program = Program(path, parse(read_source(path)), options.packages, options.arguments)
+    walker = Walker(program, inlined)
+    walker.walk()
+    walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
+    _name_macros(program, walker.seen)
+    name_parts(walker.seen, explicit)
+    choices = choices_of(program.arguments, options.arguments)
+    renderer = Renderer(program, walker.seen, choices)
+    documents = renderer.render()
+    for variable in renderer.used:
+        variable.used = True
+    files = _files(program, documents, imported, {**_sections(imported), **_tail(accepts, wanted)}, schema)
+    return _Attempt(files, program, walker.seen)
+
+
+def _name_macros(program: Program, macros: list[Macro]) -> None:
+    """Give each macro that is kept the name of its part, or of its value."""
+    from ....frontend.expression.functions import functions
+    from .expressions import usable
+    from .scopes import Variable
+
+    taken = {one.ours for one in program.scope.names.values() if isinstance(one, Variable)}
+    for macro in macros:
+        if macro.body is not None:
+            macro.ours = macro.name
+        else:
+            macro.ours = usable(macro.name, lambda name: name in taken or name in functions() or name == "load")
+            taken.add(macro.ours)
+
+
+def _files(
+    program: Program, documents: Documents, imported: Imported, tail: Mapping[str, Any], schema: str
+) -> dict[str, str]:
+    """Return the texts of the files."""
+    tree = tree_of(imported)
+    root = program.root.name
+    included = [file.name for file in program.files.values() if file.name != root and documents.files.get(file.name)]
+    head: dict[str, Any] = {"rosorin_compile": Verbatim("1"), "robot": str(tree["robot"])}
+    if "source" in tree:
+        head["source"] = {key: str(value) for key, value in tree["source"].items()}
+    if included:
+        head["include"] = included
+    made: dict[str, str] = {}
+    for file in program.files.values():
+        sections = documents.files.get(file.name) or {}
+        if file.name == root:
+            sections = {**head, **sections, **tail}
+        elif not sections:
+            continue
+        document = {key: sections[key] for key in sorted(sections, key=_rank) if sections[key]}
+        made[file.name] = layout(document, _remarks(program, documents, file.name, schema))
+    return made
+
+
+def _accepted(source: Source) -> list[Any]:
+    """Return what the robot of any combination of arguments has to be accepted for, as it is laid out; each rule once."""
+    made: dict[tuple[str, str], dict[str, Any]] = {}
+    for imported in source.known.values():
+        for entry in (imported.tree or {}).get("accept") or ():
+            key = (str(entry["rule"]), str(entry.get("reason") or ""))
+            known = made.setdefault(key, {"rule": key[0], "of": [], "reason": key[1]})
+            known["of"] += [str(one) for one in entry.get("of") or () if str(one) not in known["of"]]
+    return [{name: value for name, value in entry.items() if value} for entry in made.values()]
+
+
+def _sections(imported: Imported) -> dict[str, Any]:
+    """Return the sections that other files than the xacro say."""
+    from ..description import _Document
+
+    tree = tree_of(imported)
+    document = _Document(tree)
+    named = ("poses", "moveit", "disabled_contacts", "controllers")
+    return {name: document.value(tree[name], (name,), None) for name in named if name in tree}
+
+
+def _tail(accepts: list[Any], wanted: Outputs) -> dict[str, Any]:
+    from ..description import _written
+
+    made: dict[str, Any] = {"accept": accepts} if accepts else {}
+    made["outputs"] = {name: _written(entry) for name, entry in wanted.entries.items()}
+    return made
+
+
+def _rank(key: str) -> int:
+    tail = ("urdf_elements", "accept", "outputs")
+    return _HEAD.index(key) if key in _HEAD else 100 + tail.index(key) if key in tail else 50
+
+
+def _remarks(program: Program, documents: Documents, name: str, schema: str) -> Remarks:
+    file = next(one for one in program.files.values() if one.name == name)
+    head = [f"yaml-language-server: $schema={schema}"] if schema and name == ROOT_FILE else []
+    for remark in file.document.before:
+        if remark.kind == "comment" and "autogenerated by xacro" not in remark.text:
+            head += cleaned(remark.text)
+    return Remarks({(): head, **documents.comments.get(name, {})})
+
+
+__all__ = ["Text", "Translation", "WrittenOut", "translate"]

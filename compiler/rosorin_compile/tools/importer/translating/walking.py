@@ -1,0 +1,489 @@
+"""Walking: what the files and macros of a xacro make, as pieces of a description.
+
+What a macro makes decides what it becomes: links, joints and elements of a robot make it a part; what stands inside of a
+link or a joint a named value with parameters. ``inlined`` are macros that are written out where they are called.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from ....xml.markup import Element, Remark
+from .entries import joint_entry, link_entry, material_entry, one_of_level, reads
+from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
+from .program import Program, with_comments
+from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, Scope, Value, Variable, note, sole_name
+from .texts import TEXT, Parameter, Unsupported, tokens
+
+MAX_DEPTH = 60
+_IGNORED = ("xacro:macro", "xacro:arg")
+
+
+class MacroScope(Scope):
+    """The names of a macro: a name that is nowhere else is one of whoever calls it, and becomes a parameter."""
+
+    def __init__(self, parent: Scope, macro: Macro) -> None:
+        super().__init__(parent, macro.name)
+        self.macro = macro
+
+    def find(self, name: str) -> Variable | Bound | None:
+        found = super().find(name)
+        if found is None and _may_be_handed_down(name):
+            made = Variable(name, PARAMETER)
+            self.macro.implicit[name] = made
+            self.names[name] = made
+            return made
+        return found
+
+
+def _may_be_handed_down(name: str) -> bool:
+    from .expressions import _CONSTANTS, _MODULES
+
+    reserved = (*_CONSTANTS, *_MODULES, "pi", "e", "tau", "inf", "nan", "xacro", "__text")
+    return name.isidentifier() and name not in reserved
+
+
+class Walker:
+    """One walk over a program, with some macros written out."""
+
+    def __init__(self, program: Program, inlined: frozenset[str]) -> None:
+        self.program = program
+        self.inlined = inlined
+        self.depth = 0
+        self.seen: list[Macro] = []
+        self.context: list[str] = []
+
+    def walk(self) -> None:
+        """Walk over everything."""
+        file = self.program.root
+        self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+
+    # What stands in a robot, or in a macro that is a part.
+
+    def robot(self, element: Element, body: Body, scope: Scope, when: Whens, top: bool = False) -> None:
+        """Take what an element holds: links, joints, calls, and what the language has no word for."""
+        for child, comments in with_comments(element):
+            self.one(child, body, scope, when, comments, top)
+
+    def one(
+        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
+    ) -> None:
+        tag = child.tag
+        if tag in ("xacro:if", "xacro:unless"):
+            self.robot(child, body, scope, (*when, self.condition(child, scope)), top)
+        elif tag == "xacro:include":
+            self.include(child, body, when, top)
+        elif tag == "xacro:property":
+            if not top:
+                self.local(child, body, scope, when)
+        elif tag in _IGNORED:
+            pass
+        elif tag == "xacro:insert_block":
+            self.block(child, body, scope, when)
+        elif tag in ("link", "joint"):
+            self.named(child, body, scope, when, comments)
+        elif tag == "material":
+            name = self.value(child, "name", scope, NAME)
+            body.materials.append(Named(name, material_entry(self, child, scope), when, comments, child))
+        elif tag.startswith("xacro:"):
+            self.call(child, body, scope, when, comments)
+        else:
+            body.elements.append(Listed(self.xml(child, scope), when, comments))
+
+    def condition(self, element: Element, scope: Scope) -> When:
+        value = Value(element.get("value"), scope, CONDITION, element.span)
+        note(value)
+        return When(value, element.tag == "xacro:if")
+
+    def value(self, element: Element, name: str, scope: Scope, sink: str) -> Value:
+        """Return the value of an attribute. Raises Unsupported if it is missing."""
+        if name not in element.attributes:
+            raise Unsupported(f"<{element.tag}> lacks the attribute {name}", element.span)
+        made = Value(element.get(name), scope, sink, element.attributes[name].span)
+        note(made)
+        return made
+
+    def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
+        file = self.program.tops.get(id(element))
+        if file is None:
+            if not top:
+                raise Unsupported("an include within a macro", element.span)
+            return
+        for condition in when:
+            note(condition.value)
+        self.robot(file.document.root, file.body, file.body.scope, when, top=True)
+
+    def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
+        """Take a property of a macro."""
+        name = element.get("name")
+        if element.get("scope") or "$" in name or element.get("remove"):
+            raise Unsupported(f'the property "{name}" is set for another scope', element.span)
+        if "value" not in element.attributes:
+            if "default" in element.attributes:
+                if scope.find(name) is None:
+                    scope.names[name] = Bound(element.get("default"), scope)
+                return
+            scope.blocks[name] = (element, scope)
+            return
+        if name in scope.names and not isinstance(scope, MacroScope):
+            raise Unsupported(f'the property "{name}" is set a second time', element.span)
+        known = scope.names.get(name)
+        if isinstance(known, Variable) and known.where != LOCAL:
+            if known not in body.macro.implicit.values() if body.macro else True:
+                raise Unsupported(f'the parameter "{name}" is set anew', element.span)
+        if when and not (isinstance(known, Variable) and known.where == LOCAL) and self.is_conditional(when, body):
+            pass
+        if not isinstance(scope, MacroScope):  # of a macro that is written out
+            if self.own(when, scope):
+                raise Unsupported(f'the property "{name}" depends on a condition', element.span)
+            scope.names[name] = Bound(element.get("value"), scope)
+            return
+        value = Value(element.get("value"), scope, FREE, element.span)
+        if isinstance(known, Variable) and known.where == LOCAL:
+            known.values.append(value)
+            known.definitions.append((value, when))  # type: ignore[attr-defined]
+            note(value)
+            return
+        made = Variable(name, LOCAL, span=element.span)
+        made.values.append(value)
+        made.definitions = [(value, when)]  # type: ignore[attr-defined]
+        scope.names[name] = made
+        body.locals.append(made)
+        note(value)
+
+    def is_conditional(self, when: Whens, body: Body) -> bool:
+        return bool(when)
+
+    def own(self, when: Whens, scope: Scope) -> bool:
+        """Say whether a condition is one of a scope that is written out."""
+        return any(condition.value.scope is scope for condition in when)
+
+    def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
+        """Take a block that is inserted among links and joints."""
+        for child, inner in self.inserted(element, scope):
+            self.one(child, body, inner, when, (), False)
+
+    def inserted(self, element: Element, scope: Scope) -> list[tuple[Element, Scope]]:
+        """Return the elements that a block inserts, each with its scope."""
+        found = scope.block(element.get("name"))
+        if not isinstance(found, tuple):
+            raise Unsupported(f'the block "{element.get("name")}" is inserted here', element.span)
+        block, inner, *single = found
+        if single:  # a parameter of one element
+            return [(block, inner)]
+        return [(child, inner) for child in block.children]
+
+    def named(
+        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]
+    ) -> None:
+        name = self.value(child, "name", scope, NAME)
+        read = link_entry if child.tag == "link" else joint_entry
+        made = Named(name, read(self, child, scope), when, comments, child)
+        (body.links if child.tag == "link" else body.joints).append(made)
+
+    # Calls.
+
+    def macro_of(self, element: Element, scope: Scope) -> Macro:
+        """Return the macro that an element calls. Raises Unsupported."""
+        name = element.tag.removeprefix("xacro:")
+        if name == "call":
+            target = element.get("macro")
+            if "$" in target:
+                raise Unsupported(f'the macro "{target}" is called by an expression', element.span)
+            name = target
+        if name in ("element", "attribute"):
+            raise Unsupported(f"xacro:{name} makes what an expression names", element.span)
+        macro = self.program.macros.get(name)
+        if macro is None:
+            raise Unsupported(f'there is no macro "{name}"', element.span)
+        if name in self.program.again:
+            raise Unsupported(f'the macro "{name}" is defined twice', element.span)
+        macro.called = True
+        return macro
+
+    def given(self, macro: Macro, element: Element, scope: Scope) -> dict[str, Value]:
+        """Return what a call gives to the parameters of a macro, by name; defaults where it gives nothing."""
+        made: dict[str, Value] = {}
+        for name, attribute in element.attributes.items():
+            if name == "macro" and element.tag == "xacro:call" or name.startswith("xmlns"):
+                continue
+            made[name] = Value(attribute.value, scope, FREE, attribute.span)
+        for parameter in macro.parameters:
+            if parameter.block or parameter.name in made:
+                continue
+            if parameter.forward:
+                found = scope.find(parameter.name)
+                if found is not None and not self.is_new(found, scope):
+                    made[parameter.name] = Value(f"${{{parameter.name}}}", scope, FREE, element.span)
+                    continue
+            if parameter.default is None:
+                raise Unsupported(f'the macro "{macro.name}" lacks its parameter {parameter.name}', element.span)
+        return made
+
+    def is_new(self, found: Variable | Bound, scope: Scope) -> bool:
+        """Say whether a name is one that nobody has defined so far."""
+        here: Scope | None = scope
+        while here is not None:
+            if isinstance(here, MacroScope) and found in here.macro.implicit.values():
+                return not found.values if isinstance(found, Variable) else False
+            here = here.parent
+        return False
+
+    def blocks(self, macro: Macro, element: Element, scope: Scope) -> dict[str, tuple[Element, Scope]]:
+        """Return the blocks that a call gives, by parameter."""
+        wanted = [parameter for parameter in macro.parameters if parameter.block]
+        children: list[tuple[Element, Scope]] = []
+        for child in element.children:
+            if child.tag == "xacro:insert_block":
+                try:
+                    children += self.inserted(child, scope)
+                except Unsupported:
+                    children.append((child, scope))
+            elif child.tag.startswith("xacro:"):
+                raise Unsupported(f'a block of the call of "{macro.name}" is made by <{child.tag}>', child.span)
+            else:
+                children.append((child, scope))
+        if len(children) != len(wanted):
+            raise Unsupported(f'the macro "{macro.name}" takes {len(wanted)} blocks', element.span)
+        return {parameter.name: child for parameter, child in zip(wanted, children, strict=True)}
+
+    def call(self, element: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...]) -> None:
+        """Take a call of a macro among links and joints."""
+        macro = self.macro_of(element, scope)
+        if macro.name in self.inlined or not self.as_part(macro):
+            self.write_out(macro, element, scope, lambda inner: self.robot(macro.element, body, inner, when))
+            return
+        use = Use(macro, self.given(macro, element, scope), {}, scope, when, comments, element)
+        for name, (block, inner) in self.blocks(macro, element, scope).items():
+            use.blocks[name] = self.block_entry(macro, name, block, inner)
+        self.hand_over(macro, use.given)
+        macro.uses.append(use)
+        body.uses.append(use)
+
+    def block_entry(self, macro: Macro, name: str, block: Element, scope: Scope) -> Entry:
+        """Return what a block says that a call hands over."""
+        level = macro.block_levels.get(name)
+        if level is None:
+            raise Unsupported(f'the block "{name}" of the macro "{macro.name}" is inserted among links', block.span)
+        made = one_of_level(self, block, scope, level)
+        known = macro.block_keys.setdefault(name, [])
+        known += [key for key in made.keys() if key not in known]
+        return made
+
+    def hand_over(self, macro: Macro, given: dict[str, Value]) -> None:
+        """Take down that what a call gives is a value of the macro's parameters."""
+        for name, value in given.items():
+            variable = macro.variables.get(name)
+            if variable is None:
+                raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
+            variable.head().values.append(value)
+            for source in _sources(value):
+                found = value.scope.find(source)
+                while isinstance(found, Bound):
+                    name_ = sole_name(tokens(found.text))
+                    found = found.scope.find(name_) if name_ else None
+                if isinstance(found, Variable):
+                    if found.where == "argument":
+                        found.head().evidence |= variable.head().evidence
+                        variable.flows.append(found) if hasattr(variable, "flows") else None
+                    else:
+                        variable.join(found)
+
+    def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
+        """Walk over a macro where it is called."""
+        self.depth += 1
+        if self.depth > MAX_DEPTH:
+            self.depth = 0
+            raise Unsupported(f'the macro "{macro.name}" calls itself', element.span)
+        inner = Scope(scope, macro.name)
+        given = self.given(macro, element, scope)
+        for parameter in macro.parameters:
+            if not parameter.block:
+                value = given.get(parameter.name)
+                text = value.text if value is not None else parameter.default or ""
+                inner.names[parameter.name] = Bound(text, value.scope if value is not None else scope)
+        for name, (block, where) in self.blocks(macro, element, scope).items():
+            single = next(one.block for one in macro.parameters if one.name == name) == "*"
+            inner.blocks[name] = (block, where, True) if single else (block, where)
+        then(inner)
+        self.depth -= 1
+
+    def as_part(self, macro: Macro) -> bool:
+        """Walk over a macro that is to be a part; say whether it can be one."""
+        if macro.level == "part":
+            return True
+        if macro.level:
+            raise Unsupported(f'the macro "{macro.name}" is called in a link and outside of links', macro.place)
+        macro.level = "part"
+        self.begin(macro)
+        body = Body(macro.file, macro, macro.scope)
+        macro.body = body
+        self.seen.append(macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                macro.scope.blocks[parameter.name] = parameter
+        try:
+            self.robot(macro.element, body, macro.scope, ())
+        except Unsupported as problem:
+            raise InMacro(macro, problem) from None
+        return True
+
+    def begin(self, macro: Macro) -> None:
+        """Make the scope and the variables of a macro."""
+        macro.scope = MacroScope(self.program.scope, macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                continue
+            made = Variable(parameter.name, PARAMETER, span=macro.place)
+            if parameter.default is not None:
+                made.values.append(Value(parameter.default, self.program.scope, FREE, macro.place))
+            macro.variables[parameter.name] = made
+            macro.scope.names[parameter.name] = made
+
+    # What stands inside of a link, a joint, and so on.
+
+    def content(
+        self, element: Element, scope: Scope, level: str, when: Whens = ()
+    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
+        """Yield what an element holds, with the conditions on it; calls of macros that are named values as they are."""
+        for child, comments in with_comments(element):
+            yield from self.inner(child, scope, level, when, comments)
+
+    def inner(
+        self, child: Element, scope: Scope, level: str, when: Whens, comments: tuple[str, ...] = ()
+    ) -> Iterator[tuple[Element | Call | Handed, Scope, Whens, tuple[str, ...]]]:
+        tag = child.tag
+        if tag in ("xacro:if", "xacro:unless"):
+            yield from self.content(child, scope, level, (*when, self.condition(child, scope)))
+        elif tag == "xacro:insert_block":
+            handed = scope.block(child.get("name"))
+            if isinstance(handed, Parameter):
+                yield Handed(handed, scope), scope, when, comments
+                return
+            for block, inner in self.inserted(child, scope):
+                yield from self.inner(block, inner, level, when)
+        elif tag == "xacro:property":
+            self.inner_property(child, scope, when)
+        elif tag.startswith("xacro:"):
+            macro = self.macro_of(child, scope)
+            if macro.name not in self.inlined and level != "xml" and self.as_value(macro, level):
+                yield self.value_call(macro, child, scope), scope, when, comments
+                return
+            found: list[Any] = []
+            self.write_out(
+                macro, child, scope, lambda inside: found.extend(self.content(macro.element, inside, level, when))
+            )
+            yield from found
+        else:
+            yield child, scope, when, comments
+
+    def inner_property(self, element: Element, scope: Scope, when: Whens) -> None:
+        name = element.get("name")
+        if element.get("scope") or "$" in name or when or "value" not in element.attributes:
+            raise Unsupported(f'the property "{name}" stands inside of an element', element.span)
+        scope.names[name] = Bound(element.get("value"), scope)
+
+    def as_value(self, macro: Macro, level: str) -> bool:
+        """Walk over a macro that makes what stands in a link, a joint and so on; say whether it can be a value."""
+        if macro.level:
+            return macro.level == level and macro.entry is not None
+        macro.level = level
+        self.begin(macro)
+        for parameter in macro.parameters:
+            if parameter.block:
+                return self.not_a_value(macro)
+        try:
+            entry = reads(self, macro.element, macro.scope, level)
+        except Unsupported:
+            return self.not_a_value(macro)
+        keys = entry.keys()
+        if not keys or any(item.when or item.key == "*" for item in entry.items) or len(keys) != len(entry.items):
+            return self.not_a_value(macro)
+        macro.entry = entry
+        self.seen.append(macro)
+        return True
+
+    def not_a_value(self, macro: Macro) -> bool:
+        macro.entry = None
+        return False
+
+    def value_call(self, macro: Macro, element: Element, scope: Scope) -> Call:
+        given = self.given(macro, element, scope)
+        self.hand_over(macro, given)
+        return Call(macro, given, {}, scope, element)
+
+    # What is kept as text.
+
+    def xml(self, element: Element, scope: Scope) -> Xml:
+        """Return an element that is kept as text."""
+        made = Xml(element.tag)
+        for name, attribute in element.attributes.items():
+            if not name.startswith(("xacro:", "xmlns:xacro")):
+                value = Value(attribute.value, scope, XML, attribute.span)
+                note(value)
+                made.attributes.append((name, value))
+        for item in element.content:
+            made.content += self.xml_item(item, scope, ())
+        return made
+
+    def xml_item(self, item: Element | Remark, scope: Scope, when: Whens) -> list[Any]:
+        if isinstance(item, Remark):
+            if item.kind == "comment":
+                return [item]
+            value = Value(item.text, scope, XML)
+            note(value)
+            return [value]
+        if item.tag in ("xacro:if", "xacro:unless"):
+            group = Xml("", when=(self.condition(item, scope),))
+            for inner in item.content:
+                group.content += self.xml_item(inner, scope, when)
+            return [group]
+        if item.tag == "xacro:insert_block":
+            return [self.xml(child, inner) for child, inner in self.inserted(item, scope)]
+        if item.tag == "xacro:property":
+            self.inner_property(item, scope, ())
+            return []
+        if item.tag.startswith("xacro:"):
+            macro = self.macro_of(item, scope)
+            found: list[Any] = []
+
+            def take(inside: Scope) -> None:
+                for one in macro.element.content:
+                    found.extend(self.xml_item(one, inside, when))
+
+            self.write_out(macro, item, scope, take)
+            return found
+        return [self.xml(item, scope)]
+
+
+class InMacro(Exception):
+    """Something in a macro that is not translated."""
+
+    def __init__(self, macro: Macro, problem: Unsupported) -> None:
+        super().__init__(problem.reason)
+        self.macro = macro
+        self.problem = problem
+
+
+def _sources(value: Value) -> list[str]:
+    """Return the names that a value may be as it is: of a name, of a choice between names."""
+    import ast
+
+    from .expressions import source_tree
+
+    pieces = tokens(value.text)
+    name = sole_name(pieces)
+    if name:
+        return [name]
+    if len(pieces) == 1 and pieces[0].kind == "expression":
+        try:
+            tree = source_tree(pieces[0].text)
+        except ValueError:
+            return []
+        if isinstance(tree, ast.IfExp):
+            return [one.id for one in (tree.body, tree.orelse) if isinstance(one, ast.Name)]
+    return []
+
+
+__all__ = ["TABLE", "TEXT", "Entry", "File", "InMacro", "Item", "Walker"]

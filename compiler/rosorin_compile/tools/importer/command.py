@@ -215,7 +215,7 @@ def _translated(
     from .round_trip import schema_beside
     from .translating import translate
 
-    return translate(source, how, imported, trip.outputs, schema_beside(folder))
+    return translate(source, how, imported, trip.outputs, folder, schema_beside(folder))
 
 
 def _refused(console: Console, source: Path, errors: int) -> int:

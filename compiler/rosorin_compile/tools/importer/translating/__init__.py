@@ -18,6 +18,7 @@ from ....xml.files import read_source
 from ....xml.markup import MarkupError, parse
 from ..description import Outputs, tree_of
 from ..layout import Remarks, Verbatim, cleaned, layout
+from .data import Data
 from .naming import name_parts
 from .pieces import Macro
 from .program import Program
@@ -61,13 +62,16 @@ class _Attempt(NamedTuple):
     files: dict[str, str]
     program: Program
     macros: list[Macro]
+    packages: dict[str, Path]
 
 
-def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, schema: str = "") -> Translation:
+def translate(
+    path: Path, options: ReadOptions, imported: Imported, wanted: Outputs, folder: Path, schema: str = ""
+) -> Translation:
     """Return the description of a xacro, proven; without files, and with a reason, where it cannot be translated.
 
     ``imported`` is the robot that the xacro expands to with the arguments that are given, ``wanted`` the artifacts
-    that its description asks for.
+    that its description asks for, ``folder`` where it is going to stand.
     """
     source = Source(path, options)
     source.known[()] = imported
@@ -77,7 +81,8 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
     for _ in range(MAX_ATTEMPTS):
         try:
             accepts = _accepted(source)
-            made = _attempt(path, options, imported, wanted, schema, frozenset(out), frozenset(explicit), accepts)
+            how = _How(imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts)
+            made = _attempt(path, options, how)
         except InMacro as problem:
             name = problem.macro.name
             if name in out:
@@ -89,7 +94,7 @@ def translate(path: Path, options: ReadOptions, imported: Imported, wanted: Outp
         except MarkupError as problem:
             return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
         rows, possible = combinations(choices_of(made.program.arguments, options.arguments))
-        last, refused = faults(made.files, source, rows, options.packages)
+        last, refused = faults(made.files, source, rows, made.packages)
         if not last:
             return _translation(made, out, rows, possible, refused)
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
@@ -144,30 +149,35 @@ def _demote(macro: Macro, fault: Fault, out: dict[str, WrittenOut], explicit: se
     return True
 
 
-def _attempt(
-    path: Path,
-    options: ReadOptions,
-    imported: Imported,
-    wanted: Outputs,
-    schema: str,
-    inlined: frozenset[str],
-    explicit: frozenset[str],
-    accepts: list[Any],
-) -> _Attempt:
+class _How(NamedTuple):
+    """How one attempt is made: with which macros written out, and with which in long names."""
+
+    imported: Imported
+    wanted: Outputs
+    folder: Path
+    schema: str
+    inlined: frozenset[str]
+    explicit: frozenset[str]
+    accepts: list[Any]
+
+
+def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
     program = Program(path, parse(read_source(path)), options.packages, options.arguments)
-    walker = Walker(program, inlined)
+    walker = Walker(program, how.inlined)
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     _name_macros(program, walker.seen)
-    name_parts(walker.seen, explicit)
+    name_parts(walker.seen, how.explicit)
     choices = choices_of(program.arguments, options.arguments)
-    renderer = Renderer(program, walker.seen, choices)
+    data = Data(program, how.folder)
+    renderer = Renderer(program, walker.seen, choices, data)
     documents = renderer.render()
     for variable in renderer.used:
         variable.used = True
-    files = _files(program, documents, imported, {**_sections(imported), **_tail(accepts, wanted)}, schema)
-    return _Attempt(files, program, walker.seen)
+    tail = {**_sections(how.imported), **_tail(how.accepts, how.wanted)}
+    files = {**_files(program, documents, how.imported, tail, how.schema), **data.files}
+    return _Attempt(files, program, walker.seen, {**options.packages, **data.used})
 
 
 def _name_macros(program: Program, macros: list[Macro]) -> None:

@@ -45,9 +45,24 @@ def source_tree(text: str) -> ast.expr:
     Raises ValueError for one that is none, or holds another extension than ``arg`` and ``find``.
     """
     try:
-        return ast.parse(_without_extensions(text).strip(), mode="eval").body
+        return _Simpler().visit(ast.parse(_without_extensions(text).strip(), mode="eval").body)  # type: ignore
     except (SyntaxError, RecursionError, MemoryError) as problem:
         raise ValueError(str(problem)) from None
+
+
+class _Simpler(ast.NodeTransformer):
+    """Leaves out the empty texts that stand around an argument in quotes."""
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        self.generic_visit(node)
+        for one, other in ((node.left, node.right), (node.right, node.left)):
+            if isinstance(node.op, ast.Add) and isinstance(one, ast.Constant) and one.value == "" and _of_text(other):
+                return other
+        return node
+
+
+def _of_text(node: ast.expr) -> bool:
+    return isinstance(node, ast.BinOp) or (isinstance(node, ast.Call) and getattr(node.func, "id", "") == "__text")
 
 
 def _without_extensions(text: str) -> str:
@@ -86,6 +101,15 @@ class Rendering:
         self.mark = mark
         self.named = named or (lambda _: None)
         self.share: Callable[[str], ast.expr] | None = None
+        self.loaded: Callable[[str, bool], str] = lambda text, rest: text
+
+    def begin(self, node: ast.expr) -> None:
+        """Give the name of a file that is put together the beginning that it has here."""
+        while isinstance(node, ast.BinOp):
+            if isinstance(node.left, ast.Constant):
+                node.left = ast.Constant(self.loaded(str(node.left.value), True))
+                return
+            node = node.left
 
     def value(self, value: Value, depth: int = 0) -> ast.expr:
         """Return the value of a text as an expression. Raises Unsupported."""
@@ -178,7 +202,8 @@ class Rendering:
                 return own
             if _is_pi(found):
                 return ast.Name("pi", ast.Load())
-            self.mark(found)
+            if found.where != "loop":
+                self.mark(found)
             made = ast.Name(found.ours, ast.Load())
             made.kind = found.kind()  # type: ignore[attr-defined]
             return made
@@ -317,6 +342,10 @@ class Rendering:
     def of_xacro(self, name: str, given: list[ast.expr], scope: Scope, depth: int) -> ast.expr:
         """Return what stands for a function of xacro's own."""
         if name == "load_yaml":
+            if len(given) == 1 and isinstance(given[0], ast.Constant):
+                given = [ast.Constant(self.loaded(str(given[0].value), False))]
+            elif len(given) == 1 and _is_text(given[0]):
+                self.begin(given[0])
             return ast.Call(ast.Name("load", ast.Load()), given, [])
         if name == "dotify" and len(given) == 1:
             return given[0]
@@ -364,7 +393,7 @@ class Rendering:
             return ast.Compare(node, [ast.In()], [ast.List([ast.Constant(one) for one in _TRUE], ast.Load())])
         if isinstance(node, ast.BoolOp):
             return ast.BoolOp(node.op, [self.flag(item) for item in node.values])
-        if isinstance(node, (ast.BinOp, ast.Call, ast.List)) and not _is_boolean(node):
+        if kind == LIST or (isinstance(node, (ast.BinOp, ast.Call, ast.List))) and not _is_boolean(node):
             return ast.Call(ast.Name("bool", ast.Load()), [node], [])
         return node
 

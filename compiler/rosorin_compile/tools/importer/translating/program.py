@@ -6,6 +6,7 @@ they are called. Files of other packages are found as xacro finds them.
 
 from __future__ import annotations
 
+import glob
 import os
 import re
 from collections.abc import Mapping
@@ -47,7 +48,7 @@ class Program:
         self.property_files: dict[str, File] = {}
         self.property_comments: dict[str, tuple[str, ...]] = {}
         self.missing: list[tuple[str, Span]] = []
-        self.tops: dict[int, File] = {}
+        self.tops: dict[int, list[tuple[File, Whens]]] = {}
         self.root = self._file(path, document, root=True)
         self._collect(self.root.document.root, self.root, (), ())
         self._name_properties()
@@ -99,6 +100,13 @@ class Program:
         if element.get("ns"):
             raise Unsupported("an include with ns", element.span)
         target = self.resolve(element.get("filename"), file, element.span)
+        if re.search(r"[*?[]", str(target)):
+            for one in sorted(glob.glob(str(target))):
+                self._include_one(Path(one), element, when, within)
+            return
+        self._include_one(target, element, when, within)
+
+    def _include_one(self, target: Path, element: Element, when: Whens, within: tuple[str, ...]) -> None:
         key = os.path.abspath(target)
         if key in within or len(within) > 40:
             raise Unsupported(f"{Path(key).name} includes itself", element.span)
@@ -108,7 +116,7 @@ class Program:
         except (MarkupError, OSError):
             self.missing.append((str(target), element.span))
             return
-        self.tops[id(element)] = included
+        self.tops.setdefault(id(element), []).append((included, ()))
         self._collect(included.document.root, included, when, (*within, key))
 
     def resolve(self, name: str, file: File, span: Span) -> Path:

@@ -27,10 +27,11 @@ from ....model import Robot
 from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....xml.elements import canonical, tree_of
-from .scopes import FLAG, NUMBER, WORDS, Variable
+from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
 
 MAX_COMBINATIONS = 32
 TOLERANCE = 1e-12
+PROBE = "probe_"  # what an argument is given beside its default that stands in names
 
 Combination = tuple[tuple[str, str], ...]
 
@@ -75,6 +76,8 @@ def choices_of(arguments: Mapping[str, Variable], given: Mapping[str, str]) -> d
             values += [one for one in ("0", "1") if one not in values]
         elif kind in (WORDS, "any"):
             values += [one for one in compared if one not in values]
+            if NAME in variable.head().evidence and len(values) == 1:
+                values.append(PROBE)
         made[name] = values
     return made
 
@@ -116,7 +119,8 @@ def faults(
             step("proving the translation", number, len(rows))
             made = source.read(row)
             if made.tree is None or any(one.severity == ERROR for one in made.diagnostics):
-                refused.append(row)
+                if all(value != PROBE for _, value in row):
+                    refused.append(row)
                 continue
             found = _faults(stage, files, made, row, packages)
             if found:

@@ -15,8 +15,9 @@ from ....numbers import exact
 from ....xml.markup import Remark
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
+from .data import Data
 from .expressions import Rendering, all_of, folded, negated, usable, written
-from .naming import Scoped, expanded, prefix_pieces, sole_variable, without_prefix
+from .naming import Scoped, expanded, prefix_pieces, sole_variable, variables_in, without_prefix
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
 from .program import Program
 from .scopes import (
@@ -27,6 +28,7 @@ from .scopes import (
     FLAG,
     LIST,
     LISTS,
+    LOADED,
     LOCAL,
     NAME,
     NUMBER,
@@ -70,8 +72,9 @@ class Documents:
 class Renderer:
     """Renders one walk."""
 
-    def __init__(self, program: Program, macros: list[Macro], choices: dict[str, list[str]]) -> None:
+    def __init__(self, program: Program, macros: list[Macro], choices: dict[str, list[str]], data: Data) -> None:
         self.program = program
+        self.data = data
         self.macros = macros
         self.choices = choices
         self.used: set[Variable] = set()
@@ -101,7 +104,9 @@ class Renderer:
                 except Unsupported as problem:
                     raise InMacro(macro, problem) from None
             self.named_values()
-        self.arguments()
+            self.arguments()
+            if self.shares:
+                self.documents.section(self.program.root.name, "let").update(self.shares)
         self.materials()
         return self.documents
 
@@ -110,6 +115,7 @@ class Renderer:
     def expressions(self) -> Rendering:
         made = Rendering(self.used.add, self.own_name)
         made.share = self.share
+        made.loaded = self.data.name
         return made
 
     def own_name(self, variable: Variable) -> ast.expr | None:
@@ -554,10 +560,12 @@ class Renderer:
             if variable is macro.mount or (macro.prefix and variable is macro.prefix[0] and not macro.prefix[1]):
                 continue
             value = use.given.get(name)
+            if value is None and name in macro.variables and self.shadows(macro, name):
+                value = self.default(macro, name, use.scope)
             if value is None and name not in macro.variables:
                 value = Value(f"${{{name}}}", use.scope, "free", use.element.span)
             if value is not None:
-                found = self.of_kind(value, variable.kind())
+                found = self.of_variable(value, variable)
                 if not self.is_default(macro, name, found, variable):
                     made[variable.ours] = found
         for name, entry in use.blocks.items():
@@ -565,15 +573,37 @@ class Renderer:
                 made[self.block_name(name)] = self.entry(entry)
         return made
 
+    def said_default(self, macro: Macro, name: str) -> str | None:
+        return next((one.default for one in macro.parameters if one.name == name), None)
+
+    def shadows(self, macro: Macro, name: str) -> bool:
+        """Say whether the default of a parameter is made of a value that is called as the parameter is."""
+        default = self.said_default(macro, name)
+        if default is None or is_plain(default):
+            return False
+        found = variables_in(Value(default, self.program.scope, "free"))
+        return any(one.ours == macro.variables[name].ours for one in found)
+
     def is_default(self, macro: Macro, name: str, found: Any, variable: Variable) -> bool:
         """Say whether a use would say what the part takes by default."""
-        default = next((p.default for p in macro.parameters if p.name == name), None)
-        if default is None:
+        default = self.said_default(macro, name)
+        if default is None or self.shadows(macro, name):
             return False
-        return bool(found == self.of_kind(Value(default, self.program.scope, "free"), variable.kind()))
+        return bool(found == self.of_variable(Value(default, self.program.scope, "free"), variable))
+
+    def of_variable(self, value: Value, variable: Variable, kind: str = "") -> Any:
+        """Return a value of a variable as ``layout`` takes it."""
+        kind = kind or variable.kind()
+        if LOADED in variable.head().evidence and kind in (WORDS, ANY):
+            pieces = self.address(expanded(value.text, value.scope))
+            if pieces and pieces[0][0].kind == TEXT:
+                begins = self.data.name(pieces[0][0].text, len(pieces) > 1)
+                pieces = [(Token(TEXT, begins), pieces[0][1]), *pieces[1:]]
+            return self.joined(pieces, value)
+        return self.of_kind(value, kind)
 
     def of_kind(self, value: Value, kind: str) -> Any:
-        """Return a value of a variable as ``layout`` takes it."""
+        """Return a value of a kind as ``layout`` takes it."""
         pieces = expanded(value.text, value.scope)
         if all(piece.kind == TEXT for piece, _ in pieces):
             return _literal_of(
@@ -608,10 +638,10 @@ class Renderer:
             kind = declared_type(variable)
             if kind:
                 declared["type"] = kind
-            default = next((p.default for p in macro.parameters if p.name == name), None)
+            default = None if self.shadows(macro, name) else self.said_default(macro, name)
             if default is not None:
-                declared["default"] = self.of_kind(
-                    Value(default, self.program.scope, "free", macro.place), variable.kind()
+                declared["default"] = self.of_variable(
+                    Value(default, self.program.scope, "free", macro.place), variable
                 )
             made[variable.ours] = declared
         for parameter in macro.parameters:
@@ -631,7 +661,7 @@ class Renderer:
         """Return the value of a property; one that depends on conditions is a choice."""
         if len(definitions) == 1 and not definitions[0][1]:
             value = definitions[0][0]
-            return self.mapping_of(value) or self.of_kind(value, variable.kind())
+            return self.mapping_of(value) or self.of_variable(value, variable)
         chosen: ast.expr | None = None
         for value, when in definitions:
             condition = self.condition(when)
@@ -689,10 +719,6 @@ class Renderer:
             found = [(one.value, one.when) for one in definitions]
             self.documents.section(file, "let")[variable.ours] = self.defined(found, variable)
             self.documents.remark(file, ("let", variable.ours), self.program.property_comments.get(name, ()))
-        if self.shares:
-            section = self.documents.section(self.program.root.name, "let")
-            section.update(self.shares)
-
     def arguments(self) -> None:
         """Write the arguments that anything uses."""
         for name, variable in self.program.arguments.items():
@@ -704,8 +730,8 @@ class Renderer:
             text = given if given is not None else variable.values[0].text if _own(variable) else None
             if text is not None:
                 kind = WORDS if kind in (LIST, TABLE, ANY) else kind
-                declared["default"] = self.of_kind(Value(text, self.program.scope, "free"), kind)
-            if declared["type"] == "text" and self.choices.get(name):
+                declared["default"] = self.of_variable(Value(text, self.program.scope, "free"), variable, kind)
+            if declared["type"] == "text" and is_choice(variable) and len(self.choices.get(name, ())) > 1:
                 declared["one_of"] = list(self.choices[name])
             self.documents.section(self.program.argument_files[name].name, "args")[variable.ours] = declared
 
@@ -962,6 +988,13 @@ def declared_type(variable: Variable) -> str:
     if kind == LIST:
         return "list"
     return {FLAG: "boolean", WORDS: "text", TABLE: "table"}.get(kind, "")
+
+
+def is_choice(variable: Variable) -> bool:
+    """Say whether an argument is nothing but compared with texts, so that these are all that it may be."""
+    evidence = variable.head().evidence
+    compared = {one for one in evidence if one.startswith("=")}
+    return "=" not in compared and bool(compared) and not evidence & {NAME, FILE, XML, *NUMBERS, *LISTS, "reckoned"}
 
 
 def argument_type(variable: Variable) -> str:

@@ -23,6 +23,7 @@ NUMBER, FLAG, WORDS, LIST, TABLE, ANY = "number", "boolean", "text", "list", "ta
 NUMBERS = ("length", "angle", "mass", "number")
 LISTS = ("length3", "angle3", "number3", "number4")
 CONDITION, NAME, FILE, XML, FREE = "condition", "name", "file", "xml", "free"
+LOADED = "loaded"
 
 _LITERAL = re.compile(r"[-+]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][-+]?[0-9]+)?\Z")
 _FLAGS = {"true": True, "True": True, "false": False, "False": False}
@@ -247,8 +248,9 @@ def _note_node(node: ast.AST, scope: Scope, sink: str) -> None:
         if isinstance(node, ast.Subscript):
             _note_node(node.slice, scope, FREE)
     else:
+        loads = isinstance(node, ast.Call) and ast.unparse(node.func) in ("xacro.load_yaml", "load_yaml")
         for child in ast.iter_child_nodes(node):
-            _note_node(child, scope, FREE)
+            _note_node(child, scope, LOADED if loads else FREE)
 
 
 def _by_number(node: ast.AST) -> bool:
@@ -257,7 +259,7 @@ def _by_number(node: ast.AST) -> bool:
 
 
 def _note_comparison(node: ast.Compare, scope: Scope) -> None:
-    items = [node.left, *node.comparators]
+    items = [_unworded(item) for item in (node.left, *node.comparators)]
     values = [item.value for item in items if isinstance(item, ast.Constant)]
     sink = FREE
     if any(isinstance(value, str) for value in values):
@@ -275,6 +277,13 @@ def _note_comparison(node: ast.Compare, scope: Scope) -> None:
                         found.head().evidence.add(f"={value}")
         else:
             _note_node(item, scope, FREE)
+
+
+def _unworded(node: ast.expr) -> ast.expr:
+    """Return the name of an argument that stands in quotes."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "__text":
+        return node.args[0]
+    return node
 
 
 def _spelt(name: str) -> str:

@@ -52,12 +52,22 @@ class Walker:
         self.inlined = inlined
         self.depth = 0
         self.seen: list[Macro] = []
-        self.context: list[str] = []
+        self.flows: list[tuple[Variable, Variable]] = []
 
     def walk(self) -> None:
         """Walk over everything."""
+        for name, definitions in self.program.properties.items():
+            variable = self.program.scope.names[name]
+            for definition in definitions if isinstance(variable, Variable) else ():
+                for condition in definition.when:
+                    note(condition.value)
+                self.hand(definition.value, variable)  # type: ignore[arg-type]
+        for variable in self.program.arguments.values():
+            for value in variable.values:
+                self.hand(value, variable)
         file = self.program.root
         self.robot(file.document.root, file.body, file.body.scope, (), top=True)
+        self.spread()
 
     # What stands in a robot, or in a macro that is a part.
 
@@ -105,14 +115,13 @@ class Walker:
         return made
 
     def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
-        file = self.program.tops.get(id(element))
-        if file is None:
-            if not top:
-                raise Unsupported("an include within a macro", element.span)
-            return
-        for condition in when:
-            note(condition.value)
-        self.robot(file.document.root, file.body, file.body.scope, when, top=True)
+        files = self.program.tops.get(id(element))
+        if files is None and not top:
+            raise Unsupported("an include within a macro", element.span)
+        for file, more in files or ():
+            for condition in more:
+                note(condition.value)
+            self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
 
     def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a property of a macro."""
@@ -143,14 +152,14 @@ class Walker:
         if isinstance(known, Variable) and known.where == LOCAL:
             known.values.append(value)
             known.definitions.append((value, when))  # type: ignore[attr-defined]
-            note(value)
+            self.hand(value, known)
             return
         made = Variable(name, LOCAL, span=element.span)
         made.values.append(value)
         made.definitions = [(value, when)]  # type: ignore[attr-defined]
         scope.names[name] = made
         body.locals.append(made)
-        note(value)
+        self.hand(value, made)
 
     def is_conditional(self, when: Whens, body: Body) -> bool:
         return bool(when)
@@ -167,7 +176,7 @@ class Walker:
     def inserted(self, element: Element, scope: Scope) -> list[tuple[Element, Scope]]:
         """Return the elements that a block inserts, each with its scope."""
         found = scope.block(element.get("name"))
-        if not isinstance(found, tuple):
+        if isinstance(found, Parameter) or not isinstance(found, tuple):
             raise Unsupported(f'the block "{element.get("name")}" is inserted here', element.span)
         block, inner, *single = found
         if single:  # a parameter of one element
@@ -278,17 +287,31 @@ class Walker:
             if variable is None:
                 raise Unsupported(f'the macro "{macro.name}" has no parameter {name}', value.span)
             variable.head().values.append(value)
-            for source in _sources(value):
-                found = value.scope.find(source)
-                while isinstance(found, Bound):
-                    name_ = sole_name(tokens(found.text))
-                    found = found.scope.find(name_) if name_ else None
-                if isinstance(found, Variable):
-                    if found.where == "argument":
-                        found.head().evidence |= variable.head().evidence
-                        variable.flows.append(found) if hasattr(variable, "flows") else None
-                    else:
-                        variable.join(found)
+            self.hand(value, variable)
+
+    def hand(self, value: Value, variable: Variable) -> None:
+        """Take down that a value becomes that of a variable."""
+        note(value)
+        for source in _sources(value):
+            found = value.scope.find(source)
+            while isinstance(found, Bound):
+                name = sole_name(tokens(found.text))
+                found = found.scope.find(name) if name else None
+            if isinstance(found, Variable) and found is not variable:
+                if "argument" in (found.where, variable.where):
+                    self.flows.append((found, variable))
+                else:
+                    variable.join(found)
+
+    def spread(self) -> None:
+        """Let arguments know how what they are handed to is used."""
+        changed = True
+        while changed:
+            changed = False
+            for argument, variable in self.flows:
+                more = variable.head().evidence - argument.head().evidence
+                argument.head().evidence |= more
+                changed = changed or bool(more)
 
     def write_out(self, macro: Macro, element: Element, scope: Scope, then: Callable[[Scope], None]) -> None:
         """Walk over a macro where it is called."""
@@ -337,7 +360,9 @@ class Walker:
                 continue
             made = Variable(parameter.name, PARAMETER, span=macro.place)
             if parameter.default is not None:
-                made.values.append(Value(parameter.default, self.program.scope, FREE, macro.place))
+                value = Value(parameter.default, self.program.scope, FREE, macro.place)
+                made.values.append(value)
+                self.hand(value, made)
             macro.variables[parameter.name] = made
             macro.scope.names[parameter.name] = made
 

@@ -93,7 +93,8 @@ def translate(
             return Translation({}, reason=problem.reason, span=problem.span)
         except MarkupError as problem:
             return Translation({}, reason=problem.diagnostic.message, span=problem.diagnostic.span)
-        rows, possible = combinations(choices_of(made.program.arguments, options.arguments))
+        used = {name: one for name, one in made.program.arguments.items() if one.used}
+        rows, possible = combinations(choices_of(used, options.arguments))
         last, refused = faults(made.files, source, rows, made.packages)
         if not last:
             return _translation(made, out, rows, possible, refused)

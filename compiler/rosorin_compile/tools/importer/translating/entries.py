@@ -61,7 +61,7 @@ def _read_one(
     read = {"link": _in_link, "inertial": _in_inertial, "solid": _in_solid, "geometry": _in_geometry}
     read |= {"joint": _in_joint, "material": _in_material}
     if not read[level](walker, child, scope, when, entry, comments):
-        if level not in ("link", "joint"):
+        if level not in ("link", "joint", "solid"):
             raise Unsupported(f"<{child.tag}> has no word here", child.span)
         entry.add("urdf_elements", walker.xml(child, scope), when)
 

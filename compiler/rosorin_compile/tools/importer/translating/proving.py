@@ -140,10 +140,13 @@ def _faults(
     file = stage / f"compiled{format.endings[0]}"
     file.write_text(text, "utf-8")
     back = read_robot(file, ReadOptions(lenient=True, checked=False))
+    if back.tree is not None and made.tree is not None and "accept" in made.tree:  # what a source breaks, its copy may
+        back.tree.put("accept", made.tree["accept"], back.tree.span, back.tree.span)
     source = lower(made.tree).robot if made.tree is not None else None
     again = lower(back.tree).robot if back.tree is not None else None
     if source is None or again is None:
-        return [Fault("what is compiled cannot be read back", (), row)]
+        broken = [one.message for one in back.diagnostics if one.severity == ERROR]
+        return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     found = different(_settled(source), _settled(again), TOLERANCE, carried_by_urdf=True)
     macros = _macros_of(made)
     return [Fault(one, _named_in(one, macros), row) for one in found[:8]]

@@ -93,6 +93,10 @@ class Renderer:
             before = len(self.used)
             self.documents = Documents()
             self.looks, self.shares, self.keys = {}, {}, set()
+            for body in (*(file.body for file in self.program.files.values()), *(one.body for one in self.macros)):
+                self.macro = body.macro if body else None
+                for named in body.materials if body else ():
+                    self.material(named, body.file.name)
             for file in self.program.files.values():
                 self.file(file)
             for macro in self.macros:
@@ -107,7 +111,6 @@ class Renderer:
             self.arguments()
             if self.shares:
                 self.documents.section(self.program.root.name, "let").update(self.shares)
-        self.materials()
         return self.documents
 
     # Expressions.
@@ -342,16 +345,14 @@ class Renderer:
         return made
 
     def settle_look(self, visual: dict[Any, Any], when: ast.expr | None) -> None:
-        """Take the look of a material that stands in a visual to the materials, where it is the same for all."""
+        """Take the name from a material that looks otherwise than the first of that name."""
         name, rgba = visual.get("material"), visual.get("rgba")
         if not isinstance(name, str) or isinstance(name, Expression) or not isinstance(rgba, list):
             return
         if any(isinstance(number, Expression) for number in rgba) or "texture" in visual:
             return
         known = self.looks.setdefault(name, rgba)
-        if [float(one) for one in known] == [float(one) for one in rgba]:
-            del visual["rgba"]
-        else:
+        if [float(one) for one in known] != [float(one) for one in rgba]:  # as the reader of URDF settles it
             del visual["material"]
 
     # Calls of named values.
@@ -429,8 +430,6 @@ class Renderer:
         for use in body.uses:
             self.use(use, target.setdefault("use", {}), file, (*path, "use"))
         self.elements(body, target, file, path)
-        for named in body.materials:
-            self.material(named, file)
         for section in ("links", "joints", "use", "urdf_elements"):
             if section in target and not target[section]:
                 del target[section]
@@ -471,17 +470,9 @@ class Renderer:
         if self.macro is not None and (when is not None or any(map(_has_expression, entry.values()))):
             raise Unsupported("a material of a macro", named.element.span)
         section[name] = conditional(entry, when)
-        if "rgba" in entry:
-            self.looks[name] = None
+        if "rgba" in entry and isinstance(entry["rgba"], list) and not _has_expression(entry["rgba"]):
+            self.looks[name] = entry["rgba"]
         self.documents.remark(file, ("materials", name), named.comments)
-
-    def materials(self) -> None:
-        """Write the materials that stood in visuals."""
-        said = {name for file in self.documents.files.values() for name in file.get("materials", ())}
-        missing = {name: rgba for name, rgba in self.looks.items() if name not in said and rgba is not None}
-        if missing:
-            section = self.documents.section(self.program.root.name, "materials")
-            section.update({name: {"rgba": rgba} for name, rgba in missing.items()})
 
     # Uses.
 
@@ -877,12 +868,12 @@ def _literal_of(text: str, kind: str, value: Value, unquoted: bool = False) -> A
     found = text if unquoted and kind == WORDS else literal(text)
     if kind == FLAG and (isinstance(found, bool) or found in (0, 1)):
         return bool(found)
-    if kind == LIST and isinstance(found, list):
-        return [number_text(word, "number", value) for word in text.split()]
+    if kind == LIST:
+        numbers = str(found).split() if isinstance(found, str) else text.split()
+        if len(numbers) > 1:
+            return [number_text(word, "number", value) for word in numbers]
     if kind == WORDS:
-        if isinstance(found, (int, float)) or isinstance(found, list):
-            return text
-        return found
+        return text if isinstance(found, (int, float, list)) and not isinstance(found, bool) else str(text if isinstance(found, bool) else found)
     if isinstance(found, bool):
         return found
     if isinstance(found, (int, float)):

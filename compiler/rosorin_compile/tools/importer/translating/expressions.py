@@ -231,7 +231,7 @@ class Rendering:
         if isinstance(node, ast.UnaryOp):
             operand = self.node(node.operand, scope, depth)
             if isinstance(node.op, ast.Not):
-                return negated(self.flag(operand))
+                return negated(self.truth(operand))
             if not isinstance(node.op, (ast.USub, ast.UAdd)):
                 raise Unsupported(f"{ast.unparse(node)} has no word here")
             return ast.UnaryOp(node.op, operand)
@@ -241,7 +241,7 @@ class Rendering:
             return self.comparison(node, scope, depth)
         if isinstance(node, ast.IfExp):
             test, body, other = (self.node(one, scope, depth) for one in (node.test, node.body, node.orelse))
-            return ast.IfExp(self.flag(test), body, other)
+            return ast.IfExp(self.truth(test), body, other)
         if isinstance(node, (ast.List, ast.Tuple)):
             return ast.List([self.node(item, scope, depth) for item in node.elts], ast.Load())
         if isinstance(node, ast.Subscript):
@@ -297,7 +297,7 @@ class Rendering:
             for target in ast.walk(generator.target):
                 if isinstance(target, ast.Name):
                     inner.names[target.id] = Variable(target.id, "loop")
-            tests = [self.flag(self.node(test, inner, depth)) for test in generator.ifs]
+            tests = [self.truth(self.node(test, inner, depth)) for test in generator.ifs]
             generators.append(ast.comprehension(generator.target, iterated, tests, 0))
         return ast.ListComp(self.node(node.elt, inner, depth), generators)
 
@@ -383,6 +383,12 @@ class Rendering:
         return self.flag(node)
 
     def flag(self, node: ast.expr) -> ast.expr:
+        """Return whether a condition of xacro holds, which may be a text such as "true"."""
+        if _kind_of(node) == WORDS:
+            return ast.Compare(node, [ast.In()], [ast.List([ast.Constant(one) for one in _TRUE], ast.Load())])
+        return self.truth(node)
+
+    def truth(self, node: ast.expr) -> ast.expr:
         """Return what is true or false of what Python takes for it."""
         if isinstance(node, ast.Constant):
             return ast.Constant(bool(node.value))
@@ -390,10 +396,10 @@ class Rendering:
         if kind == NUMBER:
             return ast.Compare(node, [ast.NotEq()], [ast.Constant(0)])
         if kind == WORDS:
-            return ast.Compare(node, [ast.In()], [ast.List([ast.Constant(one) for one in _TRUE], ast.Load())])
+            return ast.Compare(node, [ast.NotEq()], [ast.Constant("")])
         if isinstance(node, ast.BoolOp):
-            return ast.BoolOp(node.op, [self.flag(item) for item in node.values])
-        if kind == LIST or (isinstance(node, (ast.BinOp, ast.Call, ast.List))) and not _is_boolean(node):
+            return ast.BoolOp(node.op, [self.truth(item) for item in node.values])
+        if kind in (LIST, ANY) or (isinstance(node, (ast.BinOp, ast.Call, ast.List)) and not _is_boolean(node)):
             return ast.Call(ast.Name("bool", ast.Load()), [node], [])
         return node
 
@@ -433,11 +439,13 @@ def _bare(node: ast.expr) -> ast.expr:
     return node
 
 
-def _constant(value: Any) -> ast.expr:
+def _constant(value: Any, whole: bool = False) -> ast.expr:
     if isinstance(value, list):
-        return ast.List([_constant(item) for item in value], ast.Load())
+        return ast.List([_constant(item, whole=True) for item in value], ast.Load())
     if isinstance(value, bool):
         return ast.Constant(value)
+    if isinstance(value, float) and value.is_integer() and abs(value) < 1e6:
+        value = int(value) if whole else value
     if isinstance(value, float) and not math.isfinite(value):
         raise Unsupported("nan and inf are no values here")
     if isinstance(value, (int, float)) and value < 0:

@@ -157,6 +157,9 @@ def name_parts(macros: Sequence[Macro], explicit: frozenset[str]) -> None:
     for macro in macros:
         macro.prefix = None if macro.name in explicit else _own_prefix(macro)
     nameless = _nameless(macros)
+    for _ in macros:
+        for macro in macros:
+            macro.relative = _relative(macro) if macro.prefix is None and macro.name not in explicit else None
     changed = True
     while changed:
         changed = False
@@ -207,6 +210,49 @@ def _own_prefix(macro: Macro) -> tuple[Variable, str] | None:
         return None
     together = all(text.startswith("_") for text in texts) and all(text not in ("_",) for text in own)
     return variable, "_" if together else ""
+
+
+def _relative(macro: Macro) -> Variable | None:
+    """Return the parameter that all names of a macro begin with, which is in nothing but names."""
+    body = macro.body
+    if body is None or not (body.links or body.joints):
+        return None
+    leads = [lead(named.name) for named in (*body.links, *body.joints)]
+    variables = {one[0] for one in leads if one is not None}
+    if len(variables) != 1 or None in leads:
+        return None
+    (variable,) = variables
+    if variable not in macro.variables.values():
+        return None
+    for value, role in values_of(body):
+        if variable not in list(variables_in(value)):
+            continue
+        if value.sink == "name" and (lead(value) or (None,))[0] is variable:
+            continue
+        if not _is_relative(role, body):
+            return None
+    return variable
+
+
+def _is_relative(role: str, body: Body) -> bool:
+    words = role.split()
+    if words[:1] != ["given"]:
+        return False
+    use = next((use for use in body.uses if str(id(use)) == words[1]), None)
+    return use is not None and use.macro.relative is not None and use.macro.variables.get(words[2]) is use.macro.relative
+
+
+def lead_of(use: Use) -> str:
+    """Return a word for a use: what is given for the beginning of its names, as far as that is plain."""
+    macro = use.macro
+    variable = macro.relative or next(
+        (found[0] for named in (macro.body.links if macro.body else ()) if (found := lead(named.name))), None
+    )
+    if variable is None or variable not in macro.variables.values():
+        return ""
+    value = _given(use, variable)
+    pieces = expanded(value.text, value.scope)
+    return "".join(piece.text for piece, _ in pieces if piece.kind == TEXT).strip("'_")
 
 
 def _inner_prefix(macro: Macro, nameless: set[Macro]) -> tuple[Variable, str] | None:
@@ -270,6 +316,9 @@ def _composed(use: Use, macro: Macro, nameless: set[Macro]) -> bool:
     """Say whether a part in a part has the prefix of that part before its own."""
     if use.macro in nameless:
         return True
+    if macro.prefix is not None and use.macro.prefix is None and use.macro.relative is not None:
+        value = _given(use, use.macro.relative)
+        return bool(without_prefix(expanded(value.text, value.scope), macro.prefix))
     if use.macro.prefix is None or macro.prefix is None:
         return False
     return without_prefix(prefix_pieces(use), macro.prefix) is not None

@@ -89,6 +89,8 @@ class Macro:
     prefix: tuple[Variable, str] | None = None
     mount: Variable | None = None
     origin: str = ""
+    relative: Variable | None = None
+    by_key: bool = False
     block_levels: dict[str, str] = field(default_factory=dict)
     block_keys: dict[str, list[str]] = field(default_factory=dict)
 

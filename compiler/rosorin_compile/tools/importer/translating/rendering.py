@@ -17,7 +17,7 @@ from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
 from .expressions import Rendering, all_of, folded, negated, usable, written
-from .naming import Scoped, expanded, prefix_pieces, sole_variable, variables_in, without_prefix
+from .naming import Scoped, expanded, lead_of, prefix_pieces, sole_variable, variables_in, without_prefix
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
 from .program import Program
 from .scopes import (
@@ -84,10 +84,12 @@ class Renderer:
         self.looks: dict[str, Any] = {}
         self.extra: dict[str, Any] = {}
         self.keys: set[str] = set()
+        self.reserved: dict[Macro | None, set[str]] = {}
         self.files_loaded: dict[str, str] = {}
 
     def render(self) -> Documents:
         """Return the documents."""
+        self.reserve()
         before = -1
         while before != len(self.used):
             before = len(self.used)
@@ -112,6 +114,34 @@ class Renderer:
             if self.shares:
                 self.documents.section(self.program.root.name, "let").update(self.shares)
         return self.documents
+
+    def reserve(self) -> None:
+        """Find the parts whose uses are called as what they are given for ``name``; these names are theirs."""
+        bodies = [one.body for one in self.macros if one.body is not None]
+        groups: list[tuple[Macro | None, list[Use]]] = [(body.macro, body.uses) for body in bodies]
+        groups.append((None, [use for file in self.program.files.values() for use in file.body.uses]))
+        spoilt: set[Macro] = set()
+        for owner, uses in groups:
+            self.macro = owner
+            seen: dict[str, Macro] = {}
+            for use in uses:
+                if use.macro.prefix is not None or "name" not in use.macro.variables:
+                    continue
+                value = use.given.get("name")
+                key = str(self.text(Value(value.text, value.scope, NAME, value.span))) if value is not None else ""
+                if not key or key in seen or not isinstance(plain_scalar(key), str) or "/" in key:
+                    spoilt.add(use.macro)
+                    spoilt.update([seen[key]] if key in seen else [])
+                seen[key] = use.macro
+        for macro in self.macros:
+            kind = macro.variables["name"].kind() if "name" in macro.variables else ""
+            wanted = macro.body is not None and macro.prefix is None and kind in (WORDS, ANY)
+            macro.by_key = wanted and macro not in spoilt and bool(macro.uses)
+        for owner, uses in groups:
+            self.macro = owner
+            values = [use.given["name"] for use in uses if use.macro.by_key]
+            self.reserved[owner] = {str(self.text(Value(one.text, one.scope, NAME, one.span))) for one in values}
+        self.macro = None
 
     # Expressions.
 
@@ -322,6 +352,9 @@ class Renderer:
                     return
         if len(found) == 2 and found[0][1] is None and found[1][1] is not None and not isinstance(found[0][0], dict):
             found = found[1:] + found[:1]
+        if key in ("xyz", "rpy") and len(found) == 1 and found[0][1] is None and found[0][0] == ["0", "0", "0"]:
+            if self.macro is None or self.macro.entry is None:
+                return
         for number, (value, when) in enumerate(found):
             spelt: Any = key if not number else Expression(key + "${''}" * number)
             made[spelt] = conditional(value, when)
@@ -493,7 +526,7 @@ class Renderer:
         given = self.with_of(use)
         if given:
             made["with"] = given
-        key = self.free_key(key, section, path)
+        key = self.free_key(key, section, path, use)
         if prefix is None or prefix == f"{key}_":
             del made["prefix"]
             if prefix is None and key != self.key(use)[0]:
@@ -505,13 +538,15 @@ class Renderer:
         """Return the name of a use, and its prefix; None where that is its name and ``_``."""
         macro = use.macro
         if macro.prefix is None:
-            for name in ("name", "prefix", "link", "joint"):
-                value = use.given.get(name)
-                if value is not None and name == "name":
-                    key = self.text(Value(value.text, value.scope, NAME, value.span))
-                    if key and not isinstance(key, Expression):
-                        return _as_key(str(key)) or macro.ours, ""
-            return macro.ours, ""
+            value = use.given.get("name")
+            if value is not None:
+                key = self.text(Value(value.text, value.scope, NAME, value.span))
+                if macro.by_key:
+                    return key, ""
+                if key and not isinstance(key, Expression):
+                    return _as_key(str(key)) or macro.ours, ""
+            found = lead_of(use)
+            return _as_key(found) or macro.ours, ""
         pieces = prefix_pieces(use)
         if self.macro is not None and self.macro.prefix is not None:
             pieces = without_prefix(pieces, self.macro.prefix) or []
@@ -523,11 +558,14 @@ class Renderer:
             return text[:-1], None
         return _as_key(text.strip("_")) or macro.ours, text
 
-    def free_key(self, key: Any, section: dict[Any, Any], path: tuple[Any, ...]) -> Any:
+    def free_key(self, key: Any, section: dict[Any, Any], path: tuple[Any, ...], use: Use) -> Any:
         """Return a name that no other use has; those of all files share one set of names."""
         name, number = key, 1
         taken = section if path[0] == "parts" else self.keys
-        while name in taken:
+        if use.macro.by_key:
+            self.keys.add(key)
+            return key
+        while name in taken or name in self.reserved.get(self.macro, ()):
             number += 1
             name = f"{key}_{number}"
         if path[0] != "parts":
@@ -550,13 +588,18 @@ class Renderer:
         for name, variable in self.parameters(macro):
             if variable is macro.mount or (macro.prefix and variable is macro.prefix[0] and not macro.prefix[1]):
                 continue
+            if macro.by_key and name == "name":
+                continue
             value = use.given.get(name)
             if value is None and name in macro.variables and self.shadows(macro, name):
                 value = self.default(macro, name, use.scope)
             if value is None and name not in macro.variables:
                 value = Value(f"${{{name}}}", use.scope, "free", use.element.span)
             if value is not None:
-                found = self.of_variable(value, variable)
+                if variable is macro.relative and self.macro is not None and self.macro.prefix is not None:
+                    found = self.text(Value(value.text, value.scope, NAME, value.span))
+                else:
+                    found = self.of_variable(value, variable)
                 if not self.is_default(macro, name, found, variable):
                     made[variable.ours] = found
         for name, entry in use.blocks.items():
@@ -585,6 +628,11 @@ class Renderer:
     def of_variable(self, value: Value, variable: Variable, kind: str = "") -> Any:
         """Return a value of a variable as ``layout`` takes it."""
         kind = kind or variable.kind()
+        evidence = variable.head().evidence
+        if kind == LIST and "angle3" in evidence and not evidence & {"length3", "number3", "number4", "indexed"}:
+            value = Value(value.text, value.scope, "angle", value.span)
+        elif kind == NUMBER and declared_type(variable) == "angle":
+            value = Value(value.text, value.scope, "angle", value.span)
         if LOADED in variable.head().evidence and kind in (WORDS, ANY):
             pieces = self.address(expanded(value.text, value.scope))
             if pieces and pieces[0][0].kind == TEXT:
@@ -602,7 +650,8 @@ class Renderer:
             )
         parts = _words(pieces)
         if kind == LIST and len(parts) > 1:
-            return [self.number(part, Value(value.text, value.scope, "number", value.span)) for part in parts]
+            sink = "angle" if value.sink == "angle" else "number"
+            return [self.number(part, Value(value.text, value.scope, sink, value.span)) for part in parts]
         if kind in (WORDS, ANY) and len(pieces) > 1:
             return self.joined(pieces, value)
         node = self.node_of(pieces, value)
@@ -624,6 +673,8 @@ class Renderer:
         made: dict[str, Any] = {}
         for name, variable in self.parameters(macro):
             if variable is macro.mount or (macro.prefix and variable is macro.prefix[0] and not macro.prefix[1]):
+                continue
+            if macro.by_key and name == "name":
                 continue
             declared: dict[str, Any] = {}
             kind = declared_type(variable)
@@ -686,6 +737,8 @@ class Renderer:
         pairs: list[tuple[Any, ast.expr]] = []
         if isinstance(tree, ast.Dict) and all(isinstance(key, ast.Constant) for key in tree.keys):
             pairs = [(key.value, item) for key, item in zip(tree.keys, tree.values, strict=True)]  # type: ignore
+        elif isinstance(tree, ast.Call) and ast.unparse(tree.func) in ("xacro.dotify", "dotify") and tree.args:
+            return self.mapping(tree.args[0], value)
         elif isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "dict" and not tree.args:
             pairs = [(keyword.arg, keyword.value) for keyword in tree.keywords if keyword.arg]
         else:
@@ -871,13 +924,13 @@ def _literal_of(text: str, kind: str, value: Value, unquoted: bool = False) -> A
     if kind == LIST:
         numbers = str(found).split() if isinstance(found, str) else text.split()
         if len(numbers) > 1:
-            return [number_text(word, "number", value) for word in numbers]
+            return [number_text(word, "angle" if value.sink == "angle" else "number", value) for word in numbers]
     if kind == WORDS:
         return text if isinstance(found, (int, float, list)) and not isinstance(found, bool) else str(text if isinstance(found, bool) else found)
     if isinstance(found, bool):
         return found
     if isinstance(found, (int, float)):
-        return Verbatim(_digits(text.strip(), found))
+        return number_text(text.strip(), "angle" if value.sink == "angle" else "number", value)
     if isinstance(found, list):
         return text
     return found

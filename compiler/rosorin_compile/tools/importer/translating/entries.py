@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from ....xml.markup import Element
-from .pieces import Call, Entry, Handed, Item, Macro, Whens, Xml
+from .pieces import Call, Entry, Given, Handed, Item, Macro, Whens, Xml
 from .scopes import FILE, NAME, Scope, Value, is_plain, literal
 from .texts import Unsupported
 
@@ -50,7 +50,12 @@ def _read_one(
     level: str,
 ) -> None:
     if isinstance(child, Call):
-        entry.put("*", child, when)
+        for item in child.macro.entry.items if child.macro.entry else ():
+            if isinstance(item.value, list):
+                for index in range(len(item.value)):
+                    entry.add(item.key, Given(child, item.key, index), when)
+            else:
+                entry.put(item.key, Given(child, item.key), when)
         return
     if isinstance(child, Handed):
         macro = _macro_of(child.scope)

@@ -12,7 +12,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 
 from .expressions import source_tree
-from .pieces import Body, Call, Entry, Handed, Listed, Macro, Named, Use, Whens, Xml
+from .pieces import Body, Call, Entry, Given, Handed, Listed, Macro, Named, Use, Whens, Xml
 from .scopes import Bound, Scope, Value, Variable, is_plain, names_of, sole_name
 from .texts import EXPRESSION, EXTENSION, TEXT, Token, tokens
 
@@ -124,8 +124,8 @@ def _of_any(value: object, key: str) -> Iterator[tuple[Value, str]]:
             yield from _of_any(one, key)
     elif isinstance(value, Xml):
         yield from _of_xml(value)
-    elif isinstance(value, Call):
-        for given in value.given.values():
+    elif isinstance(value, Given):
+        for given in value.call.given.values():
             yield given, ""
 
 
@@ -138,6 +138,9 @@ def _of_xml(node: Xml) -> Iterator[tuple[Value, str]]:
             yield item, ""
         elif isinstance(item, Xml):
             yield from _of_xml(item)
+        elif isinstance(item, Call):
+            for given in item.given.values():
+                yield given, ""
 
 
 def lead(value: Value) -> tuple[Variable, str] | None:

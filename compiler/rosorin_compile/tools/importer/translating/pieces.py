@@ -38,7 +38,7 @@ class Listed(NamedTuple):
 
 
 class Entry:
-    """A mapping to be; a key may stand several times, under different conditions. ``*`` is a Call for all its keys."""
+    """A mapping to be; a key may stand several times, under different conditions."""
 
     def __init__(self) -> None:
         self.items: list[Item] = []
@@ -83,6 +83,7 @@ class Macro:
     body: Body | None = None
     level: str = ""
     entry: Entry | None = None
+    text: list[Any] | None = None
     ours: str = ""
     uses: list[Use] = field(default_factory=list)
     called: bool = False
@@ -133,6 +134,14 @@ class Call:
     blocks: dict[str, Entry]
     scope: Scope
     element: Element
+
+
+class Given(NamedTuple):
+    """What a call of a named value gives under one key, or one item of a list there."""
+
+    call: Call
+    key: str
+    index: int = -1
 
 
 class Handed(NamedTuple):

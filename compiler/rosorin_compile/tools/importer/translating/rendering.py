@@ -18,7 +18,7 @@ from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
 from .expressions import Rendering, all_of, folded, negated, usable, written
 from .naming import Scoped, expanded, lead_of, prefix_pieces, sole_variable, variables_in, without_prefix
-from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
+from .pieces import Body, Call, Entry, File, Given, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
 from .program import Program
 from .scopes import (
     ANY,
@@ -105,7 +105,7 @@ class Renderer:
                 try:
                     if macro.body is not None:
                         self.part(macro)
-                    elif macro.entry is not None:
+                    elif macro.entry is not None or macro.text is not None:
                         self.called(macro)
                 except Unsupported as problem:
                     raise InMacro(macro, problem) from None
@@ -287,10 +287,9 @@ class Renderer:
     def entry(self, entry: Entry, path: tuple[Any, ...] = (), file: str = "") -> Any:
         """Return an entry as ``layout`` takes it; an expression where it is what a named value gives."""
         items = self.items(entry)
-        if len(items) == 1 and items[0].key == "*" and not items[0].when:
-            call = items[0].value
-            if len(call.macro.entry.keys()) > 1:
-                return Expression(f"${{{self.call(call)}}}")
+        whole = _sole_call(items)
+        if whole is not None:
+            return Expression(f"${{{self.call(whole)}}}")
         groups: dict[str, list[tuple[Any, ast.expr | None]]] = {}
         for item in items:
             for key, value, when in self.pairs(item, path, file):
@@ -315,13 +314,8 @@ class Renderer:
         when = self.condition(item.when)
         if isinstance(when, ast.Constant) and not when.value:
             return []
-        if item.key == "*":
-            call: Call = item.value
-            text = self.call(call)
-            keys = call.macro.entry.keys() if call.macro.entry else []
-            if len(keys) == 1:
-                return [(keys[0], Expression(f"${{{text}}}"), when)]
-            return [(key, Expression(f"${{{text}.{key}}}"), when) for key in keys]
+        if isinstance(item.value, Given):
+            return [(item.key, self.given(item.value), when)]
         if item.key == "&":
             return self.handed(item.value, when)
         if isinstance(item.value, list):
@@ -368,6 +362,8 @@ class Renderer:
                 continue
             if isinstance(item.value, Xml):
                 value = self.element(item.value)
+            elif isinstance(item.value, Given):
+                value = self.given(item.value)
             else:
                 value = self.entry(item.value, (*path, len(made)), file)
                 if isinstance(value, dict):
@@ -389,6 +385,13 @@ class Renderer:
             del visual["material"]
 
     # Calls of named values.
+
+    def given(self, given: Given) -> Any:
+        """Return what a call of a named value gives under a key."""
+        entry = given.call.macro.entry
+        text = self.call(given.call)
+        text = text if entry is not None and len(entry.keys()) == 1 else f"{text}.{given.key}"
+        return Expression(f"${{{text}{f'[{given.index}]' if given.index >= 0 else ''}}}")
 
     def call(self, call: Call) -> str:
         """Return the call of a named value as an expression."""
@@ -417,7 +420,7 @@ class Renderer:
         before, self.macro = self.macro, macro
         keys = macro.entry.keys() if macro.entry else []
         path = ("let", macro.ours)
-        value = self.entry(macro.entry or Entry(), path)
+        value: Any = self.entry(macro.entry or Entry(), path) if macro.text is None else self.text_of(macro)
         if len(keys) == 1 and isinstance(value, dict):
             value = value.get(keys[0], next(iter(value.values()), {}))
         names = ", ".join(variable.ours for _, variable in self.parameters(macro))
@@ -426,12 +429,25 @@ class Renderer:
         self.documents.remark(macro.file.name, ("let", key), macro.comments)
         self.macro = before
 
+    def text_of(self, macro: Macro) -> Any:
+        """Return the text that a macro makes among elements that are kept."""
+        lines: list[str] = []
+        for item in self.merged(macro.text or []):
+            lines += self.lines_of(item, "")
+        text = "\n".join(lines)
+        if self.extra:
+            raise Unsupported("a condition in elements that are kept", macro.place)
+        return Expression(text) if "${" in text else text
+
     # Bodies.
 
     def file(self, file: File) -> None:
         """Write what stands at the top of a file."""
         self.macro = None
         self.body(file.body, file.name, ())
+        lets = self.locals(file.body)
+        if lets:
+            self.documents.section(file.name, "let").update(lets)
 
     def part(self, macro: Macro) -> None:
         """Write a macro that is a part."""
@@ -794,18 +810,8 @@ class Renderer:
         content: list[str] = []
         plain = True
         for item in self.merged(node.content):
-            if isinstance(item, Value):
-                text = self.joined(expanded(item.text.strip(), item.scope), item, escape)
-                content.append(f"{pad}  {text}")
-            elif isinstance(item, Remark):
-                content.append(f"{pad}  <!--{item.text.replace('${', '$${')}-->")
-                plain = False
-            elif isinstance(item, str):
-                content.append(f"{pad}  {item}")
-                plain = False
-            else:
-                content += self.lines(item, f"{pad}  ")
-                plain = False
+            content += self.lines_of(item, f"{pad}  ")
+            plain = plain and isinstance(item, Value)
         if not content:
             return [f"{pad}{start}/>"]
         if plain:
@@ -815,6 +821,18 @@ class Renderer:
         if len(content) == 1 and len(content[0]) < _SHORT // 2:
             return [f"{pad}{start}>{content[0].strip()}</{node.tag}>"]
         return [f"{pad}{start}>", *content, f"{pad}</{node.tag}>"]
+
+    def lines_of(self, item: Any, pad: str) -> list[str]:
+        """Return the lines of what stands in an element."""
+        if isinstance(item, Value):
+            return [f"{pad}{self.joined(expanded(item.text.strip(), item.scope), item, escape)}"]
+        if isinstance(item, Remark):
+            return [f"{pad}<!--{item.text.replace('${', '$${')}-->"]
+        if isinstance(item, str):
+            return [f"{pad}{item}"]
+        if isinstance(item, Call):
+            return [f"{pad}${{{self.call(item)}}}"]
+        return self.lines(item, pad)
 
     def attribute(self, value: Value) -> str:
         pieces = expanded(value.text, value.scope)
@@ -851,14 +869,7 @@ class Renderer:
         """Return the text of a group as an expression: itself where it is short, else the name of a value."""
         lines: list[str] = []
         for item in self.merged(group.content):
-            if isinstance(item, Value):
-                lines.append(str(self.joined(expanded(item.text.strip(), item.scope), item, escape)))
-            elif isinstance(item, Remark):
-                continue
-            elif isinstance(item, str):
-                lines.append(item)
-            else:
-                lines += self.lines(item, "")
+            lines += [] if isinstance(item, Remark) else self.lines_of(item, "")
         lines = [line for line in lines if line.strip()]
         text = "\n".join(lines)
         if not text.strip():
@@ -879,6 +890,22 @@ class Renderer:
         for file in self.documents.files.values():
             names |= {key.partition("(")[0] for key in file.get("let", ())}
         return names
+
+
+def _sole_call(items: list[Item]) -> Call | None:
+    """Return the call that gives all that an entry has, under several keys; None if there is none such."""
+    calls: set[Any] = set()
+    for item in items:
+        inner = [one for one in item.value] if isinstance(item.value, list) else [item]
+        if any(one.when or not isinstance(one.value, Given) for one in inner) or item.when:
+            return None
+        calls.update(one.value.call for one in inner)
+    if len(calls) != 1:
+        return None
+    (call,) = calls
+    keys = [item.key for item in items]
+    whole = call.macro.entry is not None and keys == call.macro.entry.keys() and len(keys) > 1
+    return call if whole else None
 
 
 def conditional(value: Any, when: ast.expr | None) -> Any:

@@ -50,6 +50,7 @@ class Variable:
     evidence: set[str] = field(default_factory=set)
     used: bool = False
     span: Span | None = None
+    definitions: list[tuple[Value, Any]] = field(default_factory=list)
     _group: Variable | None = None
 
     def __post_init__(self) -> None:

@@ -52,6 +52,7 @@ class Walker:
         self.inlined = inlined
         self.depth = 0
         self.seen: list[Macro] = []
+        self.fixed: set[Variable] = set()
         self.flows: list[tuple[Variable, Variable]] = []
 
     def walk(self) -> None:
@@ -116,18 +117,19 @@ class Walker:
 
     def include(self, element: Element, body: Body, when: Whens, top: bool) -> None:
         files = self.program.tops.get(id(element))
-        if files is None and not top:
-            raise Unsupported("an include within a macro", element.span)
         for file, more in files or ():
             for condition in more:
                 note(condition.value)
-            self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
+            if top:
+                self.robot(file.document.root, file.body, file.body.scope, (*when, *more), top=True)
+            else:
+                self.robot(file.document.root, body, body.scope, (*when, *more), top=True)
 
     def local(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a property of a macro."""
         name = element.get("name")
-        if element.get("scope") or "$" in name or element.get("remove"):
-            raise Unsupported(f'the property "{name}" is set for another scope', element.span)
+        if "$" in name or element.get("remove"):
+            raise Unsupported(f'the property "{name}" is named by an expression, or removed', element.span)
         if "value" not in element.attributes:
             if "default" in element.attributes:
                 if scope.find(name) is None:
@@ -135,38 +137,53 @@ class Walker:
                 return
             scope.blocks[name] = (element, scope)
             return
-        if name in scope.names and not isinstance(scope, MacroScope):
-            raise Unsupported(f'the property "{name}" is set a second time', element.span)
-        known = scope.names.get(name)
-        if isinstance(known, Variable) and known.where != LOCAL:
-            if known not in body.macro.implicit.values() if body.macro else True:
-                raise Unsupported(f'the parameter "{name}" is set anew', element.span)
-        if when and not (isinstance(known, Variable) and known.where == LOCAL) and self.is_conditional(when, body):
-            pass
-        if not isinstance(scope, MacroScope):  # of a macro that is written out
-            if self.own(when, scope):
-                raise Unsupported(f'the property "{name}" depends on a condition', element.span)
-            scope.names[name] = Bound(element.get("value"), scope)
-            return
-        value = Value(element.get("value"), scope, FREE, element.span)
+        text = element.get("value")
+        target = self.target(element, scope)
+        if target is not scope and isinstance(scope, MacroScope):
+            raise Unsupported("it sets properties of whoever calls it", element.span)
+        known = target.names.get(name)
+        value = Value(text, scope, FREE, element.span)
         if isinstance(known, Variable) and known.where == LOCAL:
+            if known in self.fixed and not when:
+                raise Unsupported(f'the property "{name}" is set a second time', element.span)
             known.values.append(value)
-            known.definitions.append((value, when))  # type: ignore[attr-defined]
+            known.definitions.append((value, when))
             self.hand(value, known)
             return
-        made = Variable(name, LOCAL, span=element.span)
+        if isinstance(known, Variable) and not (
+            isinstance(target, MacroScope) and known in target.macro.implicit.values() and not known.values
+        ):
+            raise Unsupported(f'the property or parameter "{name}" is set anew', element.span)
+        if isinstance(known, Bound):
+            raise Unsupported(f'the property "{name}" is set a second time', element.span)
+        if not isinstance(target, MacroScope) and target.parent is not None and not when and "(" not in text:
+            target.names[name] = Bound(text, scope)
+            return
+        self.new_local(name, value, body, target, when)
+
+    def target(self, element: Element, scope: Scope) -> Scope:
+        """Return the scope that a property is set in."""
+        where = element.get("scope")
+        if where == "global":
+            return scope.top()
+        if where == "parent":
+            return scope.parent or scope
+        return scope
+
+    def new_local(self, name: str, value: Value, body: Body, target: Scope, when: Whens) -> None:
+        from .expressions import usable
+
+        taken = {one.ours for one in body.locals} | {one.ours for one in _variables(target)}
+        if body.macro is None:
+            taken |= {one.ours for one in _variables(self.program.scope)}
+        made = Variable(name, LOCAL, usable(name, lambda one: one in taken), span=value.span)
         made.values.append(value)
-        made.definitions = [(value, when)]  # type: ignore[attr-defined]
-        scope.names[name] = made
+        made.definitions = [(value, when)]
+        target.names[name] = made
         body.locals.append(made)
+        if not when:
+            self.fixed.add(made)
         self.hand(value, made)
-
-    def is_conditional(self, when: Whens, body: Body) -> bool:
-        return bool(when)
-
-    def own(self, when: Whens, scope: Scope) -> bool:
-        """Say whether a condition is one of a scope that is written out."""
-        return any(condition.value.scope is scope for condition in when)
 
     def block(self, element: Element, body: Body, scope: Scope, when: Whens) -> None:
         """Take a block that is inserted among links and joints."""
@@ -429,6 +446,28 @@ class Walker:
         self.seen.append(macro)
         return True
 
+    def as_text(self, macro: Macro) -> bool:
+        """Walk over a macro that is called among elements that are kept; say whether it can be a value."""
+        if macro.level:
+            return macro.level == "xml" and macro.text is not None
+        macro.level = "xml"
+        self.begin(macro)
+        if any(parameter.block for parameter in macro.parameters):
+            return False
+        try:
+            found: list[Any] = []
+            for item in macro.element.content:
+                found += self.xml_item(item, macro.scope, ())
+        except Unsupported:
+            return False
+        if not any(isinstance(one, (Xml, Call)) for one in found) or any(
+            isinstance(one, Xml) and not one.tag for one in found
+        ):
+            return False
+        macro.text = found
+        self.seen.append(macro)
+        return True
+
     def not_a_value(self, macro: Macro) -> bool:
         macro.entry = None
         return False
@@ -471,6 +510,8 @@ class Walker:
             return []
         if item.tag.startswith("xacro:"):
             macro = self.macro_of(item, scope)
+            if macro.name not in self.inlined and self.as_text(macro):
+                return [self.value_call(macro, item, scope)]
             found: list[Any] = []
 
             def take(inside: Scope) -> None:
@@ -489,6 +530,14 @@ class InMacro(Exception):
         super().__init__(problem.reason)
         self.macro = macro
         self.problem = problem
+
+
+def _variables(scope: Scope) -> Iterator[Variable]:
+    """Yield the variables that a scope and those around it know."""
+    here: Scope | None = scope
+    while here is not None:
+        yield from (one for one in here.names.values() if isinstance(one, Variable))
+        here = here.parent
 
 
 def _sources(value: Value) -> list[str]:

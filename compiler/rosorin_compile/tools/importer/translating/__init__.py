@@ -13,30 +13,33 @@ from typing import Any, NamedTuple
 from ....diagnostics import Source as Text
 from ....diagnostics import Span
 from ....formats.imported import Imported, ReadOptions
+from ....frontend.tree import Map
 from ....project import ROOT_FILE
 from ....xml.files import read_source
-from ....xml.markup import MarkupError, parse
+from ....xml.markup import Element, MarkupError, parse
 from ..description import Outputs, tree_of
 from ..layout import Remarks, Verbatim, cleaned, layout
 from .data import Data
+from .flattened import Place, place_of
 from .naming import name_parts
 from .pieces import Macro
 from .program import Program
 from .proving import Combination, Fault, Source, choices_of, combinations, faults
 from .rendering import Documents, Renderer
 from .texts import Unsupported
-from .walking import InMacro, Walker
+from .walking import AtTop, InMacro, Walker
 
 MAX_ATTEMPTS = 40
 _HEAD = ("rosorin_compile", "robot", "source", "include", "args", "let", "materials", "parts", "links", "joints", "use")
 
 
 class WrittenOut(NamedTuple):
-    """A macro that is written out where it is called, why, and its place."""
+    """A macro that is written out where it is called, or flat: as xacro expands it; why, and its place."""
 
     name: str
     reason: str
     span: Span | None
+    flat: bool = False
 
 
 class Translation(NamedTuple):
@@ -76,18 +79,27 @@ def translate(
     source = Source(path, options)
     source.known[()] = imported
     out: dict[str, WrittenOut] = {}
+    flat: dict[Place, WrittenOut] = {}
     explicit: set[str] = set()
     last: list[Fault] = []
     for _ in range(MAX_ATTEMPTS):
         try:
             accepts = _accepted(source)
-            how = _How(imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts)
+            trees = [one.tree for one in source.known.values() if one.tree is not None]
+            how = _How(
+                imported, wanted, folder, schema, frozenset(out), frozenset(explicit), accepts, frozenset(flat), trees
+            )
             made = _attempt(path, options, how)
         except InMacro as problem:
             name = problem.macro.name
             if name in out:
                 return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
             out[name] = WrittenOut(name, problem.problem.reason, problem.problem.span or problem.macro.place)
+            continue
+        except AtTop as problem:
+            if place_of(problem.element.span) in flat:
+                return Translation({}, reason=problem.problem.reason, span=problem.problem.span)
+            flat[place_of(problem.element.span)] = _flat(problem.element, problem.problem)
             continue
         except Unsupported as problem:
             return Translation({}, reason=problem.reason, span=problem.span)
@@ -97,17 +109,31 @@ def translate(
         rows, possible = combinations(choices_of(used, options.arguments))
         last, refused = faults(made.files, source, rows, made.packages)
         if not last:
-            return _translation(made, out, rows, possible, refused)
+            return _translation(made, out, flat, rows, possible, refused)
         if len(_accepted(source)) > len(accepts):  # other arguments break other rules
             continue
-        if not _blame(last, made, out, explicit):
+        if flat and len([one for one in source.known.values() if one.tree is not None]) > len(trees):
+            continue
+        if not _blame(last, made, out, explicit, flat):
             break
     reason = last[0].text if last else "no end of mending"
     return Translation({}, reason=reason)
 
 
+def _flat(element: Element, problem: Unsupported) -> WrittenOut:
+    called = element.tag.removeprefix("xacro:")
+    name = element.get("name")
+    what = called if called != element.tag else f'<{element.tag} name="{name}">' if name else f"<{element.tag}>"
+    return WrittenOut(what, problem.reason, problem.span or element.span, flat=True)
+
+
 def _translation(
-    made: _Attempt, out: Mapping[str, WrittenOut], rows: list[Combination], possible: int, refused: list[Combination]
+    made: _Attempt,
+    out: Mapping[str, WrittenOut],
+    flat: Mapping[Place, WrittenOut],
+    rows: list[Combination],
+    possible: int,
+    refused: list[Combination],
 ) -> Translation:
     kept = [macro.name for macro in made.macros]
     lost = {name: one for name, one in out.items()}
@@ -118,17 +144,28 @@ def _translation(
     idle = [name for name, macro in made.program.macros.items() if not macro.called]
     proven = tuple(row for row in rows if row not in refused)
     return Translation(
-        made.files, tuple(kept), tuple(lost.values()), tuple(used), proven, possible, tuple(refused), tuple(idle)
+        made.files, tuple(kept), (*lost.values(), *flat.values()), tuple(used), proven, possible, tuple(refused), tuple(idle)
     )
 
 
-def _blame(found: list[Fault], made: _Attempt, out: dict[str, WrittenOut], explicit: set[str]) -> bool:
+def _blame(
+    found: list[Fault],
+    made: _Attempt,
+    out: dict[str, WrittenOut],
+    explicit: set[str],
+    flat: dict[Place, WrittenOut],
+) -> bool:
     """Give the macros at fault long names, or write them out; say whether there was anything to change."""
     by_name = {macro.ours: macro for macro in made.macros} | {macro.name: macro for macro in made.macros}
     for fault in found:
         for name in fault.macros:
             macro = by_name.get(name)
             if macro is not None and _demote(macro, fault, out, explicit):
+                return True
+    for fault in found:
+        for place in fault.tops:
+            if place not in flat:
+                flat[place] = WrittenOut(f"line {place[1]}", f"not proven: {fault.text}", None, flat=True)
                 return True
     for macro in made.macros:
         if macro.body is not None and macro.name not in explicit and (macro.prefix or macro.mount):
@@ -160,12 +197,14 @@ class _How(NamedTuple):
     inlined: frozenset[str]
     explicit: frozenset[str]
     accepts: list[Any]
+    flat: frozenset[Place]
+    trees: list[Map]
 
 
 def _attempt(path: Path, options: ReadOptions, how: _How) -> _Attempt:
     """Return the files of a translation with some macros written out and some with long names."""
     program = Program(path, parse(read_source(path)), options.packages, options.arguments)
-    walker = Walker(program, how.inlined)
+    walker = Walker(program, how.inlined, how.flat, how.trees)
     walker.walk()
     walker.seen.sort(key=lambda macro: (list(program.files).index(macro.file.path), macro.element.start))
     _name_macros(program, walker.seen)

@@ -174,3 +174,4 @@ class Body:
     elements: list[Listed] = field(default_factory=list)
     materials: list[Named] = field(default_factory=list)
     locals: list[Variable] = field(default_factory=list)
+    flat: list[Any] = field(default_factory=list)

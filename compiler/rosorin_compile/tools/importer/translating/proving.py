@@ -27,6 +27,7 @@ from ....model import Robot
 from ....pipeline import compile_robot
 from ....project import ROOT_FILE
 from ....xml.elements import canonical, tree_of
+from .flattened import Place, outermost
 from .scopes import FLAG, NAME, NUMBER, WORDS, Variable
 
 MAX_COMBINATIONS = 32
@@ -42,6 +43,7 @@ class Fault(NamedTuple):
     text: str
     macros: tuple[str, ...]
     combination: Combination
+    tops: tuple[Place, ...] = ()
 
 
 class Source:
@@ -149,7 +151,11 @@ def _faults(
         return [Fault(f"what is compiled cannot be read back: {' '.join(broken[:1])}", (), row)]
     found = different(_settled(source), _settled(again), TOLERANCE, carried_by_urdf=True)
     macros = _macros_of(made)
-    return [Fault(one, _named_in(one, macros), row) for one in found[:8]]
+    tops = _tops_of(made)
+    return [
+        Fault(one, _named_in(one, macros), row, tuple(tops[name] for name in sorted(_words(one) & tops.keys())))
+        for one in found[:8]
+    ]
 
 
 def _told(diagnostic: Diagnostic) -> str:
@@ -206,8 +212,22 @@ def _macros_of(made: Imported) -> dict[str, list[str]]:
     return found
 
 
+def _tops_of(made: Imported) -> dict[str, Place]:
+    """Return the element at the top of a file that made each link and joint."""
+    found: dict[str, Place] = {}
+    for section in ("links", "joints"):
+        entries = made.tree.get(section) if made.tree is not None else None
+        for name in entries or ():
+            found[name] = outermost(entries.value_spans[name])
+    return found
+
+
+def _words(text: str) -> set[str]:
+    return set(re.findall(r"[\w./-]+", text))
+
+
 def _named_in(text: str, macros: Mapping[str, list[str]]) -> tuple[str, ...]:
-    words = set(re.findall(r"[\w./-]+", text))
+    words = _words(text)
     found: list[str] = []
     for name, made_by in macros.items():
         if name in words:

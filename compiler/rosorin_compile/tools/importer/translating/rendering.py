@@ -7,16 +7,19 @@ from __future__ import annotations
 
 import ast
 import re
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 from xml.sax.saxutils import escape
 
 from ....frontend.load import plain_scalar
 from ....numbers import exact
-from ....xml.markup import Remark
+from ....xml.markup import Element, Remark
 from ..description import _RANK
 from ..layout import Expression, Verbatim, cleaned, in_degrees
 from .data import Data
 from .expressions import Rendering, all_of, folded, negated, usable, written
+from .flattened import Flat
 from .naming import Scoped, expanded, lead_of, prefix_pieces, sole_variable, variables_in, without_prefix
 from .pieces import Body, Call, Entry, File, Given, Handed, Item, Listed, Macro, Named, Use, Whens, Xml
 from .program import Program
@@ -44,7 +47,7 @@ from .scopes import (
     sole_name,
 )
 from .texts import EXTENSION, TEXT, Token, Unsupported, tokens, words
-from .walking import InMacro
+from .walking import AtTop, InMacro
 
 IF = Verbatim("if")
 _SHORT = 90
@@ -475,9 +478,13 @@ class Renderer:
         target = into if into is not None else self.documents.files.setdefault(file, {})
         for section, entries in (("links", body.links), ("joints", body.joints)):
             for named in entries:
-                self.named(named, target.setdefault(section, {}), file, (*path, section))
+                with self.at_top(named.element, into):
+                    self.named(named, target.setdefault(section, {}), file, (*path, section))
         for use in body.uses:
-            self.use(use, target.setdefault("use", {}), file, (*path, "use"))
+            with self.at_top(use.element, into):
+                self.use(use, target.setdefault("use", {}), file, (*path, "use"))
+        for flat in body.flat:
+            self.flat(flat, target, file)
         self.elements(body, target, file, path)
         for section in ("links", "joints", "use", "urdf_elements"):
             if section in target and not target[section]:
@@ -485,6 +492,29 @@ class Renderer:
         if into is None and self.extra:
             self.documents.section(file, "let").update(self.extra)
             self.extra = {}
+
+    @contextmanager
+    def at_top(self, element: Element, into: Any) -> Iterator[None]:
+        """Tell what cannot be said of an element at the top of a file."""
+        try:
+            yield
+        except Unsupported as problem:
+            if into is not None:
+                raise
+            raise AtTop(element, problem) from None
+
+    def flat(self, flat: Flat, target: dict[str, Any], file: str) -> None:
+        """Write an entry as xacro has expanded it."""
+        when = self.condition(flat.when)
+        if isinstance(when, ast.Constant) and not when.value:
+            return
+        if flat.section == "urdf_elements":
+            target.setdefault(flat.section, []).append(conditional(flat.value, when))
+            return
+        section = target.setdefault(flat.section, {})
+        if flat.name not in section:
+            section[flat.name] = conditional(flat.value, when)
+            self.documents.remark(file, (flat.section, flat.name), flat.comments)
 
     def named(self, named: Named, section: dict[Any, Any], file: str, path: tuple[Any, ...]) -> None:
         when = self.condition(named.when)

@@ -6,11 +6,13 @@ link or a joint a named value with parameters. ``inlined`` are macros that are w
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
+from ....frontend.tree import Map
 from ....xml.markup import Element, Remark
 from .entries import joint_entry, link_entry, material_entry, one_of_level, reads
+from .flattened import Place, flat_entries, place_of
 from .pieces import Body, Call, Entry, File, Handed, Item, Listed, Macro, Named, Use, When, Whens, Xml
 from .program import Program, with_comments
 from .scopes import CONDITION, FREE, LOCAL, NAME, PARAMETER, TABLE, XML, Bound, Scope, Value, Variable, note, sole_name
@@ -47,9 +49,13 @@ def _may_be_handed_down(name: str) -> bool:
 class Walker:
     """One walk over a program, with some macros written out."""
 
-    def __init__(self, program: Program, inlined: frozenset[str]) -> None:
+    def __init__(
+        self, program: Program, inlined: frozenset[str], flat: frozenset[Place] = frozenset(), trees: Sequence[Map] = ()
+    ) -> None:
         self.program = program
         self.inlined = inlined
+        self.flat = flat
+        self.trees = trees
         self.depth = 0
         self.seen: list[Macro] = []
         self.fixed: set[Variable] = set()
@@ -80,6 +86,24 @@ class Walker:
     def one(
         self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
     ) -> None:
+        """Take one element; what cannot be said of one at the top of a file is told as ``AtTop``."""
+        if not top or child.tag in ("xacro:if", "xacro:unless", "xacro:include"):
+            self.any(child, body, scope, when, comments, top)
+            return
+        if place_of(child.span) in self.flat:
+            body.flat += flat_entries(self.trees, place_of(child.span), when, comments)
+            for condition in when:
+                note(condition.value)
+            return
+        try:
+            self.any(child, body, scope, when, comments, top)
+        except Unsupported as problem:
+            raise AtTop(child, problem) from None
+
+    def any(
+        self, child: Element, body: Body, scope: Scope, when: Whens, comments: tuple[str, ...], top: bool
+    ) -> None:
+        """Take one element."""
         tag = child.tag
         if tag in ("xacro:if", "xacro:unless"):
             self.robot(child, body, scope, (*when, self.condition(child, scope)), top)
@@ -521,6 +545,15 @@ class Walker:
             self.write_out(macro, item, scope, take)
             return found
         return [self.xml(item, scope)]
+
+
+class AtTop(Exception):
+    """Something at the top of a file that is not translated."""
+
+    def __init__(self, element: Element, problem: Unsupported) -> None:
+        super().__init__(problem.reason)
+        self.element = element
+        self.problem = problem
 
 
 class InMacro(Exception):
